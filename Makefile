@@ -1,0 +1,55 @@
+# make demo · make test · make help. Needs make and Python 3.11-3.13 with venv; the rest is fetched into .venv.
+# Another interpreter: make PYTHON=python3.12 test
+
+SHELL := /bin/sh
+PYTHON ?= python3
+BIN := .venv/bin
+
+# A sourced ROS workspace or another virtual environment would win over .venv: none of it reaches the commands below.
+unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD
+unexport AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION
+unexport ROS_DOMAIN_ID ROS_LOCALHOST_ONLY ROS_AUTOMATIC_DISCOVERY_RANGE ROS_STATIC_PEERS ROS_DISCOVERY_SERVER
+unexport ROS_SECURITY_ENABLE ROS_SECURITY_STRATEGY ROS_SECURITY_KEYSTORE ROS_SUPER_CLIENT
+unexport RMW_IMPLEMENTATION RMW_FASTRTPS_USE_QOS_FROM_XML RMW_FASTRTPS_PUBLICATION_MODE CYCLONEDDS_URI
+unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BUILTIN_TRANSPORTS FASTDDS_ENVIRONMENT_FILE
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+export AMENT_PREFIX_PATH := $(CURDIR)/.venv
+
+.PHONY: help demo test lint types bench soak interop setup clean run-environment test-environment bench-environment
+.DEFAULT_GOAL := help
+
+help:   ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 16
+
+demo: run-environment   ## set up, then run the demonstration (20 s)
+	@$(BIN)/python -m bouncing_disk_ros demo
+
+test: lint types   ## set up, then run every check and the whole test suite
+	$(BIN)/pytest
+
+lint: test-environment   ## check style and layout of the code (ruff)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+
+types: test-environment   ## check types (mypy --strict)
+	$(BIN)/mypy
+
+bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per impact
+	$(BIN)/pytest -m bench -s test/bench
+
+soak: test-environment   ## run the simulator for minutes and watch memory, lateness and lost rows
+	$(BIN)/pytest -m soak
+
+interop: test-environment   ## check against heavy or foreign tools
+	$(BIN)/pytest -m interop
+
+setup: test-environment   ## only set up .venv and install the package
+
+clean:   ## delete what make, colcon, pip and the tools have made
+	rm -rf .venv build install log ./*.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache output
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+run-environment test-environment bench-environment: %-environment:
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "make: no $(PYTHON) here. On Debian and Ubuntu: sudo apt install git make python3 python3-venv" >&2; exit 2; }
+	@$(PYTHON) tools/set_up.py $*

@@ -1,0 +1,20 @@
+"""The one table of executables: a name is the console script, the module in `nodes` and the node name.
+
+Read by `setup.py` (which may import nothing of the package, so this file imports nothing), by
+`python -m bouncing_disk_ros` and by the tests.
+"""
+
+from __future__ import annotations
+
+#: name of the executable -> what it does, in one line
+EXECUTABLES: dict[str, str] = {
+    "simulator": "simulate the disk in real time: platform commands in, disk state and impacts out",
+    "perform": "publish a programme of platform motions on the command topic",
+    "echo_impacts": "print the impacts of disk/impacts as readable rows",
+    "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
+}
+
+
+def entry_point(name: str) -> str:
+    """Return `module:function` of the executable called `name` (one of `EXECUTABLES`)."""
+    return f"bouncing_disk_ros.nodes.{name}:main"

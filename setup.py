@@ -1,0 +1,73 @@
+"""Install the package for pip and for colcon (ament_python). The version comes from package.xml."""
+
+import runpy
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+ROOT = Path(__file__).resolve().parent
+MANIFEST = ET.parse(ROOT / "package.xml").getroot()
+NAME = MANIFEST.findtext("name")
+EXECUTABLES = runpy.run_path(str(ROOT / NAME / "executables.py"))
+SHARED_FOLDERS = ("config", "launch", "urdf", "rviz")
+
+
+def data_files():
+    """Return what goes into share/: index marker, package.xml, the shared folders' files."""
+    rows = {
+        "share/ament_index/resource_index/packages": [f"resource/{NAME}"],
+        f"share/{NAME}": ["package.xml"],
+    }
+    for folder in SHARED_FOLDERS:
+        for file in sorted((ROOT / folder).rglob("*.*")):
+            relative = file.relative_to(ROOT)
+            if file.is_file() and "__pycache__" not in relative.parts:
+                rows.setdefault(f"share/{NAME}/{relative.parent}", []).append(str(relative))
+    return list(rows.items())
+
+
+setup(
+    name=NAME,
+    version=MANIFEST.findtext("version"),
+    description=" ".join(MANIFEST.findtext("description").split()),
+    long_description=(ROOT / "README.md").read_text() if (ROOT / "README.md").exists() else "",
+    long_description_content_type="text/markdown",
+    license="Apache-2.0",
+    maintainer=MANIFEST.findtext("maintainer"),
+    maintainer_email=MANIFEST.find("maintainer").get("email"),
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=data_files(),
+    zip_safe=False,
+    python_requires=">=3.11",
+    install_requires=["PyYAML", "matplotlib", "mcap", "numba", "numpy"],
+    extras_require={
+        # ROS 2 Jazzy as wheels, for a machine without ROS; a ROS machine has these from apt and must
+        # not ask for them. Always ros-jazzy-*: plain ros-* carries other distributions' versions too.
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "test": [
+            "hypothesis",
+            "mpmath",
+            "psutil",
+            "pytest",
+            "pytest-timeout",
+            "scipy",
+        ],
+        # what `make test` needs besides on a machine without ROS
+        "ci": [
+            "colcon-common-extensions",
+            "colcon-ros",
+            "mypy",
+            "ros-jazzy-domain-coordinator",
+            "ruff",
+            "types-PyYAML",
+        ],
+        "bench": ["heyoka"],
+    },
+    entry_points={
+        "console_scripts": [
+            f"{name} = {EXECUTABLES['entry_point'](name)}" for name in EXECUTABLES["EXECUTABLES"]
+        ],
+    },
+)

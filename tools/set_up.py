@@ -1,0 +1,148 @@
+"""Make `.venv` and install this package into it: the first step of every `make` target.
+
+    python3 tools/set_up.py {run,test,bench}
+
+The virtual environment is built once and kept until the interpreter, the pinned versions, the list
+of dependencies or this file change; the package itself is installed anew every time, so that edits
+are seen. Standard library only, and no syntax newer than Python 3.6, so that an old interpreter is
+refused in words.
+"""
+
+import fcntl
+import hashlib
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+STAMP = VENV / "set-up.json"
+SUPPORTED = ((3, 11), (3, 12), (3, 13))
+#: what decides which packages are in .venv
+INGREDIENTS = ("constraints.txt", "setup.py", "tools/set_up.py")
+#: level -> (extras of setup.py, megabytes to download for that level alone)
+LEVELS = {
+    "run": (("ros",), 140),
+    "test": (("ros", "test", "ci"), 90),
+    "bench": (("ros", "test", "ci", "bench"), 105),
+}
+APT_LINE = "sudo apt install git make python3 python3-venv"
+
+
+def refusal() -> str:
+    """Return why this machine, user or interpreter will not do, in one line; '' if it will."""
+    version = sys.version_info[:2]
+    name = "Python {}.{}".format(*version)
+    if os.environ.get("SUDO_USER") and os.geteuid() == 0:
+        return (
+            "run make without sudo: root's files and the shared memory of root's nodes would "
+            f"shut out user {os.environ['SUDO_USER']} later"
+        )
+    if version not in SUPPORTED:
+        return (
+            f"{name} ({sys.executable}) is not supported: take Python 3.11, 3.12 or 3.13, "
+            "for example `make PYTHON=python3.12 test`"
+        )
+    if (platform.system(), platform.machine()) != ("Linux", "x86_64"):
+        return (
+            f"no ROS 2 wheels exist for {platform.system()} {platform.machine()}, only for Linux "
+            "x86_64: install ROS 2 Jazzy there and build this package with colcon (README.md)"
+        )
+    if importlib.util.find_spec("ensurepip") is None or importlib.util.find_spec("venv") is None:
+        return f"{name} has no venv module. On Debian and Ubuntu: {APT_LINE}"
+    return ""
+
+
+def base_interpreter() -> str:
+    """Return the interpreter that .venv is made from, also if a virtual environment runs this."""
+    return os.path.realpath(getattr(sys, "_base_executable", sys.executable))
+
+
+def fingerprint() -> str:
+    """Return what .venv depends on: a digest of the interpreter and of the `INGREDIENTS`."""
+    digest = hashlib.sha256((base_interpreter() + sys.version).encode())
+    for name in INGREDIENTS:
+        digest.update((ROOT / name).read_bytes())
+    return digest.hexdigest()
+
+
+def read_stamp() -> "list[str]":
+    """Return the levels that .venv holds; none if it is missing, broken or made of other things."""
+    try:
+        stamp = json.loads(STAMP.read_text())
+    except (OSError, ValueError):
+        return []
+    python = VENV / "bin" / "python"
+    return stamp["levels"] if stamp["made_from"] == fingerprint() and python.exists() else []
+
+
+def pip(*arguments: str) -> None:
+    """Run .venv's pip; a failure is told by pip itself, so end with its code."""
+    command = [str(VENV / "bin" / "python"), "-m", "pip", "--disable-pip-version-check", *arguments]
+    code = subprocess.call(command, cwd=str(ROOT))
+    if code:
+        sys.stderr.write(f"set-up failed: pip ended with code {code} (see above)\n")
+        sys.exit(1)
+
+
+def remove_build_products() -> None:
+    """Delete what an earlier pip left in the tree: it would bring deleted modules back."""
+    for path in [
+        *(ROOT / "build").glob("lib*"),
+        *(ROOT / "build").glob("bdist.*"),
+        *ROOT.glob("*.egg-info"),
+    ]:
+        shutil.rmtree(str(path))
+
+
+def install_package(*options: str) -> None:
+    """Install this package, not editable: only so do its share files arrive."""
+    remove_build_products()
+    pip("install", "--quiet", "--no-build-isolation", "--constraint", "constraints.txt", *options)
+    remove_build_products()
+
+
+def build(level: str, levels: "list[str]") -> None:
+    """Bring .venv to `level`; `levels` are those it holds already (none: start afresh)."""
+    order = list(LEVELS)
+    missing = [name for name in order[: order.index(level) + 1] if name not in levels]
+    print(
+        f"Setting up .venv with Python {platform.python_version()} for `{level}`: downloads about {sum(LEVELS[name][1] for name in missing)} MB, once ...",
+        flush=True,
+    )
+    if not levels:
+        if VENV.exists():
+            shutil.rmtree(str(VENV))
+        subprocess.check_call([base_interpreter(), "-m", "venv", str(VENV)])
+        pip("install", "--quiet", "--constraint", "constraints.txt", "setuptools", "wheel")
+    install_package(".[{}]".format(",".join(LEVELS[level][0])))
+    STAMP.write_text(json.dumps({"made_from": fingerprint(), "levels": [*levels, *missing]}))
+
+
+def main() -> int:
+    """Set up for the level named on the command line; return the exit code."""
+    level = sys.argv[1] if len(sys.argv) == 2 else ""
+    if level not in LEVELS:
+        sys.stderr.write("usage: set_up.py {{{}}}\n".format(",".join(LEVELS)))
+        return 2
+    reason = refusal()
+    if reason:
+        sys.stderr.write(f"make: {reason}\n")
+        return 2
+    with Path(__file__).open() as lock:  # two at once would delete each other's build
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        levels = read_stamp()
+        if level in levels:
+            install_package("--no-deps", "--force-reinstall", ".")
+        else:
+            build(level, levels)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
