@@ -43,8 +43,8 @@ setup(
     python_requires=">=3.11",
     install_requires=["PyYAML", "matplotlib", "mcap", "numba", "numpy"],
     extras_require={
-        # ROS 2 Jazzy as wheels, for a machine without ROS; a ROS machine has these from apt and must
-        # not ask for them. Always ros-jazzy-*: plain ros-* carries other distributions' versions too.
+        # ROS 2 Jazzy as wheels, for a machine without ROS; a ROS machine has these from apt and
+        # must not ask for them. Always ros-jazzy-*: ros-* carries other distributions' versions.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "hypothesis",

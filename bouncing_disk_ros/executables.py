@@ -1,4 +1,4 @@
-"""The one table of executables: a name is the console script, the module in `nodes` and the node name.
+"""The one table of executables: a name is that of the console script, the module and the node.
 
 Read by `setup.py` (which may import nothing of the package, so this file imports nothing), by
 `python -m bouncing_disk_ros` and by the tests.

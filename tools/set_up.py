@@ -2,9 +2,9 @@
 
     python3 tools/set_up.py {run,test,bench}
 
-The virtual environment is built once and kept until the interpreter, the pinned versions, the list
-of dependencies or this file change; the package itself is installed anew every time, so that edits
-are seen. Standard library only, and no syntax newer than Python 3.6, so that an old interpreter is
+The virtual environment is built once and kept until the interpreter, the pinned versions or the
+list of dependencies change; the package itself is installed anew every time, so that edits are
+seen. Standard library only, and no syntax newer than Python 3.6, so that an old interpreter is
 refused in words.
 """
 
@@ -24,7 +24,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "set-up.json"
 SUPPORTED = ((3, 11), (3, 12), (3, 13))
 #: what decides which packages are in .venv
-INGREDIENTS = ("constraints.txt", "setup.py", "tools/set_up.py")
+INGREDIENTS = ("constraints.txt", "setup.py")
 #: level -> (extras of setup.py, megabytes to download for that level alone)
 LEVELS = {
     "run": (("ros",), 140),
@@ -111,8 +111,10 @@ def build(level: str, levels: "list[str]") -> None:
     """Bring .venv to `level`; `levels` are those it holds already (none: start afresh)."""
     order = list(LEVELS)
     missing = [name for name in order[: order.index(level) + 1] if name not in levels]
+    size = sum(LEVELS[name][1] for name in missing)
+    python = f"Python {platform.python_version()}"
     print(
-        f"Setting up .venv with Python {platform.python_version()} for `{level}`: downloads about {sum(LEVELS[name][1] for name in missing)} MB, once ...",
+        f"Setting up .venv with {python} for `{level}`: downloads about {size} MB, once ...",
         flush=True,
     )
     if not levels:

@@ -1,0 +1,148 @@
+"""What a process must find around it: writable folders, the package index, sane ROS settings.
+
+`import bouncing_disk_ros` calls `use_numba_cache` (numba reads its folder when it is imported);
+every executable calls `prepare` first in its `main`. Imports neither numba nor rclpy.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from pathlib import Path
+
+from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.folders import (
+    PACKAGE,
+    numba_cache_directory,
+    use_log_folder,
+    use_matplotlib_folder,
+    use_numba_cache,
+)
+
+__all__ = [
+    "check_domain",
+    "check_middleware",
+    "free_domain",
+    "numba_cache_directory",
+    "prepare",
+    "use_fast_discovery",
+    "use_numba_cache",
+    "use_package_index",
+    "use_private_domain",
+]
+
+INDEX = "share/ament_index/resource_index"
+#: Fast DDS computes UDP ports 7400 + 250 * domain + ...; from 233 on they pass 65535.
+LARGEST_DOMAIN = 232
+DOMAINS_ALLOWED = (
+    f"a whole number from 0 to {LARGEST_DOMAIN} "
+    "(0 to 101 and 215 to 232 keep clear of the ports that Linux hands out)"
+)
+FAST_DISCOVERY_PROFILE = "fast_discovery.xml"
+
+
+# the package index --------------------------------------------------------------------------------
+
+
+def prefixes() -> list[Path]:
+    """Return the prefixes that AMENT_PREFIX_PATH names."""
+    return [
+        Path(part) for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part
+    ]
+
+
+def use_package_index() -> None:
+    """Add to AMENT_PREFIX_PATH the prefix that this package is installed in, if it is missing."""
+    marker = Path(INDEX, "packages", PACKAGE)
+    if any((prefix / marker).is_file() for prefix in prefixes()):
+        return
+    for prefix in (*Path(__file__).resolve().parents, Path(sys.prefix)):
+        if (prefix / marker).is_file():
+            known = [str(path) for path in prefixes()]
+            os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([*known, str(prefix)])
+            return
+
+
+# ROS settings -------------------------------------------------------------------------------------
+
+
+def check_domain() -> None:
+    """Raise InputError unless ROS_DOMAIN_ID is empty or a number that DDS can use."""
+    text = os.environ.get("ROS_DOMAIN_ID", "")
+    # rclpy would read '1.5' as 1 and '-1' as 0, without a word
+    if text and not (text.isascii() and text.isdigit() and int(text) <= LARGEST_DOMAIN):
+        raise InputError("ROS_DOMAIN_ID", text, DOMAINS_ALLOWED, "Set it, or unset it to take 0")
+
+
+def check_middleware() -> None:
+    """Raise InputError if RMW_IMPLEMENTATION names one that is not installed.
+
+    rclpy would end the process with code 102 from within C.
+    """
+    wanted = os.environ.get("RMW_IMPLEMENTATION", "")
+    markers = [path / INDEX / "rmw_typesupport" for path in prefixes()]
+    found = {file.name for folder in markers for file in folder.glob("*")}
+    found.discard("rmw_implementation")  # the switch itself
+    if wanted and found and wanted not in found:
+        hint = closest(wanted, found) or "Install it, or unset RMW_IMPLEMENTATION"
+        raise InputError("RMW_IMPLEMENTATION", wanted, " or ".join(sorted(found)), hint)
+
+
+def prepare() -> None:
+    """Make the process ready for rclpy, or end it with one line on stderr and exit code 2.
+
+    To be called first in an executable's `main`, before `rclpy.init` and the import of matplotlib.
+    """
+    try:
+        use_package_index()
+        use_log_folder()
+        use_matplotlib_folder()
+        check_domain()
+        check_middleware()
+    except InputError as error:
+        sys.stderr.write(f"{PACKAGE}: {error.line}\n")
+        raise SystemExit(int(ExitCode.BAD_INPUT)) from None
+
+
+# a domain of one's own ----------------------------------------------------------------------------
+
+
+def free_domain() -> int:
+    """Return a ROS domain in 1..101 in which no DDS participant runs on this machine.
+
+    The first participant of a domain holds UDP port 7400 + 250 * domain + 10 (RTPS, 9.6.1.1).
+    """
+    for step in range(101):
+        domain = 1 + (os.getpid() + step) % 101
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", 7400 + 250 * domain + 10))
+            except OSError:
+                continue
+            return domain
+    raise InputError("ROS_DOMAIN_ID", "nothing, and 1 to 101 are all in use", DOMAINS_ALLOWED)
+
+
+def use_private_domain() -> str:
+    """Keep strangers out: a domain of its own, this machine only, found quickly.
+
+    What the user has set stays. Returns the line that joins a second terminal to it.
+    """
+    os.environ.setdefault("ROS_DOMAIN_ID", str(free_domain()))
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    use_fast_discovery()
+    names = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
+    return "export " + " ".join(f"{name}={os.environ[name]}" for name in names)
+
+
+def use_fast_discovery() -> None:
+    """Let Fast DDS announce often at first, unless a profile is set: 0.7 s to discover, not 3 s."""
+    if {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"} & os.environ.keys():
+        return
+    use_package_index()
+    for prefix in prefixes():
+        profile = prefix / "share" / PACKAGE / "config" / FAST_DISCOVERY_PROFILE
+        if profile.is_file():
+            os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(profile)
+            return
