@@ -1,0 +1,165 @@
+"""Arithmetic whose bits are the same on every processor: own sine and cosine, exact sums and products.
+
+No function of the C library is called but the square root and the floor, which IEEE 754 defines to the
+last bit; nothing here may be compiled with fastmath.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from numba import njit
+
+Kernel: TypeAlias = Callable[..., Any]
+
+TWO_PI = 2.0 * math.pi
+_TWO_OVER_PI = 2.0 / math.pi
+# π/2 in parts: the first two have 33 bits, so that their product with |k| < 2²⁰ is exact.
+_HALF_PI_1 = float.fromhex("0x1.921fb54400000p+0")
+_HALF_PI_2 = float.fromhex("0x1.0b4611a600000p-34")
+_HALF_PI_3 = float.fromhex("0x1.3198a2e037073p-69")
+_HALF_PI_HIGH = math.pi / 2
+_HALF_PI_LOW = float.fromhex("0x1.1a62633145c07p-54")
+_FEW_TURNS = 1.0e6  # below it k < 2²⁰
+_SPLITTER = 134217729.0  # 2²⁷ + 1 (Dekker)
+
+# Taylor coefficients: on |r| ≤ π/4 the first neglected term is below 5e-17 (sine) and 2e-18 (cosine).
+_S3, _S5, _S7 = -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0
+_S9, _S11, _S13, _S15 = 1.0 / 362880.0, -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0
+_C4, _C6, _C8, _C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
+_C12, _C14, _C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile an inner function of the core; entry points are compiled with `entry`."""
+    compiled: Kernel = njit(error_model="numpy", nogil=True)(function)
+    return compiled
+
+
+def entry(*signature: object) -> Callable[[Kernel], Kernel]:
+    """Compile a function that Python calls: one signature, cached, without the GIL."""
+
+    def compile_entry(function: Kernel) -> Kernel:
+        compiled: Kernel = njit(*signature, error_model="numpy", nogil=True, cache=True)(function)
+        return compiled
+
+    return compile_entry
+
+
+@kernel
+def two_sum(a: float, b: float) -> tuple[float, float]:
+    """a + b as the rounded sum and its exact error (Knuth)."""
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+@kernel
+def two_product(a: float, b: float) -> tuple[float, float]:
+    """a b as the rounded product and its exact error (Dekker); |a|, |b| < 1e290."""
+    p = a * b
+    x = _SPLITTER * a
+    a1 = x - (x - a)
+    a2 = a - a1
+    y = _SPLITTER * b
+    b1 = y - (y - b)
+    b2 = b - b1
+    return p, ((a1 * b1 - p) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@kernel
+def pair_sum(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
+    """Sum of two double-double numbers."""
+    s, e = two_sum(ah, bh)
+    return two_sum(s, e + (al + bl))
+
+
+@kernel
+def pair_product(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
+    """Product of two double-double numbers."""
+    p, e = two_product(ah, bh)
+    return two_sum(p, e + (ah * bl + al * bh))
+
+
+@kernel
+def pair_quotient(ah: float, al: float, b: float) -> tuple[float, float]:
+    """Quotient of a double-double number and a float64."""
+    q = ah / b
+    p, e = two_product(q, b)
+    return two_sum(q, ((ah - p) - e + al) / b)
+
+
+@kernel
+def _reduced(x: float) -> tuple[float, int]:
+    """Remainder of x after the nearest multiple k of π/2, |r| ≤ π/4, and k modulo 4."""
+    k = math.floor(x * _TWO_OVER_PI + 0.5)
+    if abs(x) < _FEW_TURNS:
+        r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
+    else:
+        p, e = two_product(k, _HALF_PI_HIGH)
+        r = ((x - p) - e) - k * _HALF_PI_LOW
+    return r, int(k) & 3
+
+
+@kernel
+def _sine_excess(r: float) -> float:
+    """sin r − r for |r| ≤ π/4, to a few ulp of itself."""
+    z = r * r
+    return r * z * (_S3 + z * (_S5 + z * (_S7 + z * (_S9 + z * (_S11 + z * (_S13 + z * _S15))))))
+
+
+@kernel
+def _cosine_excess(r: float) -> float:
+    """cos r − 1 for |r| ≤ π/4, to a few ulp of itself."""
+    z = r * r
+    q = _C4 + z * (_C6 + z * (_C8 + z * (_C10 + z * (_C12 + z * (_C14 + z * _C16)))))
+    return z * (z * q - 0.5)
+
+
+@kernel
+def sincos(x: float) -> tuple[float, float]:
+    """sin x and cos x, absolute error below 2e-16 for |x| < 1e15."""
+    r, quadrant = _reduced(x)
+    s = r + _sine_excess(r)
+    c = 1.0 + _cosine_excess(r)
+    if quadrant & 1:
+        s, c = c, -s
+    if quadrant & 2:
+        return -s, -c
+    return s, c
+
+
+@kernel
+def sincos_excess(x: float) -> tuple[float, float, float, float]:
+    """sin x, cos x, sin x − x and cos x − 1; the last two keep their digits for small x."""
+    if abs(x) <= 0.78:
+        se = _sine_excess(x)
+        ce = _cosine_excess(x)
+        return x + se, 1.0 + ce, se, ce
+    s, c = sincos(x)
+    return s, c, s - x, c - 1.0
+
+
+@kernel
+def arcsine(c: float) -> float:
+    """Angle in [0, π/2] whose sine is c in [0, 1]: a four-term start (error 7e-5), then Newton steps."""
+    x = 0.5 * math.pi - math.sqrt(1.0 - c) * (1.5707288 + c * (-0.2121144 + c * (0.0742610 - c * 0.0187293)))
+    for _ in range(3):
+        s, k = sincos(x)
+        if k > 1e-8:
+            x += (c - s) / k
+    return x
+
+
+@kernel
+def wrapped(x: float) -> float:
+    """x in [0, 2π) taken into it by whole turns, for x in (−2π, 4π)."""
+    if x >= TWO_PI:
+        x -= TWO_PI
+    elif x < 0.0:
+        x += TWO_PI
+    if x >= TWO_PI or x < 0.0:
+        return 0.0
+    return x

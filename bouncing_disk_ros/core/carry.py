@@ -1,0 +1,96 @@
+"""Carry a state along within one phase of motion, in closed form, booking the energy that flows."""
+
+from __future__ import annotations
+
+import math
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.clock import elapsed
+from bouncing_disk_ros.core.energy import Books, book_sliding, book_sticking
+from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+
+_TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
+
+
+@kernel
+def turn(state: Record, angle: float) -> None:
+    """Add to the angle of the disk, kept as whole turns and a remainder in [−π, π]."""
+    total = state.angle + angle
+    turns = math.floor(total / TWO_PI + 0.5)
+    state.turns += int(turns)
+    state.angle = (total - turns * TWO_PI) - turns * _TWO_PI_LOW
+
+
+@kernel
+def spin(state: Record, disk: Record, d: float) -> None:
+    """Rotation in d seconds of flight: only the load torque acts."""
+    turn(state, (state.omega - 0.5 * disk.lag * d) * d)
+    state.omega -= disk.lag * d
+
+
+@kernel
+def set_clock(state: Record, ns: int, sub: float, cycles: int, tau: float) -> None:
+    """Move the clock of a state; what is known of the next event is forgotten."""
+    state.ns = ns
+    state.sub = sub
+    state.cycles = cycles
+    state.tau = tau
+    state.event = UNKNOWN
+
+
+@kernel
+def carry(
+    state: Record, motion: Record, disk: Record, books: Books, d: float, ns: int, sub: float, cycles: int, tau: float
+) -> None:
+    """Carry a state d seconds on, to the clock given, without leaving its phase of motion."""
+    before = elapsed(motion, state.ns, state.sub)
+    if state.phase == FLIGHT:
+        s, c = sincos(state.tau)
+        state.gap, state.u, _, _ = gap_after(motion, before, s, c, disk.g, state.gap, state.u, d)
+        spin(state, disk, d)
+    else:
+        after = elapsed(motion, ns, sub)
+        s0 = axial_jet(motion, state.tau, before)
+        s1 = axial_jet(motion, tau, after)
+        b0 = angular_jet(motion, state.tau, before)
+        b1 = angular_jet(motion, tau, after)
+        if state.phase == STICKING:
+            book_sticking(books, disk, s0, s1, b0, b1)
+            turn(state, b1[0] - b0[0])
+            state.omega = b1[1]
+        else:
+            sign = state.slip_sign
+            book_sliding(books, motion, disk, sign, state.omega, before, state.tau, d, s0, s1, b0, b1)
+            pushed = 0.5 * disk.g * d * d + (s1[0] - s0[0]) - s0[1] * d  # ∫∫(g + s̈)dt dt
+            turn(state, (state.omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed)
+            state.omega -= sign * disk.grip * (disk.g * d + (s1[1] - s0[1])) + disk.lag * d
+        state.gap = 0.0
+        state.u = 0.0
+    set_clock(state, ns, sub, cycles, tau)
+
+
+@kernel
+def settle(state: Record, motion: Record, disk: Record) -> None:
+    """With gap = 0 and u = 0: contact or flight (rule 1), and in contact stick or slip (rule 4)."""
+    state.gap = 0.0
+    state.u = 0.0
+    state.event = UNKNOWN
+    since = elapsed(motion, state.ns, state.sub)
+    _, _, s2, s3, s4 = axial_jet(motion, state.tau, since)
+    a = disk.g + s2
+    if a < 0.0 or (a == 0.0 and (s3 < 0.0 or (s3 == 0.0 and s4 < 0.0))):
+        state.phase = FLIGHT
+        return
+    _, b1, b2, _, _ = angular_jet(motion, state.tau, since)
+    slip = state.omega - b1
+    rho = b2 + disk.lag
+    if slip == 0.0 and disk.grip > 0.0 and abs(rho) <= disk.grip * a:
+        state.phase = STICKING
+        return
+    state.phase = SLIDING
+    if slip == 0.0:
+        state.slip_sign = -1.0 if rho > 0.0 else 1.0
+    else:
+        state.slip_sign = 1.0 if slip > 0.0 else -1.0

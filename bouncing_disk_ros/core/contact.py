@@ -1,0 +1,191 @@
+"""Contact: when the disk leaves, sticks, slips and stops slipping (model: phases 3 and 4).
+
+With a = g + s̈ (the normal force over the mass) and ρ = β̈ + T_L/(m a_g²) (the torque that sticking needs over
+the moment of inertia), friction can supply up to `grip`·a, grip = μ a_e/a_g². Four functions are watched, each
+positive until its event and searched with steps that cannot pass its first root.
+"""
+
+from __future__ import annotations
+
+import math
+
+from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
+from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, phase_advance
+from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
+
+LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
+# UNLOAD: −a, DRIVE: the derivative of SLIPPING
+
+
+@kernel
+def watched(
+    which: int, sign: float, motion: Record, disk: Record, elapsed: float, tau: float, start: float, d: float
+) -> tuple[float, float]:
+    """A watched function and its derivative d seconds after (elapsed, tau).
+
+    LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this sign and whose
+    sign·w_T + grip·ṡ + sign·β̇ was `start` at d = 0; DRIVE its derivative −grip·a − sign·ρ.
+    """
+    phase = tau + phase_advance(motion, elapsed, d)
+    _, s1, s2, s3, s4 = axial_jet(motion, phase, elapsed + d)
+    a = disk.g + s2
+    if which == LOAD:
+        return a, s3
+    if which == UNLOAD:
+        return -a, -s3
+    _, b1, b2, b3, _ = angular_jet(motion, phase, elapsed + d)
+    rho = b2 + disk.lag
+    if which == MARGIN:
+        return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
+    if which == DRIVE:
+        return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
+    trend = (disk.grip * disk.g + sign * disk.lag) * d
+    return start - disk.grip * s1 - sign * b1 - trend, -disk.grip * a - sign * rho
+
+
+@kernel
+def _curvature(which: int, motion: Record, disk: Record) -> float:
+    """Bound of the second derivative of a watched function."""
+    if which == LOAD or which == UNLOAD:
+        return motion.s4
+    if which == SLIPPING:
+        return disk.grip * motion.s3 + motion.b3
+    return disk.grip * motion.s4 + motion.b4
+
+
+@kernel
+def first_zero(
+    which: int,
+    sign: float,
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    tau: float,
+    start: float,
+    begin: float,
+    horizon: float,
+) -> float:
+    """Delay at which a watched function falls through zero after `begin`, inf if not before `horizon`.
+
+    A value that touches zero and rises again is no event. The function must not be negative at `begin`.
+    """
+    k = _curvature(which, motion, disk)
+    d = begin
+    while d <= horizon:
+        f, f1 = watched(which, sign, motion, disk, elapsed, tau, start, d)
+        if f <= 0.0:
+            if f1 < 0.0:
+                return d
+            f = 0.0
+        if k == 0.0 and f1 >= 0.0:
+            return math.inf
+        if f == 0.0 and f1 == 0.0:
+            d += 1e-9 / motion.omega_max
+            continue
+        step = parabola_root(f, f1, k)
+        if f1 < 0.0 and step <= 4.0 * ROUNDING * (d + step):
+            return d + step
+        d = max(d + step, d * (1.0 + 4.0 * ROUNDING))
+    return math.inf
+
+
+@kernel
+def period_of(motion: Record) -> float:
+    """Period of a steady motion, s."""
+    return 1.0 / motion.f
+
+
+@kernel
+def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> float:
+    """Delay of the next separation (a falls through 0) from contact, inf if none before `horizon`."""
+    if motion.kind == STEADY:
+        leave = separation_phase(motion, disk.g)
+        if leave < 0.0:
+            return math.inf
+        return wrapped(leave - tau) / motion.omega
+    if disk.g > motion.s2:
+        return math.inf
+    return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
+
+
+@kernel
+def load_returns(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> float:
+    """After a launch with u = 0: delay until a rises through 0; before it the gap cannot close."""
+    if motion.kind == STEADY:
+        leave = separation_phase(motion, disk.g)
+        if leave < 0.0:
+            return 0.0
+        # launched at τ_sep, or later in the interval (τ_sep, π − τ_sep) where a < 0
+        ahead = wrapped(math.pi - leave - tau)
+        return min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
+    return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
+
+
+@kernel
+def stick_fails(
+    motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
+) -> tuple[float, float]:
+    """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there; (inf, 0) if never."""
+    weakest = disk.g - motion.s2
+    if motion.b2 + abs(disk.lag) <= disk.grip * weakest:
+        return math.inf, 0.0
+    if motion.kind == STEADY:
+        horizon = min(horizon, 1.0625 * period_of(motion))
+    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
+    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, 0.0, 0.0, min(horizon, up))
+    if down < up:
+        return down, -1.0
+    return up, 1.0
+
+
+@kernel
+def slip_ends(
+    motion: Record, disk: Record, elapsed: float, tau: float, sign: float, w: float, horizon: float
+) -> tuple[float, int]:
+    """Delay at which sliding with sign·w_T = w ≥ 0 reaches w_T = 0, and whole periods that may be skipped before.
+
+    A slip that begins at w = 0 is searched only from where its drive turns against it: until then it grows.
+    """
+    if disk.grip == 0.0:
+        return math.inf, 0
+    begin = 0.0
+    _, s1, _, _, _ = axial_jet(motion, tau, elapsed)
+    _, b1, _, _, _ = angular_jet(motion, tau, elapsed)
+    start = w + disk.grip * s1 + sign * b1
+    if motion.kind == STEADY:
+        skip = _periods_without_root(motion, disk, sign, start)
+        if skip > 0:
+            return math.inf, skip
+    if w == 0.0:
+        reach = min(horizon, 1.0625 * period_of(motion)) if motion.kind == STEADY else horizon
+        begin = first_zero(DRIVE, sign, motion, disk, elapsed, tau, 0.0, 0.0, reach)
+    if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
+        horizon = min(horizon, begin + 1.0625 * period_of(motion))  # higher after each period: now or never
+    return first_zero(SLIPPING, sign, motion, disk, elapsed, tau, start, begin, horizon), 0
+
+
+@kernel
+def _periods_without_root(motion: Record, disk: Record, sign: float, start: float) -> int:
+    """Whole periods of steady motion in which sign·w_T surely stays positive: slow sliding is not stepped.
+
+    sign·w_T = start − p(τ) − r d with p a sinusoid of amplitude `swing`.
+    """
+    rate = (disk.grip * disk.g + sign * disk.lag) * period_of(motion)
+    if rate <= 0.0:
+        return 0
+    s, c = sincos(motion.lag)
+    along = disk.grip * motion.a + sign * motion.p * c
+    across = motion.p * s
+    swing = motion.omega * math.sqrt(along * along + across * across) * (1.0 + 1e-12)
+    n = math.floor((start - swing) / rate) - 1.0
+    if n < 4.0:
+        return 0
+    return int(min(n, 1e15))
+
+
+@kernel
+def contact_torque_sign(rho: float) -> float:
+    """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
+    return -1.0 if rho > 0.0 else 1.0

@@ -1,0 +1,157 @@
+"""Find the next event of a state: computed once, with a horizon fixed by state and inputs, and stored."""
+
+from __future__ import annotations
+
+import math
+
+from bouncing_disk_ros.core.arithmetic import kernel
+from bouncing_disk_ros.core.clock import clock_after, elapsed, instant_of, seconds_between
+from bouncing_disk_ros.core.contact import load_returns, period_of, separation, slip_ends, stick_fails
+from bouncing_disk_ros.core.flight import first_impact, separation_phase
+from bouncing_disk_ros.core.impact import (
+    ALL_STICK,
+    UNDECIDED,
+    chatter_duration,
+    chatter_friction,
+    nothing_left,
+)
+from bouncing_disk_ros.core.layout import (
+    CHATTER_ENDS,
+    FLIGHT,
+    IMPACT,
+    NEVER,
+    NOTHING,
+    SEPARATION,
+    SKIP,
+    SLIP,
+    SLIP_ENDS,
+    STEADY,
+    STICKING,
+)
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+
+# A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick until then.
+_LAST_SLIP = 1e-8
+# Events are looked for a little past the boundary, s; the exact comparison is made with their instant.
+_PAST_BOUNDARY = 2e-9
+
+
+@kernel
+def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> None:
+    """Store the next event up to boundary_ns (the next input or end of a cross-fade) in the state."""
+    horizon = math.inf
+    if boundary_ns != NEVER:
+        horizon = seconds_between(state.ns, state.sub, boundary_ns, 0.0) + _PAST_BOUNDARY
+    since = elapsed(motion, state.ns, state.sub)
+    if state.phase == FLIGHT:
+        kind, d, value = _after_flight(state, motion, disk, since, horizon)
+    elif state.phase == STICKING:
+        kind, d, value = _after_sticking(state, motion, disk, since, horizon)
+    else:
+        kind, d, value = _after_sliding(state, motion, disk, since, horizon)
+    _store(state, motion, disk, kind, d, value)
+    late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
+    if kind == NOTHING or late:
+        state.event = NOTHING
+        state.event_ns = NEVER
+
+
+@kernel
+def _after_flight(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> tuple[int, float, float]:
+    start = 0.0
+    if state.gap == 0.0:
+        if state.u == 0.0:  # launched: no root before the platform can come back (rule 2)
+            start = load_returns(motion, disk, since, state.tau, horizon)
+        elif state.u > 0.0:
+            kind, d, value = _chatter(state, motion, disk, since, horizon)
+            if kind != NOTHING:
+                return kind, d, value
+    d, w = first_impact(motion, since, state.tau, disk.g, state.gap, state.u, start, horizon)
+    if d > horizon or d == math.inf:
+        return NOTHING, 0.0, 0.0
+    return IMPACT, d, w
+
+
+@kernel
+def _chatter(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> tuple[int, float, float]:
+    """Complete chattering from here in closed form, where that is exact and friction's part in it is decided."""
+    s = axial_jet(motion, state.tau, since)
+    a = disk.g + s[2]
+    u = state.u
+    # cheap refusal: T ω is far from small for all but the last bounces
+    if a <= 0.0 or u * motion.omega_max > 1e-2 * a:
+        return NOTHING, 0.0, 0.0
+    t, exact = chatter_duration(motion, disk, s, u)
+    if t <= 0.0:
+        return NOTHING, 0.0, 0.0
+    over = nothing_left(motion, t)
+    if not over and (not exact or t + _PAST_BOUNDARY > horizon):
+        return NOTHING, 0.0, 0.0
+    b = angular_jet(motion, state.tau, since)
+    rho = b[2] + disk.lag
+    total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
+    friction, sign = chatter_friction(disk, a, rho, state.omega - b[1], total, t)
+    if friction == UNDECIDED:
+        if not over:
+            return NOTHING, 0.0, 0.0
+        friction = ALL_STICK
+    if over:
+        t = min(t, max(horizon - _PAST_BOUNDARY, 0.0))
+    return CHATTER_ENDS, t, 0.0 if friction == ALL_STICK else sign
+
+
+@kernel
+def _after_sticking(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> tuple[int, float, float]:
+    leave = separation(motion, disk, since, state.tau, horizon)
+    fail, sign = stick_fails(motion, disk, since, state.tau, min(horizon, leave))
+    if leave != math.inf and (leave - fail) * motion.omega_max <= _LAST_SLIP:
+        fail = math.inf
+    if fail < leave:
+        return SLIP, fail, -sign
+    if leave == math.inf:
+        return NOTHING, 0.0, 0.0
+    return SEPARATION, leave, 0.0
+
+
+@kernel
+def _after_sliding(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> tuple[int, float, float]:
+    leave = separation(motion, disk, since, state.tau, horizon)
+    b = angular_jet(motion, state.tau, since)
+    w = max(state.slip_sign * (state.omega - b[1]), 0.0)
+    stop, skip = slip_ends(motion, disk, since, state.tau, state.slip_sign, w, min(horizon, leave))
+    if stop < leave:
+        return SLIP_ENDS, stop, 0.0
+    if leave != math.inf:
+        return SEPARATION, leave, 0.0
+    if skip > 0:
+        return SKIP, skip * period_of(motion), float(skip)
+    return NOTHING, 0.0, 0.0
+
+
+@kernel
+def _store(state: Record, motion: Record, disk: Record, kind: int, d: float, value: float) -> None:
+    state.event = kind
+    state.event_delay = d
+    state.event_value = value
+    if kind == NOTHING:
+        return
+    ns, sub, cycles, tau = clock_after(motion, state.ns, state.sub, state.cycles, state.tau, d)
+    if motion.kind == STEADY and (kind == SKIP or kind == SEPARATION):
+        if kind == SKIP:  # whole periods: the phase is the same to the bit
+            cycles, tau = state.cycles + int(value), state.tau
+        else:
+            tau = separation_phase(motion, disk.g)
+            cycles = state.cycles + (1 if tau < state.tau else 0)
+        ns, sub = instant_of(motion, cycles, tau)
+    state.event_ns = ns
+    state.event_sub = sub
+    state.event_cycles = cycles
+    state.event_tau = tau

@@ -1,0 +1,110 @@
+"""Records that the kernels work on. Arrays of one element each: numba changes them in place.
+
+Plain numbers only, so a copy of the bytes is an exact checkpoint.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import from_dtype, types
+
+FLIGHT, STICKING, SLIDING = 0, 1, 2  # model.Phase as plain integers, for the kernels
+STEADY, FADE = 0, 1
+NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
+
+# Pending events.
+UNKNOWN, NOTHING, IMPACT, SEPARATION, SLIP, SLIP_ENDS, CHATTER_ENDS, SKIP = range(8)
+
+STATE_DTYPE = np.dtype(
+    [
+        # clock of the last event or input: whole nanoseconds and a remainder, whole cycles and a phase
+        ("ns", "i8"),
+        ("sub", "f8"),  # ns, in [0, 1)
+        ("cycles", "i8"),
+        ("tau", "f8"),  # rad, in [0, 2π)
+        ("phase", "i8"),
+        ("slip_sign", "f8"),  # sign of w_T while sliding
+        # axial: relative to the platform, so that tiny bounces keep their digits
+        ("gap", "f8"),
+        ("u", "f8"),  # gap velocity
+        # angular: whole turns, a remainder in [−π, π], absolute velocity
+        ("turns", "i8"),
+        ("angle", "f8"),
+        ("omega", "f8"),
+        # the next event, computed once and stored
+        ("event", "i8"),
+        ("event_delay", "f8"),  # s after the clock above
+        ("event_value", "f8"),  # w_A of an impact, periods of a skip
+        ("event_ns", "i8"),
+        ("event_sub", "f8"),
+        ("event_cycles", "i8"),
+        ("event_tau", "f8"),
+        ("rows", "i8"),  # rows reported so far
+        ("initial_energy", "f8"),
+    ],
+    align=True,
+)
+
+MOTION_DTYPE = np.dtype(
+    [
+        ("kind", "i8"),
+        ("begin_ns", "i8"),
+        ("end_ns", "i8"),  # of a fade; NEVER for a steady motion
+        ("cycles", "i8"),  # at begin_ns
+        ("tau", "f8"),  # at begin_ns
+        ("duration", "f8"),  # s, of a fade
+        # values at begin_ns and what a fade adds to them
+        ("a", "f8"),
+        ("da", "f8"),
+        ("p", "f8"),
+        ("dp", "f8"),
+        ("f", "f8"),
+        ("df", "f8"),
+        ("lag", "f8"),
+        ("dlag", "f8"),
+        # derived
+        ("omega", "f8"),  # 2π f, of the steady motion or at begin_ns
+        ("omega_max", "f8"),
+        ("top", "f8"),  # bound of |s|
+        ("s2", "f8"),  # bounds of the absolute second, third and fourth derivatives of s and β
+        ("s3", "f8"),
+        ("s4", "f8"),
+        ("b2", "f8"),
+        ("b3", "f8"),
+        ("b4", "f8"),
+    ],
+    align=True,
+)
+
+DISK_DTYPE = np.dtype(
+    [
+        ("mass", "f8"),
+        ("restitution", "f8"),
+        ("friction", "f8"),
+        ("inertia", "f8"),  # m a_g²
+        ("weight", "f8"),  # m g + P, N
+        ("g", "f8"),  # g + P/m
+        ("grip", "f8"),  # μ a_e/a_g²: angular acceleration by friction over g + s̈, rad/m
+        ("load_torque", "f8"),
+        ("lag", "f8"),  # T_L/(m a_g²), rad/s²
+        ("report_speed", "f8"),  # m/s: slower impacts share a row; changes no result
+    ],
+    align=True,
+)
+
+BOOKS = (
+    "work_axial",
+    "work_angular",
+    "work_kicks",
+    "work_parameters",
+    "loss_impact_axial",
+    "loss_impact_friction",
+    "loss_sliding",
+    "throughput",
+)
+W_AXIAL, W_ANGULAR, W_KICKS, W_PARAMETERS, L_AXIAL, L_FRICTION, L_SLIDING, THROUGHPUT = range(8)
+
+STATE = from_dtype(STATE_DTYPE)[::1]
+MOTION = from_dtype(MOTION_DTYPE)[::1]
+DISK = from_dtype(DISK_DTYPE)[::1]
+BOOK = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out

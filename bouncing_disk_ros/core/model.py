@@ -1,0 +1,144 @@
+"""The words of the model: motions, disks, states and the records of the core (SI units, z up).
+
+Symbols are those of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009).
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Phase(IntEnum):
+    """Phase of motion of the disk."""
+
+    FLIGHT = 0
+    STICKING = 1
+    SLIDING = 2
+
+
+class ImpactKind(IntEnum):
+    """What one row of the impact log stands for: the one numbered table."""
+
+    IMPACT = 0  # one impact
+    CHATTER_TAIL = 1  # the last impacts of a complete chattering, summed; the row ends in contact
+    CHATTER_CUT = 2  # impacts below the reporting speed, summed, that did not end in contact
+
+
+class Motion(NamedTuple):
+    """Platform motion s = A sin(ωt), β = Φ sin(ωt + θ) (paper, eq. 1)."""
+
+    axial_amplitude: float  # A, m
+    angular_amplitude: float  # Φ, rad
+    frequency: float  # f = ω/2π, Hz
+    phase_lag: float  # θ, rad
+
+
+class Disk(NamedTuple):
+    """Disk, contact and constant loads."""
+
+    mass: float  # m, kg
+    restitution: float  # ε, 1
+    friction: float  # μ, 1
+    friction_radius: float  # a_e, m
+    gyration_radius: float  # a_g, m
+    gravity: float  # g, m/s²
+    preload: float = 0.0  # P, N, presses the disk on the platform
+    load_torque: float = 0.0  # T_L, N·m, positive when it brakes positive rotation
+
+
+class InitialState(NamedTuple):
+    """Where a run starts."""
+
+    height: float = 0.0  # of the disk above the platform, m
+    axial_velocity: float | None = None  # absolute, m/s; None: the platform's
+    angular_velocity: float = 0.0  # absolute, rad/s
+    angle: float = 0.0  # rad
+    forcing_phase: float = 1.5 * math.pi  # τ, rad; the default is the lowest point
+
+
+class Sample(NamedTuple):
+    """State of platform and disk at one instant of simulated time."""
+
+    time_ns: int
+    phase: Phase
+    cycles: int
+    forcing_phase: float  # rad, in [0, 2π)
+    platform_position: float  # s, m
+    platform_velocity: float  # m/s
+    platform_angle: float  # β, rad
+    platform_angular_velocity: float  # rad/s
+    gap: float  # x − s, m
+    axial_position: float  # x, m
+    axial_velocity: float  # m/s
+    turns: int  # whole turns of the disk
+    angle: float  # rad, the remainder, |angle| ≤ π
+    angular_velocity: float  # rad/s
+    axial_force: float  # of the platform on the disk, N
+    friction_torque: float  # of the platform on the disk, N·m
+
+    @property
+    def unwrapped_angle(self) -> float:
+        """Angle of the disk with its whole turns, rad."""
+        return math.tau * self.turns + self.angle
+
+
+class Energy(NamedTuple):
+    """Energy books since the start or the last reset, J; each is computed by itself."""
+
+    kinetic: float
+    potential: float  # (m g + P) x + T_L α
+    initial: float  # kinetic + potential at the start
+    work_axial: float  # of the platform on the disk
+    work_angular: float
+    work_kicks: float
+    work_parameters: float  # jumps of the energy where parameters change
+    loss_impact_axial: float
+    loss_impact_friction: float
+    loss_sliding: float
+    residual: float  # kinetic + potential − initial − works + losses: 0 but for rounding
+    throughput: float  # sum of the magnitudes of all that was booked, the scale of the residual
+
+
+class MotionInForce(NamedTuple):
+    """The cross-fade in progress, or the steady motion (then start = target, begin_ns = end_ns)."""
+
+    begin_ns: int
+    end_ns: int
+    start: Motion
+    target: Motion
+    cycles: int  # at begin_ns
+    forcing_phase: float  # at begin_ns, rad
+
+
+_ROW_FLOATS = (
+    "index",
+    "time",
+    "cycles",
+    "forcing_phase",
+    "axial_impact_velocity",
+    "angular_impact_velocity",
+    "axial_impulse",
+    "angular_impulse",
+    "axial_position",
+    "axial_velocity",
+    "angular_velocity",
+)
+
+IMPACT_DTYPE: np.dtype[np.void] = np.dtype(
+    {
+        "names": ["x", "y", "z", "count", *_ROW_FLOATS, "kind"],
+        "formats": ["<f4", "<f4", "<f4", "<u4", *["<f8"] * len(_ROW_FLOATS), "u1"],
+        "offsets": [0, 4, 8, 12, *range(16, 16 + 8 * len(_ROW_FLOATS), 8), 104],
+        "itemsize": 112,
+    }
+)
+"""One row of the impact log: x, y, z are the section τ/2π, w_A/(πg/ω), α̇/(ωΦ) (float32); the rest is SI.
+
+`axial_impact_velocity` and `angular_impact_velocity` are those just before the impact, w_A < 0; position,
+velocity and angular velocity those just after. Impulses are of the platform on the disk. A row with
+`count` > 1 holds summed impulses, the velocities of its first impact and the time at which it ended.
+"""

@@ -1,0 +1,187 @@
+"""Platform motion: derivatives, cross-fades and the bounds that certify root finding.
+
+In a cross-fade A, Φ, f and θ each go from v to v + Δv as v + Δv b(σ), σ = (t − begin)/duration, with the
+C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase τ = ∫ω dt, so s = A sin τ and β = Φ sin(τ + θ)
+keep closed forms (paper, eq. 1, for a steady motion).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
+from bouncing_disk_ros.core.model import Motion
+
+Record = Any  # a numba record: one element of an array with a dtype of `layout`
+Jet = tuple[float, float, float, float, float]
+
+# Largest values of b', b'', b''', b'''' on [0, 1].
+_BLEND_BOUNDS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0, 360.0)
+
+
+@kernel
+def blend_jet(x: float, duration: float) -> Jet:
+    """b at x = σ in [0, 1] and its first four derivatives in time."""
+    y = 1.0 - x
+    r = 1.0 / duration
+    b0 = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+    b1 = 30.0 * x * x * y * y * r
+    b2 = 60.0 * x * y * (1.0 - 2.0 * x) * r * r
+    b3 = 60.0 * (1.0 - 6.0 * x * y) * r * r * r
+    b4 = 360.0 * (2.0 * x - 1.0) * r * r * r * r
+    return b0, b1, b2, b3, b4
+
+
+@kernel
+def _product_jet(z: Jet, s: float, c: float, q: Jet) -> Jet:
+    """Derivatives of A sin χ from those of A (z) and of χ (q[1:]), with s = sin χ, c = cos χ."""
+    _, q1, q2, q3, q4 = q
+    y1 = c * q1
+    y2 = c * q2 - s * q1 * q1
+    y3 = c * (q3 - q1 * q1 * q1) - 3.0 * s * q1 * q2
+    y4 = c * (q4 - 6.0 * q1 * q1 * q2) - s * (4.0 * q1 * q3 + 3.0 * q2 * q2 - q1 * q1 * q1 * q1)
+    z0, z1, z2, z3, z4 = z
+    return (
+        z0 * s,
+        z1 * s + z0 * y1,
+        z2 * s + 2.0 * z1 * y1 + z0 * y2,
+        z3 * s + 3.0 * (z2 * y1 + z1 * y2) + z0 * y3,
+        z4 * s + 4.0 * (z3 * y1 + z1 * y3) + 6.0 * z2 * y2 + z0 * y4,
+    )
+
+
+@kernel
+def _steady_jet(amplitude: float, s: float, c: float, w: float) -> Jet:
+    z0 = amplitude * s
+    z1 = amplitude * w * c
+    w2 = w * w
+    return z0, z1, -w2 * z0, -w2 * z1, w2 * w2 * z0
+
+
+@kernel
+def axial_jet(motion: Record, tau: float, elapsed: float) -> Jet:
+    """s and its first four derivatives at phase tau, `elapsed` seconds after a fade began (unused if steady)."""
+    s, c = sincos(tau)
+    if motion.kind == STEADY:
+        return _steady_jet(motion.a, s, c, motion.omega)
+    b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
+    d = motion.da
+    z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
+    w = TWO_PI * motion.df
+    q = (tau, TWO_PI * (motion.f + motion.df * b0), w * b1, w * b2, w * b3)
+    return _product_jet(z, s, c, q)
+
+
+@kernel
+def angular_jet(motion: Record, tau: float, elapsed: float) -> Jet:
+    """β and its first four derivatives; arguments as in `axial_jet`."""
+    if motion.kind == STEADY:
+        s, c = sincos(tau + motion.lag)
+        return _steady_jet(motion.p, s, c, motion.omega)
+    b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
+    s, c = sincos(tau + motion.lag + motion.dlag * b0)
+    d = motion.dp
+    z = (motion.p + d * b0, d * b1, d * b2, d * b3, d * b4)
+    w = TWO_PI * motion.df
+    v = motion.dlag
+    q1 = TWO_PI * (motion.f + motion.df * b0) + v * b1
+    return _product_jet(z, s, c, (tau, q1, w * b1 + v * b2, w * b2 + v * b3, w * b3 + v * b4))
+
+
+@kernel
+def relative_blend(motion: Record, elapsed: float) -> Jet:
+    """Coefficients c1 … c5 of b(σ + δ) − b(σ) = Σ c_k δ^k at `elapsed` seconds after the fade began."""
+    x = elapsed / motion.duration
+    y = 1.0 - x
+    return (
+        30.0 * x * x * y * y,
+        30.0 * x * y * (1.0 - 2.0 * x),
+        10.0 * (1.0 - 6.0 * x * y),
+        15.0 * (2.0 * x - 1.0),
+        6.0,
+    )
+
+
+@kernel
+def phase_advance(motion: Record, elapsed: float, d: float) -> float:
+    """Growth of τ in d seconds, rad, beginning `elapsed` seconds after a fade began."""
+    if motion.kind == STEADY:
+        return motion.omega * d
+    c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
+    b0, _, _, _, _ = blend_jet(elapsed / motion.duration, motion.duration)
+    x = d / motion.duration
+    grown = x * x * (c1 / 2.0 + x * (c2 / 3.0 + x * (c3 / 4.0 + x * (c4 / 5.0 + x * c5 / 6.0))))
+    return TWO_PI * ((motion.f + motion.df * b0) * d + motion.df * motion.duration * grown)
+
+
+def _amplitude_bounds(begin: float, change: float, duration: float) -> list[float]:
+    return [max(begin, begin + change)] + [
+        abs(change) * b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)
+    ]
+
+
+def _derivative_bounds(z: list[float], q1: float, q2: float, q3: float, q4: float) -> tuple[float, float, float]:
+    """Bounds of the second to fourth derivatives of A sin χ from those of A (z) and χ (q), by Leibniz."""
+    y1 = q1
+    y2 = q2 + q1**2
+    y3 = q3 + q1**3 + 3 * q1 * q2
+    y4 = q4 + 6 * q1**2 * q2 + 4 * q1 * q3 + 3 * q2**2 + q1**4
+    return (
+        z[2] + 2 * z[1] * y1 + z[0] * y2,
+        z[3] + 3 * z[2] * y1 + 3 * z[1] * y2 + z[0] * y3,
+        z[4] + 4 * z[3] * y1 + 6 * z[2] * y2 + 4 * z[1] * y3 + z[0] * y4,
+    )
+
+
+_ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
+
+
+def _set_bounds(m: NDArray[np.void]) -> None:
+    r = m[0]
+    duration = float(r["duration"]) if r["kind"] == FADE else math.inf
+    spread = [b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)]
+    w = TWO_PI * max(r["f"], r["f"] + r["df"])
+    dw, dlag = TWO_PI * abs(r["df"]), abs(r["dlag"])
+    a = _amplitude_bounds(float(r["a"]), float(r["da"]), duration)
+    p = _amplitude_bounds(float(r["p"]), float(r["dp"]), duration)
+    s = _derivative_bounds(a, w, dw * spread[0], dw * spread[1], dw * spread[2])
+    b = _derivative_bounds(
+        p,
+        w + dlag * spread[0],
+        dw * spread[0] + dlag * spread[1],
+        dw * spread[1] + dlag * spread[2],
+        dw * spread[2] + dlag * spread[3],
+    )
+    r["omega"] = TWO_PI * r["f"]
+    r["omega_max"] = w
+    r["top"] = a[0] * _ROOM
+    r["s2"], r["s3"], r["s4"] = (x * _ROOM for x in s)
+    r["b2"], r["b3"], r["b4"] = (x * _ROOM for x in b)
+
+
+def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np.void]:
+    """Record of a steady motion whose forcing phase at begin_ns is (cycles, tau)."""
+    m = np.zeros(1, MOTION_DTYPE)
+    m["kind"], m["begin_ns"], m["end_ns"], m["cycles"], m["tau"] = STEADY, begin_ns, NEVER, cycles, tau
+    m["a"], m["p"], m["f"], m["lag"] = motion
+    _set_bounds(m)
+    return m
+
+
+def fade(
+    start: Motion, target: Motion, begin_ns: int, end_ns: int, cycles: int, tau: float
+) -> NDArray[np.void]:
+    """Record of a cross-fade from one motion to another; the phase lag takes the short way round."""
+    m = steady(start, begin_ns, cycles, tau)
+    m["kind"], m["end_ns"], m["duration"] = FADE, end_ns, (end_ns - begin_ns) * 1e-9
+    m["da"] = target.axial_amplitude - start.axial_amplitude
+    m["dp"] = target.angular_amplitude - start.angular_amplitude
+    m["df"] = target.frequency - start.frequency
+    m["dlag"] = math.remainder(target.phase_lag - start.phase_lag, TWO_PI)
+    _set_bounds(m)
+    return m

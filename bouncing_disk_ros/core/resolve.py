@@ -1,0 +1,128 @@
+"""Resolve the event that a state has stored."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.core.arithmetic import kernel, sincos
+from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, turn
+from bouncing_disk_ros.core.clock import elapsed
+from bouncing_disk_ros.core.energy import Books, book, book_impact
+from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.impact import friction_change
+from bouncing_disk_ros.core.layout import (
+    CHATTER_ENDS,
+    FLIGHT,
+    IMPACT,
+    L_AXIAL,
+    L_FRICTION,
+    SEPARATION,
+    SLIDING,
+    SLIP,
+    SLIP_ENDS,
+    W_ANGULAR,
+    W_AXIAL,
+)
+from bouncing_disk_ros.core.log import CHATTER_TAIL, Rows, add_impulses, begin_row, close_row, log_impact
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+
+
+@kernel
+def resolve(
+    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+) -> int:
+    """Carry the state to its next event and through it; returns the number of rows."""
+    kind = state.event
+    value = state.event_value
+    if kind == CHATTER_ENDS:
+        return _end_chatter(state, motion, disk, books, rows, n, open_row)
+    d, ns, sub = state.event_delay, state.event_ns, state.event_sub
+    cycles, tau = state.event_cycles, state.event_tau
+    if kind == IMPACT:
+        spin(state, disk, d)
+        set_clock(state, ns, sub, cycles, tau)
+        return _impact(state, motion, disk, books, -value, rows, n, open_row)
+    carry(state, motion, disk, books, d, ns, sub, cycles, tau)
+    if kind == SEPARATION:
+        state.phase = FLIGHT
+        state.gap = 0.0
+        state.u = 0.0
+    elif kind == SLIP:
+        state.phase = SLIDING
+        state.slip_sign = value
+    elif kind == SLIP_ENDS:
+        since = elapsed(motion, state.ns, state.sub)
+        state.omega = angular_jet(motion, state.tau, since)[1]
+        settle(state, motion, disk)
+    return n
+
+
+@kernel
+def _impact(
+    state: Record, motion: Record, disk: Record, books: Books, w: float, rows: Rows, n: int, open_row: Rows
+) -> int:
+    since = elapsed(motion, state.ns, state.sub)
+    s = axial_jet(motion, state.tau, since)
+    b = angular_jet(motion, state.tau, since)
+    push = (1.0 + disk.restitution) * w
+    slip = state.omega - b[1]
+    most = disk.grip * push
+    twist = friction_change(slip, most)
+    left = 0.0 if abs(slip) <= most else slip + twist
+    state.omega = b[1] if abs(slip) <= most else state.omega + twist
+    state.gap = 0.0
+    state.u = disk.restitution * w
+    state.phase = FLIGHT
+    book_impact(books, disk, w, 0.5 * (slip + left), push, twist, s[1], b[1])
+    n = log_impact(rows, n, open_row, state, motion, disk, w, slip, push, twist)
+    if state.u == 0.0:
+        n = close_row(open_row, rows, n, state, CHATTER_TAIL)
+        settle(state, motion, disk)
+    return n
+
+
+@kernel
+def _end_chatter(
+    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+) -> int:
+    """All impacts that are left of a complete chatter, in closed form (rules 7 and 8).
+
+    With flights of d₀εⁿ, d₀ = 2u/a: Σ F̂ over m is exact by momentum; the sums that weigh each impact with its time
+    are geometric series, whose corrections are below rounding where the completion is allowed.
+    """
+    t, sign, u, e = state.event_delay, state.event_value, state.u, disk.restitution
+    since = elapsed(motion, state.ns, state.sub)
+    s = axial_jet(motion, state.tau, since)
+    b = angular_jet(motion, state.tau, since)
+    sine, cosine = sincos(state.tau)
+    push = -gap_after(motion, since, sine, cosine, disk.g, 0.0, u, t)[1]
+    d0 = 2.0 * u / (disk.g + s[2])
+    moment = u * d0 / ((1.0 - e) * (1.0 - e))  # Σ F̂ₙ(tₙ − t₀) over m
+    squares = d0 * d0 / (1.0 - e * e)  # Σ dₙ²
+    rho = b[2] + disk.lag
+    slip = state.omega - b[1]
+    before = state.omega
+    set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
+    b_end = angular_jet(motion, state.tau, elapsed(motion, state.ns, state.sub))
+    if sign == 0.0:
+        twist = b_end[1] - before + disk.lag * t
+        turn(state, b_end[0] - b[0] - 0.5 * rho * squares)
+        state.omega = b_end[1]
+        book(books, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * squares / (1.0 - e)))
+        book(books, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
+    else:
+        twist = -sign * disk.grip * push
+        turn(state, (before - 0.5 * disk.lag * t) * t - sign * disk.grip * moment * e)
+        state.omega = before + twist - disk.lag * t
+        book(books, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2]))
+        lost = -twist * (slip + 0.5 * twist) - disk.grip * sign * rho * moment
+        book(books, L_FRICTION, disk.inertia * lost)
+    book(books, W_AXIAL, disk.mass * (push * s[1] + s[2] * moment))
+    book(books, L_AXIAL, 0.5 * disk.mass * u * u)
+    state.gap = 0.0
+    state.u = 0.0
+    row = open_row[0]
+    if row.count == 0:
+        begin_row(row, state, motion, disk, u, slip)
+    add_impulses(row, state, motion, disk, push, twist)
+    n = close_row(open_row, rows, n, state, CHATTER_TAIL)
+    settle(state, motion, disk)
+    return n

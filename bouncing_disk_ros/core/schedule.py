@@ -1,0 +1,53 @@
+"""Inputs that have not acted yet: cross-fades and kicks, with their instants."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from bouncing_disk_ros.core.model import Motion
+
+
+class Fade(NamedTuple):
+    """A cross-fade that has not begun."""
+
+    begin_ns: int
+    end_ns: int
+    target: Motion
+
+
+class Kick(NamedTuple):
+    """An impulse on the disk that has not acted."""
+
+    at_ns: int
+    axial_impulse: float  # N·s
+    angular_impulse: float  # N·m·s
+
+
+def crossfade_duration_ns(start: Motion, target: Motion) -> int:
+    """Default duration of a cross-fade: one period of the slower motion, in whole nanoseconds."""
+    return max(round(1e9 / min(start.frequency, target.frequency)), 1)
+
+
+def plan_fades(
+    points: Sequence[tuple[int, Motion]], start: Motion, free_ns: int, crossfade_ns: int
+) -> list[Fade]:
+    """Cross-fades that reach each point's motion at its time.
+
+    A fade begins a duration before its point's time, but not before free_ns or the end of the one before, and ends
+    at the point's time or a duration after its beginning, whichever is later. Times must increase strictly.
+    """
+    fades: list[Fade] = []
+    for at_ns, target in points:
+        duration = crossfade_ns or crossfade_duration_ns(start, target)
+        begin = max(at_ns - duration, free_ns)
+        free_ns = max(at_ns, begin + duration)
+        fades.append(Fade(begin, free_ns, target))
+        start = target
+    return fades
+
+
+def add_kick(kicks: list[Kick], kick: Kick) -> None:
+    """Queue a kick behind those of the same instant."""
+    insort(kicks, kick, key=lambda k: k.at_ns)

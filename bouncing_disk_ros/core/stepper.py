@@ -1,0 +1,140 @@
+"""Entry points from Python: advance a state, halt it at an instant, act on it, look at it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import from_dtype, types
+
+from bouncing_disk_ros.core.arithmetic import entry
+from bouncing_disk_ros.core.carry import carry, settle
+from bouncing_disk_ros.core.clock import elapsed, phase_of, seconds_between
+from bouncing_disk_ros.core.energy import Books, book, mechanical_energy
+from bouncing_disk_ros.core.events import find_next
+from bouncing_disk_ros.core.layout import (
+    BOOK,
+    DISK,
+    FLIGHT,
+    MOTION,
+    SLIDING,
+    STATE,
+    STICKING,
+    UNKNOWN,
+    W_KICKS,
+    W_PARAMETERS,
+)
+from bouncing_disk_ros.core.log import CHATTER_CUT, Rows, close_row
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.resolve import resolve
+
+DONE, FULL, BEHIND = 0, 1, 2
+ROWS = from_dtype(IMPACT_DTYPE)[::1]
+OBSERVED = np.dtype([(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")])
+_OBSERVED = from_dtype(OBSERVED)[::1]
+_INT, _FLOAT = types.int64, types.float64
+
+
+@entry(types.UniTuple(_INT, 3)(STATE, MOTION, DISK, BOOK, ROWS, ROWS, _INT, _INT, _INT))
+def advance(
+    state: Record,
+    motion: Record,
+    disk: Record,
+    books: Books,
+    rows: Rows,
+    open_row: Rows,
+    boundary_ns: int,
+    until_ns: int,
+    budget: int,
+) -> tuple[int, int, int]:
+    """Resolve the events up to until_ns; boundary_ns bounds the search for the next one.
+
+    Returns (rows written, events resolved, status): DONE, FULL (no room for the rows of one more event) or
+    BEHIND (the budget of events is used up).
+    """
+    n = 0
+    for i in range(budget):
+        if state[0].event == UNKNOWN:
+            find_next(state[0], motion[0], disk[0], boundary_ns)
+        ns = state[0].event_ns
+        if ns > until_ns or (ns == until_ns and state[0].event_sub > 0.0):
+            return n, i, DONE
+        if n + 2 > len(rows):
+            return n, i, FULL
+        n = resolve(state[0], motion[0], disk[0], books, rows, n, open_row)
+    return n, budget, BEHIND
+
+
+@entry(_INT(STATE, MOTION, DISK, BOOK, ROWS, ROWS, _INT))
+def halt(
+    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, open_row: Rows, ns: int
+) -> int:
+    """Carry the state to a whole nanosecond before its next event, for an input there; returns the rows written."""
+    s = state[0]
+    if seconds_between(s.ns, s.sub, ns, 0.0) > 0.0:
+        d = seconds_between(s.ns, s.sub, ns, 0.0)
+        cycles, tau = phase_of(motion[0], ns, 0.0)
+        carry(s, motion[0], disk[0], books, d, ns, 0.0, cycles, tau)
+    s.event = UNKNOWN
+    if s.phase == FLIGHT and s.gap < 0.0:
+        s.gap = 0.0  # rounding: an impact has just been or is just to come
+    return close_row(open_row, rows, 0, s, CHATTER_CUT)
+
+
+@entry(types.void(STATE, MOTION, DISK, BOOK, _FLOAT, _FLOAT))
+def kick(
+    state: Record, motion: Record, disk: Record, books: Books, axial: float, angular: float
+) -> None:
+    """Add impulses (N·s, N·m·s) to a halted state; call `resume` after the last input of the instant."""
+    s, k = state[0], disk[0]
+    climb = axial_jet(motion[0], s.tau, elapsed(motion[0], s.ns, s.sub))[1]
+    book(books, W_KICKS, axial * (climb + s.u) + 0.5 * axial * axial / k.mass)
+    book(books, W_KICKS, angular * s.omega + 0.5 * angular * angular / k.inertia)
+    s.u += axial / k.mass
+    s.omega += angular / k.inertia
+
+
+@entry(types.void(STATE, MOTION, DISK))
+def resume(state: Record, motion: Record, disk: Record) -> None:
+    """After the inputs of one instant: contact, flight or an impact at once (rules 1, 4 and 10)."""
+    s = state[0]
+    s.event = UNKNOWN
+    if s.phase == FLIGHT:
+        if s.gap == 0.0 and s.u == 0.0:
+            settle(s, motion[0], disk[0])
+    elif s.u != 0.0:
+        s.phase = FLIGHT
+    else:
+        settle(s, motion[0], disk[0])
+
+
+@entry(types.void(STATE, MOTION, DISK, DISK, BOOK))
+def change_disk(state: Record, motion: Record, disk: Record, new: Record, books: Books) -> None:
+    """Book the jump of the energy of a halted state where parameters change."""
+    s = state[0]
+    jet = axial_jet(motion[0], s.tau, elapsed(motion[0], s.ns, s.sub))
+    x, v = jet[0] + s.gap, jet[1] + s.u
+    before = mechanical_energy(disk[0], x, v, s.turns, s.angle, s.omega)
+    after = mechanical_energy(new[0], x, v, s.turns, s.angle, s.omega)
+    book(books, W_PARAMETERS, after - before)
+
+
+@entry(types.void(STATE, MOTION, DISK, _OBSERVED))
+def observe(state: Record, motion: Record, disk: Record, out: Record) -> None:
+    """Platform motion, forces on the disk and mechanical energy at the clock of a state."""
+    s, k, o = state[0], disk[0], out[0]
+    since = elapsed(motion[0], s.ns, s.sub)
+    jet = axial_jet(motion[0], s.tau, since)
+    turn = angular_jet(motion[0], s.tau, since)
+    o.s, o.s1, o.b, o.b1 = jet[0], jet[1], turn[0], turn[1]
+    o.force = 0.0
+    o.torque = 0.0
+    if s.phase != FLIGHT:
+        a = k.g + jet[2]
+        o.force = k.mass * a
+        if s.phase == STICKING:
+            o.torque = k.inertia * (turn[2] + k.lag)
+        elif s.phase == SLIDING:
+            o.torque = -s.slip_sign * k.inertia * k.grip * a
+    v = jet[1] + s.u
+    o.kinetic = 0.5 * k.mass * v * v + 0.5 * k.inertia * s.omega * s.omega
+    o.energy = mechanical_energy(k, jet[0] + s.gap, v, s.turns, s.angle, s.omega)
