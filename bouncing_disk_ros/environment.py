@@ -23,6 +23,7 @@ from bouncing_disk_ros.folders import (
 __all__ = [
     "check_domain",
     "check_middleware",
+    "domain_is_free",
     "free_domain",
     "numba_cache_directory",
     "prepare",
@@ -108,18 +109,24 @@ def prepare() -> None:
 # a domain of one's own ----------------------------------------------------------------------------
 
 
-def free_domain() -> int:
-    """Return a ROS domain in 1..101 in which no DDS participant runs on this machine.
+def domain_is_free(domain: int) -> bool:
+    """Return whether no DDS participant of this machine is in the ROS domain `domain`.
 
     The first participant of a domain holds UDP port 7400 + 250 * domain + 10 (RTPS, 9.6.1.1).
     """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("", 7400 + 250 * domain + 10))
+        except OSError:
+            return False
+        return True
+
+
+def free_domain() -> int:
+    """Return a free ROS domain in 1..101, another one for each process where there is a choice."""
     for step in range(101):
         domain = 1 + (os.getpid() + step) % 101
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(("", 7400 + 250 * domain + 10))
-            except OSError:
-                continue
+        if domain_is_free(domain):
             return domain
     raise InputError("ROS_DOMAIN_ID", "nothing, and 1 to 101 are all in use", DOMAINS_ALLOWED)
 

@@ -1,0 +1,108 @@
+"""What all tests share: a ROS domain of their own, compiled kernels, processes, hypothesis.
+
+Fixtures: `start` (see support/processes.py), `ros_domain`, `warm_kernels`. Every test runs in the
+session's own ROS domain, on this machine only.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import hypothesis
+import pytest
+from support.processes import Starter
+
+import bouncing_disk_ros
+from bouncing_disk_ros import environment
+
+ROOT = Path(__file__).resolve().parent.parent
+
+hypothesis.settings.register_profile("default", deadline=None)
+hypothesis.settings.register_profile(
+    "ci", deadline=None, derandomize=True, database=None, print_blob=True
+)
+hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+def differing_modules() -> list[str]:
+    """Return the modules whose tested copy is not that of the tree beside these tests."""
+    tested = Path(bouncing_disk_ros.__file__).resolve().parent
+    tree = ROOT / "bouncing_disk_ros"
+    names = {path.relative_to(top) for top in (tested, tree) for path in top.rglob("*.py")}
+    return sorted(
+        str(name)
+        for name in names
+        if not ((tested / name).is_file() and (tree / name).is_file())
+        or (tested / name).read_bytes() != (tree / name).read_bytes()
+    )
+
+
+def pytest_sessionstart() -> None:
+    """Refuse to test something else than the tree says."""
+    if differing := differing_modules():
+        pytest.exit(
+            f"the installed package differs from the tree ({', '.join(differing[:3])} ...): run "
+            "`make setup`, or test the tree itself with PYTHONPATH=.",
+            returncode=2,
+        )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros_domain() -> Iterator[int]:
+    """Hold a ROS domain for the session, for this process and its children; return its number."""
+    from domain_coordinator import domain_id
+
+    candidates = (1 + (os.getpid() + step) % 101 for step in itertools.count())
+    free = filter(environment.domain_is_free, candidates)
+    with ExitStack() as stack:
+        domain: int = stack.enter_context(domain_id(lambda: next(free)))
+        patch = stack.enter_context(pytest.MonkeyPatch.context())
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name in ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_LOCALHOST_ONLY"):
+            patch.delenv(name, raising=False)
+        patch.setenv(
+            "FASTRTPS_DEFAULT_PROFILES_FILE",
+            str(ROOT / "config" / environment.FAST_DISCOVERY_PROFILE),
+        )
+        patch.setenv("AMENT_PREFIX_PATH", os.environ.get("AMENT_PREFIX_PATH", ""))
+        environment.use_package_index()
+        yield domain
+
+
+@pytest.fixture(scope="session")
+def warm_kernels() -> None:
+    """Compile the core's kernels once, so that no test waits for it."""
+    from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+    from bouncing_disk_ros.core.simulation import Simulation
+
+    motion = Motion(axial_amplitude=0.01, angular_amplitude=0.5, frequency=10.0, phase_lag=0.1)
+    disk = Disk(
+        mass=1.0,
+        restitution=0.5,
+        friction=0.5,
+        friction_radius=0.1,
+        gyration_radius=0.1,
+        gravity=9.81,
+        preload=0.0,
+        load_torque=0.0,
+    )
+    initial = InitialState(
+        height=0.01, axial_velocity=0.0, angular_velocity=0.0, angle=0.0, forcing_phase=0.0
+    )
+    simulation = Simulation(motion, disk, initial)
+    simulation.advance(1_000_000_000)
+    simulation.sample()
+    simulation.energy()
+
+
+@pytest.fixture
+def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
+    """Start executables and commands as processes; see support/processes.py."""
+    starter = Starter()
+    yield starter
+    starter.close()

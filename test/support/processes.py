@@ -1,0 +1,198 @@
+"""Start the package's executables as processes of their own, wait for what they print, end them.
+
+    def test_it(start):                      # the fixture of conftest.py
+        node = start("simulator", "--ros-args", "-p", "autostart:=true")
+        node.wait_for(r"active")             # a line of stdout or stderr, by regex
+        assert node.end(signal.SIGINT) == 0  # signals it, waits for the end, returns the code
+        assert "Traceback" not in node.output
+
+`start(name, *arguments, env={...})` runs `python -m bouncing_disk_ros name arguments`; `env` is
+laid over the environment, a value of None removes a variable. `start.command([...])` runs anything
+else; `start.finish(name, *arguments)` also waits for the end. What still runs when the test ends is
+killed, with its children; the output of every process is printed for a test that fails.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from typing import IO
+
+PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
+
+
+def environment(changes: Mapping[str, str | None] | None = None) -> dict[str, str]:
+    """Return the environment for a child: this one's, plain unbuffered output, and `changes`."""
+    merged = {**os.environ, "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
+    for name, value in (changes or {}).items():
+        if value is None:
+            merged.pop(name, None)
+        else:
+            merged[name] = value
+    return merged
+
+
+class Process:
+    """A running command in a session of its own; its output is read as it comes."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        env: Mapping[str, str | None] | None = None,
+        cwd: str | None = None,
+    ) -> None:
+        self.command = list(command)
+        self.lines: list[tuple[str, str]] = []
+        self._changed = threading.Condition()
+        self._popen = subprocess.Popen(
+            self.command,
+            env=environment(env),
+            cwd=cwd,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+        assert self._popen.stdout is not None
+        assert self._popen.stderr is not None
+        self._readers = [
+            threading.Thread(target=self._read, args=(name, stream), daemon=True)
+            for name, stream in (("stdout", self._popen.stdout), ("stderr", self._popen.stderr))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def _read(self, name: str, stream: IO[str]) -> None:
+        with stream:
+            for line in stream:
+                with self._changed:
+                    self.lines.append((name, line))
+                    self._changed.notify_all()
+        with self._changed:
+            self._changed.notify_all()
+
+    def _text(self, *names: str) -> str:
+        with self._changed:
+            return "".join(line for name, line in self.lines if name in names)
+
+    @property
+    def pid(self) -> int:
+        """The id of the process, which is also that of its session and group."""
+        return self._popen.pid
+
+    @property
+    def stdout(self) -> str:
+        """What was printed to stdout so far."""
+        return self._text("stdout")
+
+    @property
+    def stderr(self) -> str:
+        """What was printed to stderr so far."""
+        return self._text("stderr")
+
+    @property
+    def output(self) -> str:
+        """Both, in the order of arrival."""
+        return self._text("stdout", "stderr")
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self._popen.poll() is None
+
+    def wait_for(self, pattern: str, timeout: float = PATIENCE) -> re.Match[str]:
+        """Wait until a line of the output matches `pattern` (re.search) and return the match."""
+        deadline = time.monotonic() + timeout
+        seen = 0
+        with self._changed:
+            while True:
+                for _, line in self.lines[seen:]:
+                    seen += 1
+                    if match := re.search(pattern, line):
+                        return match
+                reading = any(reader.is_alive() for reader in self._readers)
+                left = deadline - time.monotonic()
+                if not reading and seen == len(self.lines):
+                    raise AssertionError(self._told(f"ended without printing {pattern!r}"))
+                if left <= 0:
+                    raise AssertionError(self._told(f"did not print {pattern!r} in {timeout} s"))
+                self._changed.wait(min(left, 0.2))
+
+    def wait(self, timeout: float = PATIENCE) -> int:
+        """Wait for the end, with all output read; return the exit code (-N: killed by signal N)."""
+        try:
+            code = self._popen.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(self._told(f"still runs after {timeout} s")) from None
+        for reader in self._readers:
+            reader.join(timeout=5.0)  # a grandchild may hold the pipe open
+        return code
+
+    def send(self, number: int) -> None:
+        """Send a signal to the process and its children, as a terminal does."""
+        os.killpg(self.pid, number)
+
+    def end(self, number: int = signal.SIGINT, timeout: float = PATIENCE) -> int:
+        """Send a signal to the process alone, wait for the end and return the exit code."""
+        self._popen.send_signal(number)
+        return self.wait(timeout)
+
+    def kill(self) -> None:
+        """Kill the process and its children if any still run."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGKILL)
+        self._popen.wait()
+
+    def _told(self, what: str) -> str:
+        output = "".join(f"  {name}: {line}" for name, line in self.lines)
+        return f"{' '.join(self.command)} {what}; exit code {self._popen.poll()}; output:\n{output}"
+
+
+class Starter:
+    """Starts processes and keeps them, so that none outlives the test."""
+
+    def __init__(self) -> None:
+        self.processes: list[Process] = []
+
+    def __call__(
+        self, name: str, *arguments: str, env: Mapping[str, str | None] | None = None
+    ) -> Process:
+        """Start the executable `name` of this package."""
+        return self.command([sys.executable, "-m", "bouncing_disk_ros", name, *arguments], env=env)
+
+    def command(
+        self,
+        command: Sequence[str],
+        env: Mapping[str, str | None] | None = None,
+        cwd: str | None = None,
+    ) -> Process:
+        """Start any command."""
+        process = Process(command, env, cwd)
+        self.processes.append(process)
+        return process
+
+    def finish(
+        self,
+        name: str,
+        *arguments: str,
+        env: Mapping[str, str | None] | None = None,
+        timeout: float = PATIENCE,
+    ) -> tuple[int, Process]:
+        """Start the executable `name`, wait for its end; return its exit code and the process."""
+        process = self(name, *arguments, env=env)
+        return process.wait(timeout), process
+
+    def close(self) -> None:
+        """Kill what still runs and print what everything printed (pytest shows it on failure)."""
+        for process in self.processes:
+            process.kill()
+            print(f"--- {' '.join(process.command)}\n{process.output}")
