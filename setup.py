@@ -31,7 +31,9 @@ setup(
     name=NAME,
     version=MANIFEST.findtext("version"),
     description=" ".join(MANIFEST.findtext("description").split()),
-    long_description=(ROOT / "README.md").read_text() if (ROOT / "README.md").exists() else "",
+    long_description=(ROOT / "README.md").read_text("utf-8")
+    if (ROOT / "README.md").exists()
+    else "",
     long_description_content_type="text/markdown",
     license="Apache-2.0",
     maintainer=MANIFEST.findtext("maintainer"),

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from support.processes import Starter
 
 import bouncing_disk_ros
 from bouncing_disk_ros import environment
+from support.processes import Starter
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -1,0 +1,151 @@
+"""The layout holds: who may import whom, how long a file may be, what importing costs."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import bouncing_disk_ros
+from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "bouncing_disk_ros"
+MAX_LINES = 250
+
+TABLES = {"environment", "errors", "executables", "folders", "parameters", "tables", "topics"}
+#: room -> the rooms it may import. A new room must be entered here.
+MAY_IMPORT = {
+    "core": {"core"},
+    "analysis": {"analysis", "core"} | TABLES,
+    "run": {"run", "core"} | TABLES,
+    "plots": {"plots", "analysis", "core"} | TABLES,
+    "bag": {"bag"} | TABLES,
+    "ros": {"ros", "run", "core"} | TABLES,
+    "nodes": {"nodes", "ros", "bag", "plots", "analysis", "run", "core"} | TABLES,
+    "testing": {"nodes", "ros", "run", "core"} | TABLES,
+    **dict.fromkeys(TABLES, TABLES),
+    "__init__": {"environment", "core", "nodes", "ros", "run"},
+    "__main__": TABLES,
+}
+#: room -> libraries from outside that it may import besides the standard library
+LIBRARIES = {
+    "core": {"numpy", "numba"},
+    "analysis": {"numpy", "numba"},
+    "run": {"numpy", "yaml"},
+    "plots": {"numpy", "matplotlib"},
+    "bag": {"numpy", "mcap", "yaml"},
+    "ros": {"numpy", "rclpy", "ament_index_python", "messages"},
+    "nodes": {"numpy", "yaml", "matplotlib", "rclpy", "ament_index_python", "messages"},
+    "testing": {"pytest", "rclpy", "messages"},
+}
+#: modules of the standard library that the core, which knows no clock, log or file, may not use
+NOT_IN_CORE = {
+    "time",
+    "datetime",
+    "logging",
+    "os",
+    "pathlib",
+    "io",
+    "random",
+    "threading",
+    "socket",
+}
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def room(file: Path) -> str:
+    return file.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(file: Path) -> Iterator[str]:
+    """Yield the absolute name of everything that `file` imports, within functions too."""
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: relative import"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def library(name: str) -> str:
+    top = name.split(".")[0]
+    is_message = top.endswith(("_msgs", "_interfaces")) or top == "std_srvs"
+    return "messages" if is_message else top
+
+
+def identify(file: Path) -> str:
+    return str(file.relative_to(PACKAGE))
+
+
+@pytest.mark.parametrize("file", FILES, ids=identify)
+def test_imports_point_down(file: Path) -> None:
+    own = {name.split(".")[1] for name in imports(file) if name.startswith("bouncing_disk_ros.")}
+    own.discard("__version__")
+    assert own <= MAY_IMPORT[room(file)], "not allowed by MAY_IMPORT"
+
+
+@pytest.mark.parametrize("file", FILES, ids=identify)
+def test_only_the_libraries_of_the_table(file: Path) -> None:
+    outside = {library(name) for name in imports(file)} - set(sys.stdlib_module_names)
+    outside.discard("bouncing_disk_ros")
+    assert outside <= LIBRARIES.get(room(file), set()), "not allowed by LIBRARIES"
+
+
+@pytest.mark.parametrize("file", [f for f in FILES if room(f) == "core"], ids=identify)
+def test_core_knows_no_clock_log_or_file(file: Path) -> None:
+    assert not {library(name) for name in imports(file)} & NOT_IN_CORE
+
+
+@pytest.mark.parametrize("file", FILES, ids=identify)
+def test_files_are_short(file: Path) -> None:
+    assert len(file.read_text("utf-8").splitlines()) <= MAX_LINES, (
+        "split it: it holds more than one thing"
+    )
+
+
+@pytest.mark.parametrize("file", FILES, ids=identify)
+def test_every_file_says_what_it_is(file: Path) -> None:
+    assert ast.get_docstring(ast.parse(file.read_text("utf-8")))
+
+
+def test_every_folder_is_a_package_that_gets_installed() -> None:
+    assert [f.parent for f in FILES if not (f.parent / "__init__.py").is_file()] == []
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = (
+        "import sys, bouncing_disk_ros, bouncing_disk_ros.__main__\n"
+        "print([m for m in ('numba', 'numpy', 'rclpy', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", bouncing_disk_ros.__all__)
+def test_public_names_are_found(name: str) -> None:
+    assert getattr(bouncing_disk_ros, name) is not None
+    assert name in dir(bouncing_disk_ros)
+
+
+def test_unknown_public_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        bouncing_disk_ros.simulat  # type: ignore[attr-defined] # noqa: B018
+
+
+@pytest.mark.parametrize("name", EXECUTABLES)
+def test_executable_is_the_module_of_its_name(name: str) -> None:
+    module, function = entry_point(name).split(":")
+    file = ROOT / (module.replace(".", "/") + ".py")
+    assert file.stem == name
+    functions = [
+        n for n in ast.parse(file.read_text("utf-8")).body if isinstance(n, ast.FunctionDef)
+    ]
+    assert function in [f.name for f in functions]
