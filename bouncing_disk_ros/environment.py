@@ -72,7 +72,8 @@ def check_domain() -> None:
     """Raise InputError unless ROS_DOMAIN_ID is empty or a number that DDS can use."""
     text = os.environ.get("ROS_DOMAIN_ID", "")
     # rclpy would read '1.5' as 1 and '-1' as 0, without a word
-    if text and not (text.isascii() and text.isdigit() and int(text) <= LARGEST_DOMAIN):
+    allowed = text.isascii() and text.isdigit() and len(text) <= 9 and int(text) <= LARGEST_DOMAIN
+    if text and not allowed:
         raise InputError("ROS_DOMAIN_ID", text, DOMAINS_ALLOWED, "Set it, or unset it to take 0")
 
 

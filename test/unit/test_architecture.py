@@ -137,7 +137,7 @@ def test_public_names_are_found(name: str) -> None:
 
 def test_unknown_public_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
-        bouncing_disk_ros.simulat  # type: ignore[attr-defined] # noqa: B018
+        bouncing_disk_ros.simulat  # noqa: B018
 
 
 @pytest.mark.parametrize("name", EXECUTABLES)
