@@ -1,0 +1,95 @@
+"""Everything the simulator publishes: the sink of the loop, as publishers of one node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
+
+from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.ros import conversions
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.run.clock import NS, TimeMap
+from bouncing_disk_ros.run.inputs import Record, to_json
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
+
+
+class Outputs:
+    """Publishers of one run; `times` must be set before the first sample."""
+
+    times: TimeMap
+
+    def __init__(self, node: Node, publish_clock: bool) -> None:
+        self._node = node
+        self._publishers: list[Publisher] = []
+        self._joint_states = self._publisher(JointState, "joint_states")
+        self._impacts = self._publisher(PointCloud2, "disk/impacts")
+        self._speed = self._publisher(TwistStamped, "disk/rotor_speed")
+        self._inputs = self._publisher(String, "disk/inputs")
+        self._phase = self._publisher(String, "disk/phase")
+        self._motion = self._publisher(JointTrajectory, "platform/motion")
+        self._clock = self._publisher(Clock, "/clock") if publish_clock else None
+        self._joint_state = conversions.new_joint_state()
+        self._shown_phase = ""
+        self._shown_motion = -1
+
+    def _publisher(self, kind: type[Any], name: str) -> Publisher:
+        publisher = self._node.create_publisher(kind, name, profile_of(TOPICS[name]))
+        self._publishers.append(publisher)
+        return publisher
+
+    def destroy(self) -> None:
+        """Take the topics away (with what was latched on them)."""
+        for publisher in self._publishers:
+            self._node.destroy_publisher(publisher)
+        self._publishers = []
+
+    def record(self, record: Record) -> None:
+        """One record of disk/inputs."""
+        self._inputs.publish(String(data=to_json(record)))
+
+    def sample(self, sample: Sample) -> None:
+        """One message of joint_states."""
+        stamp = self.times.to_ros(sample.time_ns)
+        self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
+
+    def speed(self, first: Sample, second: Sample) -> None:
+        """One message of disk/rotor_speed."""
+        speeds = conversions.mean_speed(first, second)
+        self._speed.publish(conversions.speed_to_msg(speeds, self.times.to_ros(second.time_ns)))
+
+    def impacts(self, rows: NDArray[Any]) -> None:
+        """Messages of disk/impacts, at most MAX_ROWS rows each, stamped with their last row."""
+        for first in range(0, len(rows), MAX_ROWS):
+            some = rows[first : first + MAX_ROWS]
+            stamp = self.times.to_ros(round(float(some["time"][-1]) * NS))
+            self._impacts.publish(conversions.impacts_to_msg(some, stamp))
+
+    def state(self, session: Session, running: bool) -> None:
+        """What is published when it changed (motion, phase), and the clock."""
+        simulation = session.simulation
+        if simulation.motion_index != self._shown_motion:
+            self._shown_motion = simulation.motion_index
+            motion = simulation.motion_in_force
+            stamp = self.times.to_ros(motion.begin_ns)
+            self._motion.publish(conversions.motion_to_msg(motion, stamp))
+        phase = simulation.sample().phase.name.lower() if running else "paused"
+        if phase != self._shown_phase:
+            self._shown_phase = phase
+            self._phase.publish(String(data=phase))
+        if self._clock is not None:
+            now = self.times.to_ros(session.time_ns)
+            self._clock.publish(Clock(clock=conversions.ns_to_time(now)))
+
+    @property
+    def motion_topic(self) -> str:
+        """Full name of platform/motion."""
+        return str(self._motion.topic_name)

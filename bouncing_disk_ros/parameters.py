@@ -1,0 +1,208 @@
+"""The one table of parameters: it feeds ROS descriptors, validation, presets, `--help` and docs.
+
+Every default has its home here. A value is checked by `Spec.checked` (one value) and by
+`check_together` (rules that hold between values).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from bouncing_disk_ros.errors import InputError, closest
+
+Value = bool | int | float | str
+TYPE_NAMES = MappingProxyType({bool: "bool", int: "integer", float: "double", str: "string"})
+
+
+@dataclass(frozen=True)
+class Spec:
+    """One parameter; `low` and `high` are inclusive bounds, None: no bound."""
+
+    name: str
+    default: Value
+    unit: str
+    description: str
+    symbol: str = ""
+    low: float | None = None
+    high: float | None = None
+    read_only: bool = False
+    group: str = "run"
+    source: str = ""
+
+    @property
+    def type(self) -> type[Value]:
+        """The Python type of the values: bool, int, float or str."""
+        return type(self.default)
+
+    @property
+    def type_name(self) -> str:
+        """The name ROS gives that type."""
+        return TYPE_NAMES[self.type]
+
+    @property
+    def allowed(self) -> str:
+        """What is accepted, in words."""
+        if self.type is bool:
+            return "true or false"
+        if self.type is str:
+            return "a text"
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        noun = "an integer" if self.type is int else "a finite number"
+        low = "" if self.low is None else f">= {self.low:g}"
+        high = "" if self.high is None else f"<= {self.high:g}"
+        return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit
+
+    def checked(self, given: object) -> Value:
+        """The value to use (an integer for a double is cast), or InputError."""
+        value = float(given) if self._is_castable(given) else given  # type: ignore[arg-type]
+        if type(value) is not self.type:
+            hint = f"It is a {self.type_name}, not a {_type_of(given)}."
+            raise InputError(self.name, given, self.allowed, hint)
+        assert isinstance(value, (bool, int, float, str))
+        if isinstance(value, (bool, str)):
+            return value
+        if not math.isfinite(value) or self._is_outside(value):
+            raise InputError(self.name, given, self.allowed)
+        return value
+
+    def _is_castable(self, given: object) -> bool:
+        """Whether this is an integer where a double is wanted."""
+        if self.type is not float or type(given) is not int:
+            return False
+        return abs(given) <= 2**1000  # float() overflows at 2**1024
+
+    def _is_outside(self, value: float) -> bool:
+        too_low = self.low is not None and value < self.low
+        return too_low or (self.high is not None and value > self.high)
+
+
+_PAPER = "Liu, Friend, Yeo (EPL 2009)"
+_DOUGH = "a dough of diameter 0.30 m"
+
+_SPECS = (
+    # --- platform motion at the start and after a reset; the command topics change it while running
+    Spec("axial_amplitude", 0.039, "m", "axial amplitude of the platform at the start and after a "
+         "reset; while it runs, command the platform", "A", low=0.0, high=1e6, group="motion",
+         source="axial forcing about 0.45 at 3 Hz"),
+    Spec("angular_amplitude", 0.5, "rad", "angular amplitude of the platform at the start and "
+         "after a reset", "Φ", low=0.0, high=1e6, group="motion", source="chosen"),
+    Spec("frequency", 3.0, "Hz", "frequency of the platform at the start and after a reset "
+         "(to stop it, set the amplitudes to 0)", "f = ω/2π", low=1e-6, high=1e7,
+         group="motion", source=f"{_PAPER}: ω = 6π rad/s"),
+    Spec("phase_lag", 0.0, "rad", "phase of the angular behind the axial motion at the start and "
+         "after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
+         source=f"{_PAPER}, Fig. 3b"),
+    # --- disk and contact
+    Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, read_only=True,
+         group="disk", source=f"chosen, {_DOUGH}"),
+    Spec("restitution", 0.5, "1", "coefficient of restitution: 0 the disk stays, 1 nothing is lost",
+         "ε", low=0.0, high=1.0, group="disk", source=_PAPER),
+    Spec("friction", 0.6, "1", "coefficient of Coulomb friction, static and kinetic", "μ", low=0.0,
+         high=1e9, group="disk", source=_PAPER),
+    Spec("friction_radius", 0.12, "m", "effective radius at which friction acts", "a_e", low=1e-9,
+         high=1e6, read_only=True, group="disk", source=f"{_PAPER}: 0.4 d, {_DOUGH}"),
+    Spec("gyration_radius", 0.30 / (2.0 * math.sqrt(2.0)), "m", "radius of gyration of the disk",
+         "a_g", low=1e-9, high=1e6, read_only=True, group="disk",
+         source=f"{_PAPER}: d/(2√2), {_DOUGH}"),
+    Spec("gravity", 9.80665, "m/s²", "acceleration of gravity", "g", low=0.0, high=1e9,
+         group="disk", source="standard gravity"),
+    Spec("preload", 0.0, "N", "force that presses the disk on the platform, in flight as well; "
+         "above −mass × gravity", "P", low=-1e12, high=1e12, group="disk",
+         source=f"{_PAPER}: none"),
+    Spec("load_torque", 0.0, "N·m", "constant torque on the disk, positive when it brakes positive "
+         "rotation", "T_L", low=-1e12, high=1e12, group="disk", source=f"{_PAPER}: none"),
+    # --- initial state of the disk
+    Spec("initial_height", 0.0, "m", "height of the disk above the platform at the start and after "
+         "a reset", "x − s", low=0.0, high=1e6, group="start", source="chosen"),
+    Spec("initial_with_platform", True, "", "start with the platform's axial velocity; false: with "
+         "initial_axial_velocity", group="start", source="chosen"),
+    Spec("initial_axial_velocity", 0.0, "m/s", "absolute axial velocity of the disk at the start "
+         "and after a reset; needs initial_with_platform false", "ẋ", low=-1e6, high=1e6,
+         group="start",
+         source="chosen"),
+    Spec("initial_angular_velocity", 0.0, "rad/s", "absolute angular velocity of the disk at the "
+         "start and after a reset", "α̇", low=-1e9, high=1e9, group="start", source=_PAPER),
+    Spec("initial_angle", 0.0, "rad", "angle of the disk at the start and after a reset", "α",
+         low=-1e9, high=1e9, group="start", source="chosen"),
+    Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start and after a "
+         "reset; 3π/2 is the lowest point of the platform", "τ", low=-1e6, high=1e6,
+         group="start", source=_PAPER),
+    # --- the run
+    Spec("real_time_factor", 1.0, "1", "simulated time passed in one second; 0: as fast as it can",
+         low=0.0, high=1e9, source="chosen"),
+    Spec("state_rate", 100.0, "Hz", "samples of joint_states in one simulated second, on the grid "
+         "k/state_rate", low=1e-3, high=1e5, source="chosen"),
+    Spec("rotor_speed_rate", 10.0, "Hz", "messages of disk/rotor_speed in one simulated second",
+         low=1e-3, high=1e5, source="chosen"),
+    Spec("crossfade_duration", 0.0, "s", "duration of a change of the platform's motion; 0: one "
+         "period of the slower motion", low=0.0, high=1e6, source="chosen"),
+    Spec("command_tolerance", 0.1, "s", "a command with a stamp at most this old still acts; an "
+         "older one is refused", low=0.0, high=1e6, source="chosen"),
+    Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "
+         "share one row of disk/impacts; the physics does not depend on it", low=0.0, high=1e6,
+         source="chosen"),
+    Spec("step_periods", 1, "1", "how many periods of the platform one call of ~/step simulates",
+         low=1, high=1_000_000, source="chosen"),
+    Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
+         "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
+    Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
+         read_only=True, source="chosen"),
+    Spec("publish_clock", False, "", "publish /clock with simulated time; then stamps are in that "
+         "time", read_only=True, source="chosen"),
+    Spec("autostart", True, "", "configure and activate at once; false: leave that to lifecycle "
+         "services", read_only=True, source="chosen"),
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "
+         "parameter given beside it wins", read_only=True, source="chosen"),
+)  # fmt: skip
+
+TABLE: Mapping[str, Spec] = MappingProxyType({spec.name: spec for spec in _SPECS})
+DEFAULTS: Mapping[str, Value] = MappingProxyType({spec.name: spec.default for spec in _SPECS})
+GROUPS: Mapping[str, str] = MappingProxyType(
+    {
+        "motion": "Platform motion at the start",
+        "disk": "Disk and contact",
+        "start": "Initial state of the disk",
+        "run": "The run",
+    }
+)
+
+
+def spec_of(name: str) -> Spec:
+    """The row of a parameter, or InputError with the nearest name."""
+    if name not in TABLE:
+        hint = closest(name, TABLE) or "The names are listed by --help."
+        raise InputError("parameter", name, "a parameter of this node", hint)
+    return TABLE[name]
+
+
+def checked(values: Mapping[str, object]) -> dict[str, Value]:
+    """Every value checked and cast by its row; unknown names are InputErrors."""
+    return {name: spec_of(name).checked(value) for name, value in values.items()}
+
+
+def complete(values: Mapping[str, object]) -> dict[str, Value]:
+    """The whole set of parameters: the defaults with `values` over them, all checked."""
+    whole = {**DEFAULTS, **checked(values)}
+    check_together(whole)
+    return whole
+
+
+def check_together(values: Mapping[str, Value]) -> None:
+    """Rules that hold between parameters, of a whole set; InputError names the field at fault."""
+    preload, mass, gravity = (float(values[name]) for name in ("preload", "mass", "gravity"))
+    if not preload > -mass * gravity:
+        allowed = f"a finite number > −mass × gravity = {-mass * gravity:g} N"
+        raise InputError("preload", preload, allowed, "Else nothing holds the disk down.")
+    speed = float(values["initial_axial_velocity"])
+    if values["initial_with_platform"] and speed != 0.0:
+        hint = "Set initial_with_platform false too (before, or in one atomic call)."
+        raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+
+
+def _type_of(given: object) -> str:
+    if isinstance(given, (list, tuple)):
+        return "list"
+    return TYPE_NAMES.get(type(given), type(given).__name__)

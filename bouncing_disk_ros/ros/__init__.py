@@ -1,0 +1,1 @@
+"""The only door between ROS messages and the rest of the package."""

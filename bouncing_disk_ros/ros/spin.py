@@ -1,0 +1,102 @@
+"""Start, spin and end of a node process: signals, exit codes, no traceback for bad input."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Protocol
+
+import rclpy
+from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException, ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental import EventsExecutor
+from rclpy.logging import LoggingSeverity, set_logger_level
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from bouncing_disk_ros.errors import ExitCode, InputError
+
+SPIN_SECONDS = 0.2
+"""Longest wait before a signal is looked at (the executor cannot be interrupted while it waits)."""
+
+
+class Stop:
+    """SIGINT and SIGTERM as a flag; nothing is interrupted half-way."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.signal = 0
+
+    def install(self) -> Stop:
+        """Take over both signals of this process."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)
+        return self
+
+    def _ask(self, number: int, _frame: FrameType | None) -> None:
+        self.asked, self.signal = True, number
+
+
+class Finishing(Protocol):
+    """A node that may say by itself that it is done."""
+
+    finished: bool
+
+
+def spin_until(node: Node, stop: Callable[[], bool]) -> None:
+    """Run the callbacks of a node until `stop` says so."""
+    executor = EventsExecutor(context=node.context)
+    executor.add_node(node)
+    try:
+        while not stop() and node.context.ok():
+            executor.spin_once(timeout_sec=SPIN_SECONDS)
+    except ExternalShutdownException:
+        pass
+    finally:
+        executor.remove_node(node)
+        executor.shutdown()
+
+
+def run_node(name: str, make: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """Init, make the node, spin until a signal (or node.finished), end in order; the exit code.
+
+    `args` as in sys.argv[1:] with their --ros-args. Bad input is one line on stderr and code 2.
+    """
+    stop = Stop().install()
+    argv = [name, *(sys.argv[1:] if args is None else args)]
+    try:
+        init(argv)
+        node = make()
+    except InputError as error:
+        return bad_input(name, error.line)
+    except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
+        return bad_input(name, str(error))
+    try:
+        spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return ExitCode.DONE
+
+
+def init(argv: Sequence[str]) -> None:
+    """rclpy.init with the signals left alone; malformed ROS arguments are an InputError."""
+    set_logger_level("rcl", LoggingSeverity.FATAL)  # it would say the same again
+    try:
+        rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # noqa: BLE001 (rclpy raises several private types here)
+        why = re.sub(r",? at /\S+", "", str(error)).removeprefix("failed to initialize rcl: ")
+        given = " ".join(argv[1:])
+        raise InputError("arguments", given, "ROS 2 arguments after --ros-args", why) from None
+    set_logger_level("rcl", LoggingSeverity.UNSET)
+
+
+def bad_input(name: str, line: str) -> int:
+    """Say on stderr what cannot be used; exit code 2."""
+    if rclpy.ok():
+        rclpy.try_shutdown()
+    print(f"{name}: {' '.join(line.split())}", file=sys.stderr, flush=True)
+    return ExitCode.BAD_INPUT

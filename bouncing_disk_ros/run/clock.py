@@ -1,0 +1,88 @@
+"""Maps between the steady clock, simulated time and ROS time (all whole nanoseconds)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+NS = 1_000_000_000
+FAR_NS = 4 * 10**18
+"""No instant of simulated time lies beyond this (126 years): it fits 64 bits with room to spare."""
+
+
+def nanoseconds(seconds: float) -> int:
+    """Whole nanoseconds nearest to a time in seconds."""
+    return round(Fraction(seconds) * NS)
+
+
+@dataclass(frozen=True)
+class TimeMap:
+    """A straight line through one anchor: where simulated time stands for a clock reading.
+
+    `factor` is the real-time factor (0: free running, nothing is ever due). With
+    `clock_is_simulated` ROS time is the published /clock and runs with simulated time.
+    """
+
+    simulated_ns: int
+    steady_ns: int
+    ros_ns: int
+    factor: float
+    clock_is_simulated: bool = False
+
+    @property
+    def slope(self) -> float:
+        """Simulated time passed per ROS time."""
+        return 1.0 if self.clock_is_simulated or self.factor == 0.0 else self.factor
+
+    def due(self, steady_ns: int) -> int:
+        """Simulated time that should be reached at a reading of the steady clock."""
+        return min(self.simulated_ns + scaled(steady_ns - self.steady_ns, self.factor), FAR_NS)
+
+    def to_ros(self, simulated_ns: int) -> int:
+        """ROS time at which an instant of simulated time is due."""
+        return self.ros_ns + scaled(simulated_ns - self.simulated_ns, 1.0 / self.slope)
+
+    def to_simulated(self, ros_ns: int) -> int:
+        """The instant of simulated time due at a ROS time."""
+        return self.simulated_ns + scaled(ros_ns - self.ros_ns, self.slope)
+
+
+def scaled(interval_ns: int, factor: float) -> int:
+    """An interval times a factor, exact where the factor is 1."""
+    return interval_ns if factor == 1.0 else round(interval_ns * factor)
+
+
+class Grid:
+    """The instants round(k / rate) of simulated time, k = 1, 2, ..., without drift."""
+
+    def __init__(self, rate: float, after_ns: int) -> None:
+        """The grid of a rate in Hz; `next_ns` is its first instant later than `after_ns`."""
+        self._period = Fraction(NS) / Fraction(rate)
+        self.rate = rate
+        self.skip_to(after_ns)
+
+    def skip_to(self, after_ns: int) -> int:
+        """Move on to the first instant later than `after_ns`; how many were passed over."""
+        before = getattr(self, "_k", 0)
+        self._k = int(after_ns // self._period)
+        while self._instant(self._k) <= after_ns:
+            self._k += 1
+        self.next_ns = self._instant(self._k)
+        return max(0, self._k - before)
+
+    def advance(self) -> None:
+        """Move on by one instant."""
+        self._k += 1
+        self.next_ns = self._instant(self._k)
+
+    def count_until(self, until_ns: int) -> int:
+        """Number of instants from `next_ns` up to and including `until_ns`."""
+        if until_ns < self.next_ns:
+            return 0
+        last = int(until_ns // self._period) + 1
+        while self._instant(last) > until_ns:
+            last -= 1
+        return last - self._k + 1
+
+    def _instant(self, k: int) -> int:
+        return round(k * self._period)

@@ -1,0 +1,158 @@
+"""How the run is doing: counts and clocks in, a short report out, once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.run.clock import NS
+
+LAG_WARN = 0.1
+LAG_ERROR = 1.0
+"""Simulated time behind its due time, in seconds of the wall clock: WARN and ERROR."""
+RESIDUAL_LIMIT = 1e-9
+"""Energy balance residual per throughput above which something is wrong with the physics."""
+
+
+class Level(IntEnum):
+    """Levels of diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+class Status(NamedTuple):
+    """One row of /diagnostics."""
+
+    task: str
+    level: Level
+    message: str
+    values: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the node reads off once a second."""
+
+    steady_ns: int
+    simulated_ns: int
+    lag_ns: int  # simulated time behind its due time, in ns of the wall clock
+    rows: int
+    skipped: int
+    accepted: int
+    energy: Energy | None
+    state: str  # of the node: running, paused, inactive ...
+    factor: float  # asked for
+    other_publishers: int
+
+
+class Ticks:
+    """Lateness of the ticks of a timer with a fixed period, measured against its own schedule."""
+
+    def __init__(self, period_ns: int) -> None:
+        self.period_ns = period_ns
+        self._expected: int | None = None
+        self._late: list[int] = []
+
+    def note(self, now_ns: int) -> None:
+        """A tick has begun."""
+        late = 0 if self._expected is None else now_ns - self._expected
+        if late < 0 or self._expected is None:
+            self._expected, late = now_ns, 0
+        self._late.append(late)
+        self._expected += self.period_ns * (1 + late // self.period_ns)
+
+    def take(self) -> dict[str, float]:
+        """Lateness p50, p99 and max in seconds since the last call, and the number of ticks."""
+        late, self._late = self._late, []
+        if not late:
+            return {"ticks": 0.0}
+        p50, p99 = np.percentile(late, [50, 99]) / NS
+        return {"ticks": float(len(late)), "p50": p50, "p99": p99, "max": max(late) / NS}
+
+
+class Health:
+    """Keeps the last reading and the refusals, and turns a new reading into a report."""
+
+    def __init__(self) -> None:
+        self.refused = 0
+        self.last_refusal = "none"
+        self._last: Reading | None = None
+
+    def refuse(self, line: str) -> None:
+        """Count a refused input and remember why."""
+        self.refused += 1
+        self.last_refusal = line
+
+    def report(self, now: Reading, ticks: Mapping[str, float]) -> list[Status]:
+        """The rows of /diagnostics for this reading."""
+        last, self._last = self._last, now
+        return [
+            self._real_time(now, last, ticks),
+            self._impacts(now, last),
+            self._energy(now),
+            self._inputs(now),
+        ]
+
+    @staticmethod
+    def _real_time(now: Reading, last: Reading | None, ticks: Mapping[str, float]) -> Status:
+        lag = now.lag_ns / NS
+        level = Level.OK if lag < LAG_WARN else Level.WARN if lag < LAG_ERROR else Level.ERROR
+        message = now.state
+        if level is not Level.OK:
+            message = (
+                f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
+            )
+        reached = 0.0
+        if last is not None and now.steady_ns > last.steady_ns:
+            reached = (now.simulated_ns - last.simulated_ns) / (now.steady_ns - last.steady_ns)
+        values = {
+            "real_time_factor asked": "free running" if now.factor == 0.0 else f"{now.factor:g}",
+            "real_time_factor reached": f"{reached:.6g}",
+            "simulated time (s)": f"{now.simulated_ns / NS:.9f}",
+            "behind (s)": f"{lag:.6f}",
+            "ticks": f"{ticks['ticks']:.0f}",
+            **{
+                f"lateness {key} (s)": f"{ticks.get(key, 0.0):.6f}" for key in ("p50", "p99", "max")
+            },
+            "samples skipped": str(now.skipped),
+        }
+        return Status("real time", level, message, values)
+
+    @staticmethod
+    def _impacts(now: Reading, last: Reading | None) -> Status:
+        rate = 0.0
+        if last is not None and now.steady_ns > last.steady_ns and now.rows >= last.rows:
+            rate = (now.rows - last.rows) * NS / (now.steady_ns - last.steady_ns)
+        values = {"rows/s": f"{rate:.6g}", "rows": str(now.rows)}
+        return Status("impacts", Level.OK, f"{rate:.6g} rows/s", values)
+
+    @staticmethod
+    def _energy(now: Reading) -> Status:
+        if now.energy is None:
+            return Status("energy", Level.OK, "no run", {})
+        books = now.energy
+        scale = books.throughput if books.throughput > 0.0 else 1.0
+        relative = abs(books.residual) / scale
+        level = Level.OK if relative <= RESIDUAL_LIMIT else Level.ERROR
+        values = {f"{name} (J)": f"{value:.9g}" for name, value in books._asdict().items()}
+        values["residual / throughput"] = f"{relative:.3g}"
+        return Status("energy", level, f"residual {relative:.2g} of throughput", values)
+
+    def _inputs(self, now: Reading) -> Status:
+        level, message = Level.OK, f"{now.accepted} accepted, {self.refused} refused"
+        if now.other_publishers:
+            level = Level.WARN
+            message += "; another node publishes platform/motion here: give each its own namespace"
+        values = {
+            "accepted": str(now.accepted),
+            "refused": str(self.refused),
+            "last refusal": self.last_refusal,
+        }
+        return Status("inputs", level, message, values)

@@ -1,0 +1,118 @@
+"""The record of inputs: one JSON object for each accepted input, and its way back into the core.
+
+Every record has `index` (running), `time_ns` (whole nanosecond of simulated time at which it was
+accepted) and `kind`. Floats are in round-trip form, so that applying the records of a run to the
+core gives every impact again, bit for bit.
+
+| kind | further fields |
+|---|---|
+| snapshot | `state`: all that the simulation needs to go on; `version`, `parameters` |
+| motion | `points`: [[instant in ns, [A, Φ, f, θ]], ...], `crossfade_ns` |
+| impulse | `at_ns`, `axial_impulse`, `angular_impulse` |
+| parameters | `values`: what was set, `disk`: all disk parameters in force after it |
+| pause | `paused` |
+| reset | `initial`, `motion` |
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
+
+Record = dict[str, Any]
+KINDS = ("snapshot", "motion", "impulse", "parameters", "pause", "reset")
+
+
+def to_json(record: Mapping[str, Any]) -> str:
+    """One line of JSON; NaN and infinity are refused because JSON has none."""
+    return json.dumps(record, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+
+
+def from_json(text: str) -> Record:
+    """A record from its JSON line, or InputError."""
+    try:
+        record = json.loads(text)
+        if record["kind"] not in KINDS:
+            raise InputError("input record kind", record["kind"], "any of " + ", ".join(KINDS))
+        int(record["index"]), int(record["time_ns"])
+    except (ValueError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("input record", text, "a JSON object with index, time_ns, kind") from error
+    return dict(record)
+
+
+def apply(simulation: Simulation, record: Record) -> None:
+    """Apply one record at the instant reached; snapshots and pauses do nothing."""
+    match record["kind"]:
+        case "motion":
+            points = [(int(at), Motion(*values)) for at, values in record["points"]]
+            simulation.command(points, record["crossfade_ns"])
+        case "impulse":
+            simulation.kick(record["at_ns"], record["axial_impulse"], record["angular_impulse"])
+        case "parameters":
+            apply_parameters(simulation, record["values"], Disk(**record["disk"]))
+        case "reset":
+            simulation.reset(InitialState(**record["initial"]), Motion(**record["motion"]))
+        case "snapshot" | "pause":
+            pass
+        case kind:
+            raise InputError("input record kind", kind, "any of " + ", ".join(KINDS))
+
+
+DISK_FIELDS = frozenset(Disk._fields)
+
+
+def apply_parameters(simulation: Simulation, values: Mapping[str, Any], disk: Disk) -> None:
+    """Give the simulation those of the changed parameters that concern it."""
+    if DISK_FIELDS & values.keys():
+        simulation.set_disk(disk)
+    if "chatter_report_speed" in values:
+        simulation.set_chatter_report_speed(values["chatter_report_speed"])
+
+
+def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np.void]:
+    """The impacts of a run from its records, as rows of IMPACT_DTYPE.
+
+    The records begin with a snapshot; the impacts are those after it, up to the last record or
+    `until_ns`. Records before the first snapshot are not used.
+    """
+    simulation: Simulation | None = None
+    rows: list[NDArray[Any]] = []
+    for record in records:
+        if simulation is None:
+            if record["kind"] == "snapshot":
+                simulation = Simulation.restore(record["state"])
+            continue
+        rows += advance_to(simulation, record["time_ns"])
+        apply(simulation, record)
+    if simulation is None:
+        raise InputError("input records", "no snapshot", "records with at least one snapshot")
+    if until_ns is not None:
+        rows += advance_to(simulation, until_ns)
+    return joined(rows)
+
+
+def joined(rows: Sequence[NDArray[Any]]) -> NDArray[np.void]:
+    """Arrays of IMPACT_DTYPE rows as one (np.concatenate would pack the rows anew)."""
+    data = bytearray(b"".join(some.tobytes() for some in rows))
+    return np.frombuffer(data, dtype=IMPACT_DTYPE)
+
+
+def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[Any]]:
+    """Advance all the way, whatever the number of events; the rows in the order of `index`."""
+    rows: list[NDArray[Any]] = []
+    behind = True
+    while behind:
+        some, behind = simulation.advance(until_ns)
+        if len(some):
+            rows.append(some)
+    return rows

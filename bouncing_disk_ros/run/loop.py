@@ -1,0 +1,141 @@
+"""The loop: advance a session to an instant and hand samples, speeds and impacts to a sink.
+
+Knows neither ROS nor a clock of its own; the caller says which instant is due and how long the
+work may take.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.run.clock import NS, Grid
+from bouncing_disk_ros.run.inputs import joined
+from bouncing_disk_ros.run.session import Session
+
+MAX_SAMPLES = 100
+"""Samples (and speeds) handed over in one slice of work; the rest are counted."""
+EVENTS_PER_CALL = 10_000
+"""Event budget of one call of the core: a few milliseconds."""
+BUDGET_NS = 20_000_000
+"""Wall time of one slice: between slices services, commands and signals are heard."""
+
+
+class Sink(Protocol):
+    """What becomes of the results."""
+
+    def sample(self, sample: Sample) -> None:
+        """A sample on the grid of state_rate."""
+
+    def speed(self, first: Sample, second: Sample) -> None:
+        """Two samples one interval of rotor_speed_rate apart."""
+
+    def impacts(self, rows: NDArray[Any]) -> None:
+        """Rows of impacts, at least one, in the order of their index."""
+
+
+class Loop:
+    """Drives one session. `skipped` counts the samples that were due and not handed over."""
+
+    def __init__(
+        self, session: Session, sink: Sink, clock: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        self.session = session
+        self.skipped = 0
+        self._sink = sink
+        self._clock = clock
+        self._speed_from: Sample | None = None
+        # a session that starts hands over its first state too
+        after = session.time_ns if session.time_ns > 0 else -1
+        self._states, self._speeds = self._grids(after)
+        self._hand_over_samples()
+        self.restart_speed()
+
+    def set_rates(self) -> None:
+        """Take over the rates in the session's parameters."""
+        self._states, self._speeds = self._grids(self.session.time_ns)
+
+    def _grids(self, after_ns: int) -> tuple[Grid, Grid]:
+        values = self.session.values
+        names = ("state_rate", "rotor_speed_rate")
+        first, second = (Grid(float(values[name]), after_ns) for name in names)
+        return first, second
+
+    def restart_speed(self) -> None:
+        """Begin a new interval of the rotor speed here (a reset is not rotation)."""
+        self._speed_from = self.session.simulation.sample()
+
+    def slice(self, until_ns: int, budget_ns: int = BUDGET_NS) -> bool:
+        """Advance towards an instant for at most a wall time; True when it was reached."""
+        deadline = self._clock() + budget_ns
+        self.settle()
+        session, left = self.session, MAX_SAMPLES
+        while session.time_ns < until_ns:
+            goal = min(until_ns, self._horizon(left))
+            session.advance(goal, EVENTS_PER_CALL)
+            self.flush()
+            if left > 0 and session.time_ns == goal:
+                left -= self._hand_over_samples()
+            if self._clock() >= deadline:
+                break
+        self.skipped += self._states.skip_to(session.time_ns) if left <= 0 else 0
+        if left <= 0:
+            self._speeds.skip_to(session.time_ns)
+        return session.time_ns >= until_ns
+
+    def _horizon(self, left: int) -> int:
+        """Where the next call of the core may end: a grid instant, or far on past the limit."""
+        if left > 0:
+            return min(self._states.next_ns, self._speeds.next_ns)
+        return self.session.time_ns + round(MAX_SAMPLES * NS / self._states.rate)
+
+    def _hand_over_samples(self) -> int:
+        """Hand over what is due at the instant reached; how many."""
+        now = self.session.time_ns
+        due_state, due_speed = self._states.next_ns == now, self._speeds.next_ns == now
+        if not (due_state or due_speed):
+            return 0
+        sample = self.session.simulation.sample()
+        if due_state:
+            self._sink.sample(sample)
+            self._states.advance()
+        if due_speed:
+            if self._speed_from is not None and self._speed_from.time_ns < now:
+                self._sink.speed(self._speed_from, sample)
+            self._speed_from = sample
+            self._speeds.advance()
+        return 1
+
+    def settle(self) -> None:
+        """Hand over a sample due at the very instant reached; to be called before each input."""
+        now = self.session.time_ns
+        if self._states.next_ns <= now or self._speeds.next_ns <= now:
+            self._hand_over_samples()
+
+    def flush(self) -> None:
+        """Hand over the impacts gathered so far."""
+        rows = self.session.take_rows()
+        if rows:
+            self._sink.impacts(rows[0] if len(rows) == 1 else joined(rows))
+
+
+class Steps:
+    """Where `~/step` ends: step k at round(k T) ns from the first, so that steps do not drift."""
+
+    def __init__(self) -> None:
+        self._key: tuple[float, int] | None = None
+        self._base = self._last = self._count = 0
+
+    def next_end(self, now_ns: int, frequency: float, periods: int) -> int:
+        """End of the next step of `periods` periods from an instant of simulated time."""
+        if self._key != (frequency, periods) or now_ns != self._last:
+            self._key, self._base, self._count = (frequency, periods), now_ns, 0
+        self._count += 1
+        period = Fraction(periods * NS) / Fraction(frequency)
+        self._last = self._base + round(self._count * period)
+        return self._last

@@ -1,0 +1,76 @@
+"""Presets: named sets of parameters in share/config, keyed `/**:` as ROS parameter files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+from bouncing_disk_ros import environment, parameters
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import Value
+
+PACKAGE = "bouncing_disk_ros"
+PRESET_KEY = "/**"
+"""A wildcard, so that a namespace or another node name keeps the values."""
+
+
+def share_directory() -> Path:
+    """The folder that holds config/: the source tree when run from it, else share/ of a prefix."""
+    source = Path(__file__).resolve().parents[2]
+    if (source / "package.xml").is_file() and (source / "config").is_dir():
+        return source
+    environment.use_package_index()
+    for prefix in environment.prefixes():
+        share = prefix / "share" / PACKAGE
+        if (share / "config").is_dir():
+            return share
+    hint = "Is the package installed with its share files (pip install . or colcon build)?"
+    raise InputError("preset", "a name", "the path of a file: no share folder is found", hint)
+
+
+def preset_names() -> list[str]:
+    """Names of the presets that come with the package."""
+    files = (share_directory() / "config").glob("*.yaml")
+    return sorted(file.stem for file in files if _is_preset(file))
+
+
+def load_preset(name: str) -> dict[str, Value]:
+    """The values of a preset, all checked: a name in share/config, or the path of a YAML file."""
+    path = _path(name)
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("preset", name, "a readable YAML file", str(error)) from None
+    except yaml.YAMLError as error:
+        raise InputError("preset", str(path), "valid YAML", str(error)) from None
+    try:
+        values = content[PRESET_KEY]["ros__parameters"]
+        if not isinstance(values, dict):
+            raise TypeError
+    except (TypeError, KeyError):
+        allowed = f"'{PRESET_KEY}: ros__parameters:' and below it names and values"
+        raise InputError("preset", str(path), allowed) from None
+    try:
+        if "preset" in values:
+            raise InputError("preset", values["preset"], "no preset within a preset")
+        return parameters.checked({str(key): value for key, value in values.items()})
+    except InputError as error:
+        field = f"preset {path.name}, {error.field}"
+        raise InputError(field, error.given, error.allowed, error.hint) from None
+
+
+def _path(name: str) -> Path:
+    if "/" in name or name.endswith((".yaml", ".yml")):
+        return Path(name).expanduser()
+    path = share_directory() / "config" / f"{name}.yaml"
+    if not path.is_file():
+        names = preset_names()
+        raise InputError(
+            "preset", name, ", ".join(names) + " or the path of a file", closest(name, names)
+        )
+    return path
+
+
+def _is_preset(file: Path) -> bool:
+    return PRESET_KEY in file.read_text(encoding="utf-8")

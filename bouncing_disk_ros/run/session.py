@@ -1,0 +1,164 @@
+"""A session: one simulation, its parameters, whether it is held, and the record of its inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
+
+import bouncing_disk_ros
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.clock import nanoseconds
+from bouncing_disk_ros.run.inputs import Record, apply_parameters
+
+MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
+"""A latched reader of depth 1000 then always holds a snapshot."""
+
+
+def motion_of(values: Mapping[str, Value]) -> Motion:
+    """The platform motion of a set of parameters; the phase lag wraps to ±π."""
+    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    return motion._replace(phase_lag=math.remainder(motion.phase_lag, math.tau))
+
+
+def disk_of(values: Mapping[str, Value]) -> Disk:
+    """Disk and contact of a set of parameters."""
+    return Disk(*(float(values[name]) for name in Disk._fields))
+
+
+def initial_of(values: Mapping[str, Value]) -> InitialState:
+    """The initial state of a set of parameters."""
+    follows = bool(values["initial_with_platform"])
+    return InitialState(
+        height=float(values["initial_height"]),
+        axial_velocity=None if follows else float(values["initial_axial_velocity"]),
+        angular_velocity=float(values["initial_angular_velocity"]),
+        angle=float(values["initial_angle"]),
+        forcing_phase=float(values["initial_forcing_phase"]),
+    )
+
+
+class Session:
+    """Applies inputs to a simulation and records each, in the order applied.
+
+    Rows of impacts gather in `rows` until `take_rows` fetches them. Everything given here has been
+    accepted already: the rulings and the parameter table stand before it.
+    """
+
+    def __init__(
+        self, values: Mapping[str, Value], record: Callable[[Record], None], held: bool = False
+    ) -> None:
+        """Start at time 0 from a whole set of parameters; `record` receives each record."""
+        self.values: dict[str, Value] = dict(values)
+        self.simulation = Simulation(
+            motion_of(values),
+            disk_of(values),
+            initial_of(values),
+            chatter_report_speed=float(values["chatter_report_speed"]),
+        )
+        self.held = held
+        self.accepted = 0
+        self._rows: list[NDArray[Any]] = []
+        self._record = record
+        self._index = 0
+        self._since_snapshot = 0
+        self.snapshot()
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated up to and including this instant."""
+        return self.simulation.time_ns
+
+    @property
+    def input_ns(self) -> int:
+        """The instant at which an input without a stamp acts: held, or the next unsimulated one."""
+        return self.time_ns if self.held else self.time_ns + 1
+
+    def advance(self, until_ns: int, max_events: int = 1_000_000) -> bool:
+        """Simulate up to an instant; True when the event budget ran out before it."""
+        rows, behind = self.simulation.advance(until_ns, max_events)
+        if len(rows):
+            self._rows.append(rows)
+        return bool(behind)
+
+    def take_rows(self) -> list[NDArray[Any]]:
+        """The rows gathered since the last call, in order, one array for each advance."""
+        rows, self._rows = self._rows, []
+        return rows
+
+    def command(self, points: Sequence[tuple[int, Motion]]) -> None:
+        """An accepted programme: replaces every cross-fade that has not begun."""
+        crossfade_ns = self._crossfade_ns()
+        self._make_room()
+        now = self.time_ns
+        self.simulation.command(points, crossfade_ns)
+        shown = [[at, list(motion)] for at, motion in points]
+        self._note("motion", now, points=shown, crossfade_ns=crossfade_ns)
+
+    def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
+        """An accepted kick at an instant not before `input_ns`."""
+        self._make_room()
+        now = self.time_ns
+        self.simulation.kick(at_ns, axial_impulse, angular_impulse)
+        self._note(
+            "impulse",
+            now,
+            at_ns=at_ns,
+            axial_impulse=axial_impulse,
+            angular_impulse=angular_impulse,
+        )
+
+    def set_parameters(self, values: Mapping[str, Value]) -> None:
+        """Checked parameters, in force from here on (initial ones from the next reset on)."""
+        self._make_room()
+        self.values.update(values)
+        disk = disk_of(self.values)
+        apply_parameters(self.simulation, values, disk)
+        self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
+
+    def hold(self, held: bool) -> None:
+        """Pause or resume; the state does not change."""
+        if held != self.held:
+            self.held = held
+            self._note("pause", self.time_ns, paused=held)
+
+    def reset(self) -> None:
+        """Back to the initial state and motion of the parameters; time and cycles go on."""
+        self._make_room()
+        initial, motion = initial_of(self.values), motion_of(self.values)
+        self.simulation.reset(initial, motion)
+        self._note("reset", self.time_ns, initial=initial._asdict(), motion=motion._asdict())
+
+    def snapshot(self) -> None:
+        """Put the full state on record."""
+        self._since_snapshot = 0
+        self._note(
+            "snapshot",
+            self.time_ns,
+            state=self.simulation.snapshot(),
+            held=self.held,
+            version=bouncing_disk_ros.__version__,
+            parameters=dict(self.values),
+        )
+
+    def _make_room(self) -> None:
+        """Samples at the instant reached are out already: an input acts one nanosecond later."""
+        if not self.held:
+            self.advance(self.time_ns + 1)
+
+    def _crossfade_ns(self) -> int:
+        seconds = float(self.values["crossfade_duration"])
+        return max(1, nanoseconds(seconds)) if seconds > 0.0 else 0
+
+    def _note(self, kind: str, time_ns: int, **fields: Any) -> None:
+        self._record({"index": self._index, "time_ns": time_ns, "kind": kind, **fields})
+        self._index += 1
+        if kind != "snapshot":
+            self.accepted += 1
+            self._since_snapshot += 1
+            if self._since_snapshot >= MAX_INPUTS_BETWEEN_SNAPSHOTS:
+                self.snapshot()

@@ -1,0 +1,119 @@
+"""`simulate`: a run of the disk as a function call, without ROS and without a clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Motion, Sample
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.clock import FAR_NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.run.inputs import Record, joined
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.rulings import (
+    Instant,
+    KickRequest,
+    PointRequest,
+    ProgrammeRequest,
+    rule_kick,
+    rule_programme,
+)
+from bouncing_disk_ros.run.session import Session
+
+_INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
+SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
+"""One sample as a row; the fields are those of `core.model.Sample`."""
+
+Point = tuple[float, Mapping[str, float]]
+Kick = tuple[float, float, float]
+
+
+class Result(NamedTuple):
+    """What `simulate` gives back."""
+
+    impacts: NDArray[np.void]  # rows of IMPACT_DTYPE in the order of their index
+    samples: NDArray[np.void]  # rows of SAMPLE_DTYPE on the grid k / sample_rate, from t = 0
+    inputs: list[Record]  # the exact record of what drove the run, as on disk/inputs
+    parameters: dict[str, Value]
+
+
+def simulate(
+    duration: float,
+    *,
+    programme: Sequence[Point] = (),
+    kicks: Sequence[Kick] = (),
+    sample_rate: float | None = None,
+    preset: str = "",
+    **values: Value,
+) -> Result:
+    """Simulate for `duration` seconds from the initial state of the parameters.
+
+    `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
+    out keep the value of the point before. `kicks`: (time in s, axial impulse in N·s, angular
+    impulse in N·m·s). `sample_rate` in Hz; None takes no samples. `preset` and further keywords
+    are parameters of the table (see docs/parameters.md).
+
+    Raises InputError on anything that the simulator node would refuse.
+
+    >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
+    >>> result.impacts["axial_impact_velocity"]
+    """
+    whole = parameters.complete({**(load_preset(preset) if preset else {}), **values})
+    end = _instant("duration", duration)
+    records: list[Record] = []
+    session = Session(whole, records.append, held=True)
+    arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+    if programme:
+        session.command(_points(programme, arrival, session.simulation.latest_target))
+    for at, axial, angular in sorted(kicks, key=lambda kick: kick[0]):
+        request = KickRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="kicks")
+        _, axial, angular = rule_kick(request, arrival)
+        session.kick(_instant("kicks time", at), axial, angular)
+    samples = _run(session, end, sample_rate)
+    return Result(joined(session.take_rows()), samples, records, whole)
+
+
+def _instant(field: str, seconds: float) -> int:
+    number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
+    if not number or not 0.0 <= seconds <= FAR_NS / 1e9:
+        raise InputError(field, seconds, "a finite number of seconds >= 0")
+    return nanoseconds(seconds)
+
+
+def _points(
+    programme: Sequence[Point], arrival: Instant, latest: Motion
+) -> tuple[tuple[int, Motion], ...]:
+    """Each point judged by the rulings of platform/command, one after the other."""
+    accepted: list[tuple[int, Motion]] = []
+    for i, (at, values) in enumerate(programme):
+        point = PointRequest(tuple(values.values()), _instant(f"programme[{i}] time", at))
+        request = ProgrammeRequest(tuple(values), (point,), field=f"programme[{i}]")
+        (((effect, latest)),) = rule_programme(request, arrival, latest)
+        if accepted and effect <= accepted[-1][0]:
+            raise InputError(f"programme[{i}] time", f"{at} s", "strictly increasing times")
+        accepted.append((effect, latest))
+    return tuple(accepted)
+
+
+def _run(session: Session, end_ns: int, sample_rate: float | None) -> NDArray[np.void]:
+    """Advance to the end, with a sample at each instant of the grid."""
+    rows: list[tuple[Any, ...]] = []
+    if sample_rate is not None:
+        rate = parameters.TABLE["state_rate"].checked(sample_rate)
+        grid = Grid(float(rate), -1)
+        while grid.next_ns <= end_ns:
+            _advance(session, grid.next_ns)
+            rows.append(tuple(session.simulation.sample()))
+            grid.advance()
+    _advance(session, end_ns)
+    return np.array(rows, SAMPLE_DTYPE)
+
+
+def _advance(session: Session, until_ns: int) -> None:
+    while session.advance(until_ns):
+        pass

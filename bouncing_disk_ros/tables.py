@@ -1,0 +1,128 @@
+"""The tables of parameters, topics, services and exit codes as text: for --help and for docs/.
+
+`python -m bouncing_disk_ros.tables docs` writes docs/parameters.md again.
+"""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from pathlib import Path
+
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.parameters import GROUPS, TABLE, Spec
+from bouncing_disk_ros.topics import SERVICES, TOPICS
+
+EXIT_MEANINGS = {
+    ExitCode.DONE: "done; also a node ended by Ctrl-C or SIGTERM",
+    ExitCode.FAILED: "failed for another reason than the input",
+    ExitCode.BAD_INPUT: "bad input: a parameter, command line, preset, file or environment",
+    ExitCode.REPLAY_DIFFERS: "a replay differs from the record",
+    ExitCode.INTERRUPTED: "a study was interrupted",
+}
+
+
+def default_text(spec: Spec) -> str:
+    """The default as it would be typed."""
+    if isinstance(spec.default, bool):
+        return str(spec.default).lower()
+    return f"'{spec.default}'" if isinstance(spec.default, str) else f"{spec.default:.10g}"
+
+
+def _wrapped(head: str, text: str) -> list[str]:
+    return [f"  {head}", *textwrap.wrap(text, 92, initial_indent="      ",
+                                        subsequent_indent="      ")]  # fmt: skip
+
+
+def parameter_lines() -> list[str]:
+    """One entry for each parameter, for a terminal."""
+    lines: list[str] = []
+    for group, title in GROUPS.items():
+        lines.append(f" {title}:")
+        for spec in (spec for spec in TABLE.values() if spec.group == group):
+            fixed = ", only at start" if spec.read_only else ""
+            unit = f" {spec.unit}" if spec.unit not in ("", "1") else ""
+            head = f"{spec.name} ({spec.type_name}, default {default_text(spec)}{unit}{fixed})"
+            lines += _wrapped(head, f"{spec.description}; {spec.allowed}")
+    lines.append(" Example: --ros-args -p preset:=pizza_multiple_toss -p restitution:=0.4")
+    return lines
+
+
+def topic_lines() -> list[str]:
+    """One entry for each topic, for a terminal."""
+    lines: list[str] = []
+    for topic in TOPICS.values():
+        lines += _wrapped(f"{topic.direction:3} {topic.name}  {topic.type}", topic.meaning)
+    lines.append(f" Example: {TOPICS['platform/axial_amplitude'].example}")
+    return lines
+
+
+def service_lines() -> list[str]:
+    """One entry for each service, for a terminal."""
+    lines: list[str] = []
+    for service in SERVICES.values():
+        lines += _wrapped(f"{service.name}  {service.type}", service.meaning)
+    lines.append(f" Example: {SERVICES['~/pause'].example}")
+    return lines
+
+
+_PAGE_HEAD = """# Parameters of the simulator
+
+<!-- Written by `python -m bouncing_disk_ros.tables docs` from bouncing_disk_ros/parameters.py. -->
+
+Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
+changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*).
+A wrong value changes nothing and is refused with one line. An integer given for a double is taken.
+Parameters of the platform's motion and of the initial state act at the next `~/reset`; to change
+the motion now, command the platform."""
+
+
+def parameters_page() -> str:
+    """docs/parameters.md, generated from the table."""
+    parts = [_PAGE_HEAD]
+    for group, title in GROUPS.items():
+        rows = [
+            f"## {title}",
+            "| name | symbol | type | default | unit | allowed | meaning | source |\n"
+            "|---|---|---|---|---|---|---|---|\n"
+            + "\n".join(_row(spec) for spec in TABLE.values() if spec.group == group),
+        ]
+        parts += rows
+    parts.append(
+        "Rules between parameters: `preload` > −`mass` × `gravity`; `initial_axial_velocity` other "
+        "than 0 needs `initial_with_platform` false."
+    )
+    return "\n\n".join(parts) + "\n"
+
+
+def _row(spec: Spec) -> str:
+    name = f"`{spec.name}`" + (" *start*" if spec.read_only else "")
+    cells = (name, spec.symbol, spec.type_name, default_text(spec), spec.unit, spec.allowed,
+             spec.description, spec.source)  # fmt: skip
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def topics_table() -> str:
+    """The topics and services as Markdown tables."""
+    rows = [
+        f"| {topic.direction} | `{topic.name}` | {topic.type} | {topic.qos} | {topic.meaning} |"
+        for topic in TOPICS.values()
+    ]
+    calls = [f"| `{row.name}` | {row.type} | {row.meaning} |" for row in SERVICES.values()]
+    codes = [f"| {code.value} | {EXIT_MEANINGS[code]} |" for code in ExitCode]
+    return "\n".join(
+        [
+            "| | topic | type | quality of service | meaning |\n|---|---|---|---|---|", *rows, "",
+            "| service | type | meaning |\n|---|---|---|", *calls, "",
+            "| exit code | meaning |\n|---|---|", *codes,
+        ]
+    )  # fmt: skip
+
+
+def main(folder: str) -> None:
+    """Write the generated page into a folder."""
+    Path(folder, "parameters.md").write_text(parameters_page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "docs")

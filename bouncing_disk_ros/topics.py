@@ -1,0 +1,130 @@
+"""The tables of topics and services: name, type, quality of service, direction, meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+
+class Direction(StrEnum):
+    """Which way a topic goes, seen from the simulator."""
+
+    IN = "in"
+    OUT = "out"
+
+
+@dataclass(frozen=True)
+class Qos:
+    """Quality of service: history depth, reliable or best effort, latched or volatile."""
+
+    depth: int
+    reliable: bool = True
+    latched: bool = False
+
+    def __str__(self) -> str:
+        words = ["reliable" if self.reliable else "best effort"]
+        words += ["transient local"] if self.latched else []
+        return ", ".join([*words, f"depth {self.depth}"])
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic of the simulator; names are relative but for /diagnostics and /clock."""
+
+    name: str
+    type: str
+    qos: Qos
+    direction: Direction
+    meaning: str
+    example: str = ""
+
+
+@dataclass(frozen=True)
+class Service:
+    """One service of the simulator (private names)."""
+
+    name: str
+    type: str
+    meaning: str
+    example: str
+
+
+MOTION_NAMES = ("axial_amplitude", "angular_amplitude", "frequency", "phase_lag")
+"""Names of the four numbers of a platform motion, in the order of `core.model.Motion`."""
+MOTION_UNITS = MappingProxyType(dict(zip(MOTION_NAMES, ("m", "rad", "Hz", "rad"), strict=True)))
+JOINT_NAMES = ("disk_axial", "disk_rotation", "platform_axial", "platform_rotation")
+MAX_ROWS = 1000
+"""Largest number of impact rows in one message."""
+WORLD_FRAME = "world"
+IMPACT_FRAME = "next_collision"
+
+_COMMAND_QOS = Qos(100)
+
+
+def _value_topic(name: str) -> Topic:
+    unit = MOTION_UNITS[name]
+    example = f"ros2 topic pub --once /platform/{name} std_msgs/msg/Float64 '{{data: 0.03}}'"
+    meaning = f"one value now ({unit}); the same path as platform/command"
+    return Topic(f"platform/{name}", "std_msgs/msg/Float64", _COMMAND_QOS, Direction.IN, meaning,
+                 example)  # fmt: skip
+
+
+_TOPICS = (
+    Topic("platform/command", "trajectory_msgs/msg/JointTrajectory", _COMMAND_QOS, Direction.IN,
+          "a programme of platform motions: joint_names any of axial_amplitude (m), "
+          "angular_amplitude (rad), frequency (Hz), phase_lag (rad); the positions of each point "
+          "are reached at header.stamp + time_from_start (stamp 0: now) by a cross-fade; replaces "
+          "what has not begun; no points: cancels what is pending",
+          "ros2 topic pub --once /platform/command trajectory_msgs/msg/JointTrajectory "
+          "'{joint_names: [axial_amplitude, frequency], "
+          "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
+    *(_value_topic(name) for name in MOTION_NAMES),
+    Topic("disk/impulse", "geometry_msgs/msg/WrenchStamped", _COMMAND_QOS, Direction.IN,
+          "a kick at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
+          "angular impulse (N·m·s), the others 0",
+          "ros2 topic pub --once /disk/impulse geometry_msgs/msg/WrenchStamped "
+          "'{wrench: {force: {z: 0.1}}}'"),
+    Topic("platform/motion", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
+          Direction.OUT, "the motion in force: points[0] where the cross-fade began, points[1] "
+          "where it ends (equal when steady)",
+          "ros2 topic echo /platform/motion"),
+    Topic("disk/inputs", "std_msgs/msg/String", Qos(1000, latched=True), Direction.OUT,
+          "the exact record of what drove the run: one JSON object for each accepted input, "
+          "the first and one every few seconds a full snapshot; replay reads this topic alone",
+          "ros2 topic echo /disk/inputs"),
+    Topic("joint_states", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
+          "disk_axial, disk_rotation, platform_axial, platform_rotation: position, velocity and "
+          "contact force or torque on that body; angles unwrapped",
+          "ros2 topic echo /joint_states"),
+    Topic("disk/phase", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
+          "flight, sticking, sliding or paused, when it differs from the last one published",
+          "ros2 topic echo /disk/phase"),
+    Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
+          "every impact, one row each or counted in one; x, y, z draw the next-collision section; "
+          "the row index is gapless",
+          "ros2 run bouncing_disk_ros echo_impacts"),
+    Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
+          "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
+          "ros2 topic echo /disk/rotor_speed"),
+    Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10), Direction.OUT,
+          "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
+          "ros2 topic echo /diagnostics"),
+    Topic("/clock", "rosgraph_msgs/msg/Clock", Qos(1, reliable=False), Direction.OUT,
+          "simulated time, with publish_clock only",
+          "ros2 run bouncing_disk_ros simulator --ros-args -p publish_clock:=true"),
+)  # fmt: skip
+
+TOPICS: Mapping[str, Topic] = MappingProxyType({topic.name: topic for topic in _TOPICS})
+
+_SERVICES = (
+    Service("~/pause", "std_srvs/srv/SetBool", "pause (true) or resume (false)",
+            "ros2 service call /bouncing_disk/pause std_srvs/srv/SetBool '{data: true}'"),
+    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods",
+            "ros2 service call /bouncing_disk/step std_srvs/srv/Trigger"),
+    Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time goes on",
+            "ros2 service call /bouncing_disk/reset std_srvs/srv/Trigger"),
+)  # fmt: skip
+
+SERVICES: Mapping[str, Service] = MappingProxyType({row.name: row for row in _SERVICES})
