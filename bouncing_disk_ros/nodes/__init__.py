@@ -1,0 +1,1 @@
+"""The executables: wiring only. Executable = module = default node name (but `bouncing_disk`)."""

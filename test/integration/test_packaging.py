@@ -1,0 +1,244 @@
+"""The package as users get it, by pip, colcon or make: what each puts where, and that it runs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import zipfile
+from configparser import ConfigParser
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+
+from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+from support.processes import Starter, environment
+from support.ros import wait_for_message
+from support.trees import ROOT, copy_tree
+
+COLCON_PATIENCE = 120.0
+
+
+def run(
+    *command: str, cwd: Path = ROOT, env: dict[str, str | None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command,
+        cwd=cwd,
+        env=environment(env),
+        capture_output=True,
+        text=True,
+        timeout=COLCON_PATIENCE,
+        check=False,
+    )
+
+
+# pip ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    """The package as a wheel, built from a copy of the tree."""
+    pytest.importorskip("pip")
+    folder = tmp_path_factory.mktemp("wheel")
+    tree = copy_tree(folder / "tree")
+    done = run(
+        *(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"),
+        *("--disable-pip-version-check", "--wheel-dir", str(folder), str(tree)),
+    )
+    assert done.returncode == 0, done.stderr
+    (file,) = folder.glob("*.whl")
+    return zipfile.ZipFile(file)
+
+
+def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
+    tree = {str(path.relative_to(ROOT)) for path in (ROOT / "bouncing_disk_ros").rglob("*.py")}
+    held = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
+    assert held == tree | {"bouncing_disk_ros/py.typed"}
+
+
+def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
+    share = "share/bouncing_disk_ros/"
+    wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
+    for folder in ("config", "launch", "urdf", "rviz"):
+        files = [path for path in (ROOT / folder).rglob("*") if path.is_file()]
+        files = [path for path in files if "__pycache__" not in path.parts]
+        assert files, f"{folder} is empty"
+        wanted |= {share + str(path.relative_to(ROOT)) for path in files}
+    held = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
+    assert held == wanted
+
+
+def test_wheel_has_one_script_for_each_executable(wheel: zipfile.ZipFile) -> None:
+    (name,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
+    table = ConfigParser()
+    table.read_string(wheel.read(name).decode())
+    assert dict(table["console_scripts"]) == {name: entry_point(name) for name in EXECUTABLES}
+
+
+def test_wheel_has_the_version_of_the_manifest(wheel: zipfile.ZipFile) -> None:
+    import bouncing_disk_ros
+
+    (name,) = [name for name in wheel.namelist() if name.endswith("/METADATA")]
+    assert f"\nVersion: {bouncing_disk_ros.__version__}\n" in wheel.read(name).decode()
+
+
+def test_installing_again_does_not_bring_deleted_modules_back(tmp_path: Path) -> None:
+    pytest.importorskip("pip")
+    tree = copy_tree(tmp_path / "tree")
+    python = bare_venv(tree / ".venv")
+    package = next((tree / ".venv" / "lib").iterdir()) / "site-packages" / "bouncing_disk_ros"
+    extra = tree / "bouncing_disk_ros" / "soon_gone.py"
+    extra.write_text("")
+    # as pip or an older make may have left it
+    stale = tree / "build" / "lib" / "bouncing_disk_ros" / "long_gone.py"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("")
+    set_up = "import set_up; set_up.install_package('--no-deps', '--force-reinstall', '.')"
+    for expected in (True, False):
+        done = run(str(python), "-c", set_up, env={"PYTHONPATH": str(tree / "tools")})
+        assert done.returncode == 0, done.stderr
+        assert (package / "__init__.py").is_file()
+        assert (package / "soon_gone.py").is_file() == expected
+        assert not (package / "long_gone.py").exists()
+        extra.unlink(missing_ok=True)
+    assert not [*tree.glob("*.egg-info"), *tree.glob("build/lib*")]
+
+
+def bare_venv(folder: Path) -> Path:
+    """Make a virtual environment that has only this one's pip and setuptools; return its Python."""
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    (site,) = (folder / "lib").glob("python*/site-packages")
+    ours = Path(distribution("setuptools").locate_file(""))  # type: ignore[arg-type]
+    for part in ("pip", "setuptools", "_distutils_hack", "pkg_resources", "wheel"):
+        for path in (ours / part, *ours.glob(f"{part}-*")):  # the code and its metadata
+            if path.exists():
+                (site / path.name).symlink_to(path)
+    return folder / "bin" / "python"
+
+
+# colcon -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A colcon workspace in which the package is built."""
+    pytest.importorskip("colcon_core")
+    folder = tmp_path_factory.mktemp("workspace")
+    copy_tree(folder / "src" / "bouncing_disk_ros")
+    return built(folder)
+
+
+def built(folder: Path, *options: str) -> Path:
+    done = run(sys.executable, "-m", "colcon", "build", *options, cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 package finished" in done.stdout
+    return folder
+
+
+def sourced(folder: Path, *command: str) -> list[str]:
+    """Return `command` after the workspace's set-up file, as a ROS user's shell has it."""
+    return ["bash", "-c", f'source "{folder}/install/local_setup.bash" && exec "$@"', "-", *command]
+
+
+def executable(folder: Path, name: str) -> Path:
+    return folder / "install" / "bouncing_disk_ros" / "lib" / "bouncing_disk_ros" / name
+
+
+def test_colcon_sees_a_ros_package(workspace: Path) -> None:
+    done = run(sys.executable, "-m", "colcon", "list", cwd=workspace)
+    assert done.stdout.split() == [
+        *("bouncing_disk_ros", "src/bouncing_disk_ros", "(ros.ament_python)")
+    ]
+
+
+def test_colcon_puts_executables_where_ros2_run_looks(workspace: Path) -> None:
+    folder = executable(workspace, "simulator").parent
+    assert sorted(path.name for path in folder.iterdir()) == sorted(EXECUTABLES)
+    assert all(os.access(path, os.X_OK) for path in folder.iterdir())
+
+
+def test_colcon_installs_the_shared_files(workspace: Path) -> None:
+    share = workspace / "install" / "bouncing_disk_ros" / "share" / "bouncing_disk_ros"
+    for name in ("package.xml", "launch/simulate.launch.py", "urdf/bouncing_disk.urdf", "config"):
+        assert (share / name).exists()
+
+
+@pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
+def test_simulator_runs_out_of_the_install_folder(
+    start: Starter, tmp_path: Path, workspace: Path, options: list[str]
+) -> None:
+    folder = workspace
+    if options:
+        shutil.copytree(workspace / "src", tmp_path / "src")
+        folder = built(tmp_path, *options)
+    foreign = {"PYTHONPATH": None, "AMENT_PREFIX_PATH": str(Path(sys.prefix))}
+    probe = "import bouncing_disk_ros as package; print(package.__file__)"
+    found = run(*sourced(folder, sys.executable, "-c", probe), cwd=folder, env=foreign).stdout
+    assert found.startswith(str(folder)), "the test would run another copy of the package"
+    node = start.command(sourced(folder, str(executable(folder, "simulator"))), env=foreign)
+    from sensor_msgs.msg import JointState
+
+    assert wait_for_message(JointState, "joint_states").position
+    assert node.end(signal.SIGINT) == 0
+    assert node.stderr == ""
+
+
+# make ---------------------------------------------------------------------------------------------
+
+
+def make(
+    *arguments: str, env: dict[str, str | None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    if not shutil.which("make"):
+        pytest.skip("no make here: a ROS machine may do without")
+    clean: dict[str, str | None] = {"MAKEFLAGS": None, "MAKELEVEL": None, "MFLAGS": None}
+    return run("make", *arguments, env={**clean, **(env or {})})
+
+
+def test_make_alone_lists_the_targets() -> None:
+    done = make()
+    assert done.returncode == 0
+    for target in ("demo", "test", "bench", "soak", "interop", "lint", "setup", "clean"):
+        assert f"make {target} " in done.stdout
+
+
+def test_make_without_python_prints_the_apt_line() -> None:
+    done = make("setup", "PYTHON=no-such-python")
+    assert done.returncode == 2
+    told = done.stderr.splitlines()[0]
+    assert told.startswith("make: no no-such-python here.")
+    assert told.endswith("sudo apt install git make python3 python3-venv")
+
+
+def test_make_refuses_an_old_python_by_name(tmp_path: Path) -> None:
+    old = tmp_path / "python3"
+    code = "import runpy, sys; sys.version_info = (3, 10, 0); sys.argv = sys.argv[1:]; "
+    code += "runpy.run_path(sys.argv[0], run_name='__main__')"
+    old.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "{code}" "$@"\n')
+    old.chmod(0o755)
+    done = make("setup", f"PYTHON={old}")
+    assert done.returncode == 2
+    assert "make: Python 3.10 (" in done.stderr
+    assert "take Python 3.11, 3.12 or 3.13" in done.stderr
+
+
+def test_make_keeps_a_sourced_ros_shell_out() -> None:
+    foreign = {
+        "PYTHONPATH": "/opt/ros/humble/lib/python3.10/site-packages",
+        "LD_LIBRARY_PATH": "/opt/ros/humble/lib",
+        "AMENT_PREFIX_PATH": "/opt/ros/humble",
+        "ROS_DOMAIN_ID": "42",
+        "ROS_DISTRO": "humble",
+        "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": "/etc/profile.xml",
+        "VIRTUAL_ENV": "/another/venv",
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+    }
+    seen = make("--eval=seen: ; @env", "seen", env=dict(foreign)).stdout.splitlines()
+    variables = dict(line.split("=", 1) for line in seen if "=" in line)
+    assert variables["AMENT_PREFIX_PATH"] == str(ROOT / ".venv")
+    assert not (foreign.keys() - {"AMENT_PREFIX_PATH"}) & variables.keys()

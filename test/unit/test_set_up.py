@@ -1,0 +1,155 @@
+"""tools/set_up.py: which machines and interpreters are refused, and when .venv is made anew."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import runpy
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def set_up(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A fresh copy of the module, on a machine where nothing is to be refused."""
+    monkeypatch.delenv("SUDO_USER", raising=False)
+    spec = importlib.util.spec_from_file_location("set_up", ROOT / "tools" / "set_up.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(module.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(module.platform, "machine", lambda: "x86_64")
+    return module
+
+
+@pytest.mark.parametrize("version", [(3, 11), (3, 12), (3, 13)])
+def test_supported_versions(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, version: tuple[int, int]
+) -> None:
+    monkeypatch.setattr(sys, "version_info", (*version, 0, "final", 0))
+    assert set_up.refusal() == ""
+
+
+@pytest.mark.parametrize("version", [(3, 6), (3, 10), (3, 14)])
+def test_other_versions_are_refused_by_name(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, version: tuple[int, int]
+) -> None:
+    monkeypatch.setattr(sys, "version_info", (*version, 0, "final", 0))
+    name = re.escape(f"Python {version[0]}.{version[1]} (")
+    assert re.match(
+        name + r".*is not supported: take Python 3\.11, 3\.12 or 3\.13", set_up.refusal()
+    )
+
+
+@pytest.mark.parametrize(
+    ("system", "machine"), [("Linux", "aarch64"), ("Darwin", "arm64"), ("Windows", "AMD64")]
+)
+def test_machines_without_wheels_are_told_what_works(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, system: str, machine: str
+) -> None:
+    monkeypatch.setattr(set_up.platform, "system", lambda: system)
+    monkeypatch.setattr(set_up.platform, "machine", lambda: machine)
+    assert f"{system} {machine}" in set_up.refusal()
+    assert "install ROS 2 Jazzy there and build this package with colcon" in set_up.refusal()
+
+
+@pytest.mark.parametrize("missing", ["venv", "ensurepip"])
+def test_without_venv_the_apt_line_is_printed(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, missing: str
+) -> None:
+    monkeypatch.setattr(
+        set_up.importlib.util, "find_spec", lambda name: None if name == missing else object()
+    )
+    assert "sudo apt install git make python3 python3-venv" in set_up.refusal()
+
+
+@pytest.mark.parametrize(("user", "refused"), [(0, True), (1000, False)])
+def test_sudo_is_refused(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, user: int, refused: bool
+) -> None:
+    monkeypatch.setenv("SUDO_USER", "mario")
+    monkeypatch.setattr(set_up.os, "geteuid", lambda: user)
+    assert ("without sudo" in set_up.refusal()) == refused
+
+
+def test_root_of_a_container_is_welcome(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(set_up.os, "geteuid", lambda: 0)
+    assert set_up.refusal() == ""
+
+
+def test_a_refusal_is_one_line_and_code_2(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["set_up.py", "test"])
+    monkeypatch.setattr(set_up, "refusal", lambda: "no")
+    assert set_up.main() == 2
+    assert capsys.readouterr() == ("", "make: no\n")
+
+
+@pytest.mark.parametrize("arguments", [[], ["everything"], ["run", "test"]])
+def test_wrong_levels_are_refused(
+    set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["set_up.py", *arguments])
+    assert set_up.main() == 2
+
+
+@pytest.fixture
+def made(set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
+    """The module in a tree of its own, with a .venv that looks as `run` leaves it."""
+    for name in set_up.INGREDIENTS:
+        (tmp_path / name).write_text("original")
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    (tmp_path / ".venv" / "bin" / "python").touch()
+    for name, path in [("ROOT", ""), ("VENV", ".venv"), ("STAMP", ".venv/set-up.json")]:
+        monkeypatch.setattr(set_up, name, tmp_path / path)
+    stamp = {"made_from": set_up.fingerprint(), "levels": ["run"]}
+    (tmp_path / ".venv" / "set-up.json").write_text(json.dumps(stamp))
+    return set_up
+
+
+def test_an_unchanged_venv_is_kept(made: ModuleType) -> None:
+    assert made.read_stamp() == ["run"]
+
+
+@pytest.mark.parametrize("name", ["constraints.txt", "setup.py"])
+def test_other_requirements_make_it_anew(made: ModuleType, tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("changed")
+    assert made.read_stamp() == []
+
+
+def test_another_interpreter_makes_it_anew(
+    made: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(made, "base_interpreter", lambda: "/another/python3")
+    assert made.read_stamp() == []
+
+
+@pytest.mark.parametrize("broken", ["bin/python", "set-up.json"])
+def test_a_broken_venv_is_made_anew(made: ModuleType, tmp_path: Path, broken: str) -> None:
+    (tmp_path / ".venv" / broken).unlink()
+    assert made.read_stamp() == []
+
+
+def test_every_dependency_is_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: dict[str, Any] = {}
+    fake = SimpleNamespace(setup=told.update, find_packages=lambda include: include)
+    monkeypatch.setitem(sys.modules, "setuptools", fake)
+    runpy.run_path(str(ROOT / "setup.py"))
+    groups = [told["install_requires"], *told["extras_require"].values()]
+    wanted = {re.split(r"[\[<>=]", name)[0].lower() for group in groups for name in group}
+    lines = (ROOT / "constraints.txt").read_text("utf-8").splitlines()
+    pinned = [line.split("==")[0].lower() for line in lines if line and not line.startswith("#")]
+    assert wanted <= set(pinned)
+    assert len(pinned) == len(set(pinned))
+    assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines if line[0] != "#")
