@@ -20,6 +20,8 @@ from support.ros import wait_for_message
 from support.trees import ROOT, copy_tree
 
 COLCON_PATIENCE = 120.0
+#: the environment of a shell that knows ROS (here: the wheels) and not this package
+ROS_SHELL: dict[str, str | None] = {"PYTHONPATH": None, "AMENT_PREFIX_PATH": sys.prefix}
 
 
 def run(
@@ -167,24 +169,31 @@ def test_colcon_installs_the_shared_files(workspace: Path) -> None:
         assert (share / name).exists()
 
 
+def test_simulator_runs_out_of_the_install_folder(start: Starter, workspace: Path) -> None:
+    from sensor_msgs.msg import JointState
+
+    simulator = str(executable(workspace, "simulator"))
+    node = start.command(sourced(workspace, simulator), env=ROS_SHELL)
+    assert wait_for_message(JointState, "joint_states", timeout=COLCON_PATIENCE).position
+    assert node.end(signal.SIGINT) == 0
+    assert node.stderr == ""
+
+
 @pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
-def test_simulator_runs_out_of_the_install_folder(
-    start: Starter, tmp_path: Path, workspace: Path, options: list[str]
+def test_installed_executables_run_the_installed_package(
+    tmp_path: Path, workspace: Path, options: list[str]
 ) -> None:
     folder = workspace
     if options:
         shutil.copytree(workspace / "src", tmp_path / "src")
         folder = built(tmp_path, *options)
-    foreign = {"PYTHONPATH": None, "AMENT_PREFIX_PATH": str(Path(sys.prefix))}
     probe = "import bouncing_disk_ros as package; print(package.__file__)"
-    found = run(*sourced(folder, sys.executable, "-c", probe), cwd=folder, env=foreign).stdout
-    assert found.startswith(str(folder)), "the test would run another copy of the package"
-    node = start.command(sourced(folder, str(executable(folder, "simulator"))), env=foreign)
-    from sensor_msgs.msg import JointState
-
-    assert wait_for_message(JointState, "joint_states").position
-    assert node.end(signal.SIGINT) == 0
-    assert node.stderr == ""
+    found = run(*sourced(folder, sys.executable, "-c", probe), cwd=folder, env=ROS_SHELL)
+    assert found.stdout.startswith(str(folder)), "another copy of the package would run"
+    for name in EXECUTABLES:
+        done = run(*sourced(folder, str(executable(folder, name)), "--help"), env=ROS_SHELL)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert name in done.stdout
 
 
 # make ---------------------------------------------------------------------------------------------

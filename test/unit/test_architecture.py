@@ -41,7 +41,7 @@ LIBRARIES = {
     "bag": {"numpy", "mcap", "yaml"},
     "ros": {"numpy", "rclpy", "ament_index_python", "messages"},
     "nodes": {"numpy", "yaml", "matplotlib", "rclpy", "ament_index_python", "messages"},
-    "testing": {"pytest", "rclpy", "messages"},
+    "testing": {"numpy", "pytest", "rclpy", "messages"},
 }
 #: modules of the standard library that the core, which knows no clock, log or file, may not use
 NOT_IN_CORE = {

@@ -1,0 +1,137 @@
+"""Executables on machines and in shells where something is missing or wrong (whole processes)."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bouncing_disk_ros
+from bouncing_disk_ros.executables import EXECUTABLES
+from support.processes import Starter, environment
+from support.ros import wait_for_message
+
+#: every variable that names a place for files, as a bare container has them: none
+NO_FOLDERS: dict[str, str | None] = dict.fromkeys(
+    ("HOME", "ROS_HOME", "ROS_LOG_DIR", "MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_STATE_HOME")
+)
+
+
+# python -m bouncing_disk_ros ----------------------------------------------------------------------
+
+
+def module(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "bouncing_disk_ros", *arguments],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_bare_it_lists_the_executables(arguments: list[str]) -> None:
+    done = module(*arguments)
+    assert (done.returncode, done.stderr) == (0, "")
+    for name, summary in EXECUTABLES.items():
+        assert any(line.split(maxsplit=1) == [name, summary] for line in done.stdout.splitlines())
+
+
+def test_it_tells_its_version() -> None:
+    done = module("--version")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"bouncing_disk_ros {bouncing_disk_ros.__version__}\n"
+
+
+def test_an_unknown_executable_is_one_line_and_code_2() -> None:
+    done = module("simulatr", "--ros-args", "-p", "a:=1")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "bouncing_disk_ros: executable: got 'simulatr', allowed: "
+        f"{', '.join(EXECUTABLES)}. Did you mean simulator?\n"
+    )
+
+
+@pytest.mark.parametrize("name", EXECUTABLES)
+def test_every_executable_explains_itself(name: str) -> None:
+    done = module(name, "--help")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert name in done.stdout
+    assert "usage" in done.stdout.lower()
+
+
+# a wrong ROS setting ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXECUTABLES)
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [
+        ("ROS_DOMAIN_ID", "abc"),
+        ("ROS_DOMAIN_ID", "300"),
+        ("ROS_DOMAIN_ID", "-1"),
+        ("RMW_IMPLEMENTATION", "rmw_nonsense_cpp"),
+    ],
+)
+def test_a_wrong_setting_is_one_line_and_code_2(
+    start: Starter, name: str, variable: str, value: str
+) -> None:
+    code, process = start.finish(name, env={variable: value})
+    assert (code, process.stdout) == (2, "")
+    assert process.stderr.startswith(f"bouncing_disk_ros: {variable}: got {value!r}, allowed: ")
+    assert process.stderr.count("\n") == 1
+
+
+# no place for files -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("home", ["unset", "unusable"])
+def test_simulator_runs_without_a_home(start: Starter, tmp_path: Path, home: str) -> None:
+    from sensor_msgs.msg import JointState
+
+    (tmp_path / "file").touch()
+    (tmp_path / "tmp").mkdir()
+    nowhere = str(tmp_path / "file" / "home") if home == "unusable" else None
+    node = start("simulator", env={**NO_FOLDERS, "HOME": nowhere, "TMPDIR": str(tmp_path / "tmp")})
+    assert wait_for_message(JointState, "joint_states").position
+    assert node.end(signal.SIGTERM) == 0
+    assert node.stderr == ""
+    (logs,) = (tmp_path / "tmp").glob("bouncing_disk_ros-*/log")
+    assert any(logs.iterdir())
+
+
+def test_without_any_place_for_logs_one_line_and_code_2(start: Starter, tmp_path: Path) -> None:
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "tmp" / f"bouncing_disk_ros-{os.getuid()}").touch()
+    code, process = start.finish("simulator", env={**NO_FOLDERS, "TMPDIR": str(tmp_path / "tmp")})
+    assert (code, process.stdout) == (2, "")
+    assert process.stderr.startswith("bouncing_disk_ros: ROS_LOG_DIR: got ")
+    assert process.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("home", ["unset", "unusable"])
+def test_kernels_find_a_cache_without_a_home(tmp_path: Path, home: str) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "tmp").mkdir()
+    places: dict[str, str | None] = {**NO_FOLDERS, "NUMBA_CACHE_DIR": None}
+    places["TMPDIR"] = str(tmp_path / "tmp")
+    places["HOME"] = str(tmp_path / "file" / "home") if home == "unusable" else None
+    code = "import os, bouncing_disk_ros; print(os.environ['NUMBA_CACHE_DIR'])"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment(places),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stderr == ""
+    folder = Path(done.stdout.strip())
+    assert folder.is_dir()
+    assert folder.parent.parent == tmp_path / "tmp"
