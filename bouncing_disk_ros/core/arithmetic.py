@@ -1,7 +1,7 @@
-"""Arithmetic whose bits are the same on every processor: own sine and cosine, exact sums and products.
+"""Arithmetic with the same bits on every processor: own sine, cosine, exact sums and products.
 
-No function of the C library is called but the square root and the floor, which IEEE 754 defines to the
-last bit; nothing here may be compiled with fastmath.
+No function of the C library is called but the square root and the floor, which IEEE 754 defines to
+the last bit; nothing here may be compiled with fastmath.
 """
 
 from __future__ import annotations
@@ -23,18 +23,25 @@ _HALF_PI_3 = float.fromhex("0x1.3198a2e037073p-69")
 _HALF_PI_HIGH = math.pi / 2
 _HALF_PI_LOW = float.fromhex("0x1.1a62633145c07p-54")
 _FEW_TURNS = 1.0e6  # below it k < 2²⁰
+_ROUNDER = 1.5 * 2.0**52  # adding and subtracting it rounds to the nearest whole number
 _SPLITTER = 134217729.0  # 2²⁷ + 1 (Dekker)
 
-# Taylor coefficients: on |r| ≤ π/4 the first neglected term is below 5e-17 (sine) and 2e-18 (cosine).
+# Taylor coefficients: on |r| ≤ π/4 the first neglected term is below 5e-17 (sine) and 2e-18
+# (cosine).
 _S3, _S5, _S7 = -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0
-_S9, _S11, _S13, _S15 = 1.0 / 362880.0, -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0
+_S9, _S11, _S13, _S15 = (
+    1.0 / 362880.0,
+    -1.0 / 39916800.0,
+    1.0 / 6227020800.0,
+    -1.0 / 1307674368000.0,
+)
 _C4, _C6, _C8, _C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 _C12, _C14, _C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
 def kernel(function: Kernel) -> Kernel:
     """Compile an inner function of the core; entry points are compiled with `entry`."""
-    compiled: Kernel = njit(error_model="numpy", nogil=True)(function)
+    compiled: Kernel = njit(error_model="numpy", nogil=True, forceinline=True)(function)
     return compiled
 
 
@@ -94,7 +101,7 @@ def pair_quotient(ah: float, al: float, b: float) -> tuple[float, float]:
 @kernel
 def _reduced(x: float) -> tuple[float, int]:
     """Remainder of x after the nearest multiple k of π/2, |r| ≤ π/4, and k modulo 4."""
-    k = math.floor(x * _TWO_OVER_PI + 0.5)
+    k = (x * _TWO_OVER_PI + _ROUNDER) - _ROUNDER
     if abs(x) < _FEW_TURNS:
         r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
     else:
@@ -104,39 +111,34 @@ def _reduced(x: float) -> tuple[float, int]:
 
 
 @kernel
-def _sine_excess(r: float) -> float:
-    """sin r − r for |r| ≤ π/4, to a few ulp of itself."""
+def _excesses(r: float) -> tuple[float, float]:
+    """sin r − r and cos r − 1 for |r| ≤ π/4, to a few ulp of themselves (Estrin's order)."""
     z = r * r
-    return r * z * (_S3 + z * (_S5 + z * (_S7 + z * (_S9 + z * (_S11 + z * (_S13 + z * _S15))))))
-
-
-@kernel
-def _cosine_excess(r: float) -> float:
-    """cos r − 1 for |r| ≤ π/4, to a few ulp of itself."""
-    z = r * r
-    q = _C4 + z * (_C6 + z * (_C8 + z * (_C10 + z * (_C12 + z * (_C14 + z * _C16)))))
-    return z * (z * q - 0.5)
+    z2 = z * z
+    z4 = z2 * z2
+    p = ((_S3 + _S5 * z) + z2 * (_S7 + _S9 * z)) + z4 * ((_S11 + _S13 * z) + z2 * _S15)
+    q = ((_C4 + _C6 * z) + z2 * (_C8 + _C10 * z)) + z4 * ((_C12 + _C14 * z) + z2 * _C16)
+    return (r * z) * p, z2 * q - 0.5 * z
 
 
 @kernel
 def sincos(x: float) -> tuple[float, float]:
     """sin x and cos x, absolute error below 2e-16 for |x| < 1e15."""
     r, quadrant = _reduced(x)
-    s = r + _sine_excess(r)
-    c = 1.0 + _cosine_excess(r)
-    if quadrant & 1:
-        s, c = c, -s
-    if quadrant & 2:
-        return -s, -c
-    return s, c
+    se, ce = _excesses(r)
+    s = r + se
+    c = 1.0 + ce
+    swap = quadrant & 1
+    p = c if swap else s
+    q = s if swap else c
+    return (-p if quadrant & 2 else p), (-q if (quadrant + 1) & 2 else q)
 
 
 @kernel
 def sincos_excess(x: float) -> tuple[float, float, float, float]:
     """sin x, cos x, sin x − x and cos x − 1; the last two keep their digits for small x."""
     if abs(x) <= 0.78:
-        se = _sine_excess(x)
-        ce = _cosine_excess(x)
+        se, ce = _excesses(x)
         return x + se, 1.0 + ce, se, ce
     s, c = sincos(x)
     return s, c, s - x, c - 1.0
@@ -144,8 +146,10 @@ def sincos_excess(x: float) -> tuple[float, float, float, float]:
 
 @kernel
 def arcsine(c: float) -> float:
-    """Angle in [0, π/2] whose sine is c in [0, 1]: a four-term start (error 7e-5), then Newton steps."""
-    x = 0.5 * math.pi - math.sqrt(1.0 - c) * (1.5707288 + c * (-0.2121144 + c * (0.0742610 - c * 0.0187293)))
+    """Angle in [0, π/2] whose sine is c in [0, 1]: a fit (error 7e-5), then Newton steps."""
+    x = 0.5 * math.pi - math.sqrt(1.0 - c) * (
+        1.5707288 + c * (-0.2121144 + c * (0.0742610 - c * 0.0187293))
+    )
     for _ in range(3):
         s, k = sincos(x)
         if k > 1e-8:

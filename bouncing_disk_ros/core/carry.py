@@ -37,32 +37,44 @@ def set_clock(state: Record, ns: int, sub: float, cycles: int, tau: float) -> No
     state.sub = sub
     state.cycles = cycles
     state.tau = tau
+    state.sine, state.cosine = sincos(tau)
     state.event = UNKNOWN
 
 
 @kernel
 def carry(
-    state: Record, motion: Record, disk: Record, books: Books, d: float, ns: int, sub: float, cycles: int, tau: float
+    state: Record,
+    motion: Record,
+    disk: Record,
+    books: Books,
+    d: float,
+    ns: int,
+    sub: float,
+    cycles: int,
+    tau: float,
 ) -> None:
     """Carry a state d seconds on, to the clock given, without leaving its phase of motion."""
     before = elapsed(motion, state.ns, state.sub)
     if state.phase == FLIGHT:
-        s, c = sincos(state.tau)
-        state.gap, state.u, _, _ = gap_after(motion, before, s, c, disk.g, state.gap, state.u, d)
+        s, c = state.sine, state.cosine
+        state.gap, state.u, _, _, _ = gap_after(motion, before, s, c, disk.g, state.gap, state.u, d)
         spin(state, disk, d)
     else:
         after = elapsed(motion, ns, sub)
-        s0 = axial_jet(motion, state.tau, before)
-        s1 = axial_jet(motion, tau, after)
-        b0 = angular_jet(motion, state.tau, before)
-        b1 = angular_jet(motion, tau, after)
+        sine, cosine = sincos(tau)
+        s0 = axial_jet(motion, state.sine, state.cosine, before)
+        s1 = axial_jet(motion, sine, cosine, after)
+        b0 = angular_jet(motion, state.sine, state.cosine, before)
+        b1 = angular_jet(motion, sine, cosine, after)
         if state.phase == STICKING:
             book_sticking(books, disk, s0, s1, b0, b1)
             turn(state, b1[0] - b0[0])
             state.omega = b1[1]
         else:
             sign = state.slip_sign
-            book_sliding(books, motion, disk, sign, state.omega, before, state.tau, d, s0, s1, b0, b1)
+            book_sliding(
+                books, motion, disk, sign, state.omega, before, state.tau, d, s0, s1, b0, b1
+            )
             pushed = 0.5 * disk.g * d * d + (s1[0] - s0[0]) - s0[1] * d  # ∫∫(g + s̈)dt dt
             turn(state, (state.omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed)
             state.omega -= sign * disk.grip * (disk.g * d + (s1[1] - s0[1])) + disk.lag * d
@@ -78,12 +90,12 @@ def settle(state: Record, motion: Record, disk: Record) -> None:
     state.u = 0.0
     state.event = UNKNOWN
     since = elapsed(motion, state.ns, state.sub)
-    _, _, s2, s3, s4 = axial_jet(motion, state.tau, since)
+    _, _, s2, s3, s4 = axial_jet(motion, state.sine, state.cosine, since)
     a = disk.g + s2
     if a < 0.0 or (a == 0.0 and (s3 < 0.0 or (s3 == 0.0 and s4 < 0.0))):
         state.phase = FLIGHT
         return
-    _, b1, b2, _, _ = angular_jet(motion, state.tau, since)
+    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
     slip = state.omega - b1
     rho = b2 + disk.lag
     if slip == 0.0 and disk.grip > 0.0 and abs(rho) <= disk.grip * a:

@@ -1,8 +1,9 @@
 """Time and forcing phase, tied together without a running sum.
 
-A steady motion holds an anchor (whole ns, whole cycles, phase): an event there is known by its phase and its
-time follows; in a cross-fade it is known by its time and the phase follows. Both directions go through
-double-double numbers, so after centuries at 100 kHz a phase is still good to 1e-15 rad of its instant.
+A steady motion holds an anchor (whole ns, whole cycles, phase): an event there is known by its
+phase and its time follows; in a cross-fade it is known by its time and the phase follows. Both
+directions go through double-double numbers, so after centuries at 100 kHz a phase is still good to
+1e-15 rad of its instant.
 """
 
 from __future__ import annotations
@@ -115,8 +116,10 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
 
 
 @kernel
-def clock_after(motion: Record, ns: int, sub: float, cycles: int, tau: float, d: float) -> tuple[int, float, int, float]:
-    """(ns, sub, cycles, τ) d seconds after an event; steady: the phase leads, fade: the time leads."""
+def clock_after(
+    motion: Record, ns: int, sub: float, cycles: int, tau: float, d: float
+) -> tuple[int, float, int, float]:
+    """(ns, sub, cycles, τ) d seconds on; steady: the phase leads, in a fade: the time leads."""
     if motion.kind != STEADY:
         ns1, sub1 = later(ns, sub, d)
         cycles1, tau1 = phase_of(motion, ns1, sub1)

@@ -1,8 +1,9 @@
 """Contact: when the disk leaves, sticks, slips and stops slipping (model: phases 3 and 4).
 
-With a = g + s̈ (the normal force over the mass) and ρ = β̈ + T_L/(m a_g²) (the torque that sticking needs over
-the moment of inertia), friction can supply up to `grip`·a, grip = μ a_e/a_g². Four functions are watched, each
-positive until its event and searched with steps that cannot pass its first root.
+With a = g + s̈ (the normal force over the mass) and ρ = β̈ + T_L/(m a_g²) (the torque that
+sticking needs over the moment of inertia), friction can supply up to `grip`·a, grip = μ a_e/a_g².
+Four functions are watched, each positive until its event and searched with steps that cannot pass
+its first root.
 """
 
 from __future__ import annotations
@@ -21,21 +22,30 @@ LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
 
 @kernel
 def watched(
-    which: int, sign: float, motion: Record, disk: Record, elapsed: float, tau: float, start: float, d: float
+    which: int,
+    sign: float,
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    tau: float,
+    start: float,
+    d: float,
 ) -> tuple[float, float]:
     """A watched function and its derivative d seconds after (elapsed, tau).
 
-    LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this sign and whose
-    sign·w_T + grip·ṡ + sign·β̇ was `start` at d = 0; DRIVE its derivative −grip·a − sign·ρ.
+    LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this
+    sign and whose sign·w_T + grip·ṡ + sign·β̇ was `start` at d = 0; DRIVE its derivative −grip·a −
+    sign·ρ.
     """
     phase = tau + phase_advance(motion, elapsed, d)
-    _, s1, s2, s3, s4 = axial_jet(motion, phase, elapsed + d)
+    sine, cosine = sincos(phase)
+    _, s1, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
     a = disk.g + s2
     if which == LOAD:
         return a, s3
     if which == UNLOAD:
         return -a, -s3
-    _, b1, b2, b3, _ = angular_jet(motion, phase, elapsed + d)
+    _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
     rho = b2 + disk.lag
     if which == MARGIN:
         return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
@@ -48,7 +58,7 @@ def watched(
 @kernel
 def _curvature(which: int, motion: Record, disk: Record) -> float:
     """Bound of the second derivative of a watched function."""
-    if which == LOAD or which == UNLOAD:
+    if which in (LOAD, UNLOAD):
         return motion.s4
     if which == SLIPPING:
         return disk.grip * motion.s3 + motion.b3
@@ -67,9 +77,10 @@ def first_zero(
     begin: float,
     horizon: float,
 ) -> float:
-    """Delay at which a watched function falls through zero after `begin`, inf if not before `horizon`.
+    """Delay after `begin` at which a watched function falls through zero; inf past `horizon`.
 
-    A value that touches zero and rises again is no event. The function must not be negative at `begin`.
+    A value that touches zero and rises again is no event. The function must not be negative at
+    `begin`.
     """
     k = _curvature(which, motion, disk)
     d = begin
@@ -99,7 +110,7 @@ def period_of(motion: Record) -> float:
 
 @kernel
 def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> float:
-    """Delay of the next separation (a falls through 0) from contact, inf if none before `horizon`."""
+    """Delay of the next separation (a falls through 0); inf if none before `horizon`."""
     if motion.kind == STEADY:
         leave = separation_phase(motion, disk.g)
         if leave < 0.0:
@@ -127,7 +138,7 @@ def load_returns(motion: Record, disk: Record, elapsed: float, tau: float, horiz
 def stick_fails(
     motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
 ) -> tuple[float, float]:
-    """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there; (inf, 0) if never."""
+    """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ; (inf, 0) if never."""
     weakest = disk.g - motion.s2
     if motion.b2 + abs(disk.lag) <= disk.grip * weakest:
         return math.inf, 0.0
@@ -144,15 +155,17 @@ def stick_fails(
 def slip_ends(
     motion: Record, disk: Record, elapsed: float, tau: float, sign: float, w: float, horizon: float
 ) -> tuple[float, int]:
-    """Delay at which sliding with sign·w_T = w ≥ 0 reaches w_T = 0, and whole periods that may be skipped before.
+    """Delay at which sliding with sign·w_T = w reaches w_T = 0, and whole periods to skip.
 
-    A slip that begins at w = 0 is searched only from where its drive turns against it: until then it grows.
+    A slip that begins at w = 0 is searched only from where its drive turns against it: until then
+    it grows.
     """
     if disk.grip == 0.0:
         return math.inf, 0
     begin = 0.0
-    _, s1, _, _, _ = axial_jet(motion, tau, elapsed)
-    _, b1, _, _, _ = angular_jet(motion, tau, elapsed)
+    sine, cosine = sincos(tau)
+    _, s1, _, _, _ = axial_jet(motion, sine, cosine, elapsed)
+    _, b1, _, _, _ = angular_jet(motion, sine, cosine, elapsed)
     start = w + disk.grip * s1 + sign * b1
     if motion.kind == STEADY:
         skip = _periods_without_root(motion, disk, sign, start)
@@ -162,22 +175,23 @@ def slip_ends(
         reach = min(horizon, 1.0625 * period_of(motion)) if motion.kind == STEADY else horizon
         begin = first_zero(DRIVE, sign, motion, disk, elapsed, tau, 0.0, 0.0, reach)
     if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
-        horizon = min(horizon, begin + 1.0625 * period_of(motion))  # higher after each period: now or never
+        horizon = min(
+            horizon, begin + 1.0625 * period_of(motion)
+        )  # higher after each period: now or never
     return first_zero(SLIPPING, sign, motion, disk, elapsed, tau, start, begin, horizon), 0
 
 
 @kernel
 def _periods_without_root(motion: Record, disk: Record, sign: float, start: float) -> int:
-    """Whole periods of steady motion in which sign·w_T surely stays positive: slow sliding is not stepped.
+    """Whole periods in which sign·w_T surely stays positive: slow sliding is not stepped.
 
     sign·w_T = start − p(τ) − r d with p a sinusoid of amplitude `swing`.
     """
     rate = (disk.grip * disk.g + sign * disk.lag) * period_of(motion)
     if rate <= 0.0:
         return 0
-    s, c = sincos(motion.lag)
-    along = disk.grip * motion.a + sign * motion.p * c
-    across = motion.p * s
+    along = disk.grip * motion.a + sign * motion.p * motion.lag_cosine
+    across = motion.p * motion.lag_sine
     swing = motion.omega * math.sqrt(along * along + across * across) * (1.0 + 1e-12)
     n = math.floor((start - swing) / rate) - 1.0
     if n < 4.0:

@@ -1,7 +1,10 @@
-"""Energy books: each computed by itself (closed form, or Gauss–Legendre in cross-fades), none as a remainder.
+"""Energy books: each is computed by itself, none as a remainder.
 
-Kinetic + potential energy ((m g + P) x + T_L α) changes by the work of the platform and of kicks and by
-parameter changes, less the losses in impacts and in sliding; that balance is an invariant to rounding.
+Closed forms; in cross-fades Gauss–Legendre quadrature to rounding for the sliding terms.
+
+Kinetic + potential energy ((m g + P) x + T_L α) changes by the work of the platform and of kicks
+and by parameter changes, less the losses in impacts and in sliding; that balance is an invariant
+to rounding.
 """
 
 from __future__ import annotations
@@ -38,7 +41,9 @@ def book(books: Books, which: int, amount: float) -> None:
 
 
 @kernel
-def mechanical_energy(disk: Record, x: float, v: float, turns: int, angle: float, omega: float) -> float:
+def mechanical_energy(
+    disk: Record, x: float, v: float, turns: int, angle: float, omega: float
+) -> float:
     """Kinetic and potential energy of the disk, J."""
     kinetic = 0.5 * disk.mass * v * v + 0.5 * disk.inertia * omega * omega
     return kinetic + disk.weight * x + disk.load_torque * (TWO_PI * turns + angle)
@@ -46,9 +51,19 @@ def mechanical_energy(disk: Record, x: float, v: float, turns: int, angle: float
 
 @kernel
 def book_impact(
-    books: Books, disk: Record, w: float, slip: float, push: float, twist: float, climb: float, spin: float
+    books: Books,
+    disk: Record,
+    w: float,
+    slip: float,
+    push: float,
+    twist: float,
+    climb: float,
+    spin: float,
 ) -> None:
-    """One impact: w = |w_A|, slip = mean of w_T before and after, impulses over m and over m a_g², platform velocities."""
+    """One impact: w = |w_A|, slip the mean of w_T before and after, climb and spin of the platform.
+
+    `push` and `twist` are the impulses over m and over m a_g².
+    """
     e = disk.restitution
     book(books, W_AXIAL, disk.mass * push * climb)
     book(books, L_AXIAL, 0.5 * disk.mass * (1.0 - e * e) * w * w)
@@ -59,8 +74,12 @@ def book_impact(
 @kernel
 def book_sticking(books: Books, disk: Record, s: Jet, s_end: Jet, b: Jet, b_end: Jet) -> None:
     """Work of the platform while s and β carry the disk along, from the jets at begin and end."""
-    axial = disk.weight * (s_end[0] - s[0]) + 0.5 * disk.mass * (s_end[1] - s[1]) * (s_end[1] + s[1])
-    angular = disk.load_torque * (b_end[0] - b[0]) + 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
+    axial = disk.weight * (s_end[0] - s[0]) + 0.5 * disk.mass * (s_end[1] - s[1]) * (
+        s_end[1] + s[1]
+    )
+    angular = disk.load_torque * (b_end[0] - b[0]) + 0.5 * disk.inertia * (b_end[1] - b[1]) * (
+        b_end[1] + b[1]
+    )
     book(books, W_AXIAL, axial)
     book(books, W_ANGULAR, angular)
 
@@ -80,7 +99,7 @@ def book_sliding(
     b: Jet,
     b_end: Jet,
 ) -> None:
-    """Work of the platform and loss while the disk slides for t seconds with the sign of w_T, from α̇ = omega."""
+    """Work of the platform and loss while the disk slides for t seconds, from α̇ = omega."""
     g = disk.g
     rise = s_end[0] - s[0]
     axial = disk.weight * rise + 0.5 * disk.mass * (s_end[1] - s[1]) * (s_end[1] + s[1])
@@ -90,7 +109,9 @@ def book_sliding(
     q = g * t + (s_end[1] - s[1])  # ∫(g + s̈)dt
     platform = g * (b_end[0] - b[0]) + shared_power(motion, elapsed, tau, t)  # ∫(g + s̈)β̇ dt
     q_integral = 0.5 * g * t * t + rise - s[1] * t
-    own = omega * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - q_integral)  # ∫(g + s̈)α̇ dt
+    own = (
+        omega * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - q_integral)
+    )  # ∫(g + s̈)α̇ dt
     book(books, W_ANGULAR, -sign * disk.inertia * disk.grip * platform)
     book(books, L_SLIDING, sign * disk.inertia * disk.grip * (own - platform))
 
@@ -102,11 +123,10 @@ def shared_power(motion: Record, elapsed: float, tau: float, t: float) -> float:
         x = motion.omega * t
         middle, _ = sincos(2.0 * tau + x + motion.lag)
         half, _ = sincos(x)
-        lag_sine, _ = sincos(motion.lag)
         scale = -motion.a * motion.p * motion.omega * motion.omega
-        return scale * 0.5 * (middle * half - lag_sine * x)
-    panels = int(math.ceil(motion.omega_max * t / _PANEL)) + 1
-    panels = max(panels, int(math.ceil(8.0 * t / motion.duration)))
+        return scale * 0.5 * (middle * half - motion.lag_sine * x)
+    panels = math.ceil(motion.omega_max * t / _PANEL) + 1
+    panels = max(panels, math.ceil(8.0 * t / motion.duration))
     width = t / panels
     total = 0.0
     for i in range(panels):
@@ -114,8 +134,9 @@ def shared_power(motion: Record, elapsed: float, tau: float, t: float) -> float:
         for j in range(len(_NODES)):
             d = width * (i + 0.5 * (1.0 + _NODES[j]))
             phase = tau + phase_advance(motion, elapsed, d)
-            s = axial_jet(motion, phase, elapsed + d)
-            b = angular_jet(motion, phase, elapsed + d)
+            sine, cosine = sincos(phase)
+            s = axial_jet(motion, sine, cosine, elapsed + d)
+            b = angular_jet(motion, sine, cosine, elapsed + d)
             part += _WEIGHTS[j] * s[2] * b[1]
         total += 0.5 * width * part
     return total

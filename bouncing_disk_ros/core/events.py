@@ -1,4 +1,4 @@
-"""Find the next event of a state: computed once, with a horizon fixed by state and inputs, and stored."""
+"""Find the next event: computed once, with a horizon fixed by state and inputs, and stored."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import kernel
 from bouncing_disk_ros.core.clock import clock_after, elapsed, instant_of, seconds_between
-from bouncing_disk_ros.core.contact import load_returns, period_of, separation, slip_ends, stick_fails
+from bouncing_disk_ros.core.contact import (
+    load_returns,
+    period_of,
+    separation,
+    slip_ends,
+    stick_fails,
+)
 from bouncing_disk_ros.core.flight import first_impact, separation_phase
 from bouncing_disk_ros.core.impact import (
     ALL_STICK,
@@ -28,17 +34,19 @@ from bouncing_disk_ros.core.layout import (
     STEADY,
     STICKING,
 )
-from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet
 
-# A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick until then.
+# A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick
+# until then.
 _LAST_SLIP = 1e-8
-# Events are looked for a little past the boundary, s; the exact comparison is made with their instant.
+# Events are looked for a little past the boundary, s; the exact comparison is made with their
+# instant.
 _PAST_BOUNDARY = 2e-9
 
 
 @kernel
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> None:
-    """Store the next event up to boundary_ns (the next input or end of a cross-fade) in the state."""
+    """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state."""
     horizon = math.inf
     if boundary_ns != NEVER:
         horizon = seconds_between(state.ns, state.sub, boundary_ns, 0.0) + _PAST_BOUNDARY
@@ -61,14 +69,16 @@ def _after_flight(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> tuple[int, float, float]:
     start = 0.0
+    s, c = state.sine, state.cosine
+    jet = axial_jet(motion, s, c, since)
     if state.gap == 0.0:
         if state.u == 0.0:  # launched: no root before the platform can come back (rule 2)
             start = load_returns(motion, disk, since, state.tau, horizon)
         elif state.u > 0.0:
-            kind, d, value = _chatter(state, motion, disk, since, horizon)
+            kind, d, value = _chatter(state, motion, disk, jet, since, horizon)
             if kind != NOTHING:
                 return kind, d, value
-    d, w = first_impact(motion, since, state.tau, disk.g, state.gap, state.u, start, horizon)
+    d, w = first_impact(motion, since, s, c, jet, disk.g, state.gap, state.u, start, horizon)
     if d > horizon or d == math.inf:
         return NOTHING, 0.0, 0.0
     return IMPACT, d, w
@@ -76,10 +86,9 @@ def _after_flight(
 
 @kernel
 def _chatter(
-    state: Record, motion: Record, disk: Record, since: float, horizon: float
+    state: Record, motion: Record, disk: Record, s: Jet, since: float, horizon: float
 ) -> tuple[int, float, float]:
-    """Complete chattering from here in closed form, where that is exact and friction's part in it is decided."""
-    s = axial_jet(motion, state.tau, since)
+    """Complete chattering in closed form, where that is exact and friction's part decided."""
     a = disk.g + s[2]
     u = state.u
     # cheap refusal: T ω is far from small for all but the last bounces
@@ -91,7 +100,7 @@ def _chatter(
     over = nothing_left(motion, t)
     if not over and (not exact or t + _PAST_BOUNDARY > horizon):
         return NOTHING, 0.0, 0.0
-    b = angular_jet(motion, state.tau, since)
+    b = angular_jet(motion, state.sine, state.cosine, since)
     rho = b[2] + disk.lag
     total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
     friction, sign = chatter_friction(disk, a, rho, state.omega - b[1], total, t)
@@ -124,7 +133,7 @@ def _after_sliding(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> tuple[int, float, float]:
     leave = separation(motion, disk, since, state.tau, horizon)
-    b = angular_jet(motion, state.tau, since)
+    b = angular_jet(motion, state.sine, state.cosine, since)
     w = max(state.slip_sign * (state.omega - b[1]), 0.0)
     stop, skip = slip_ends(motion, disk, since, state.tau, state.slip_sign, w, min(horizon, leave))
     if stop < leave:
@@ -144,7 +153,7 @@ def _store(state: Record, motion: Record, disk: Record, kind: int, d: float, val
     if kind == NOTHING:
         return
     ns, sub, cycles, tau = clock_after(motion, state.ns, state.sub, state.cycles, state.tau, d)
-    if motion.kind == STEADY and (kind == SKIP or kind == SEPARATION):
+    if motion.kind == STEADY and kind in (SKIP, SEPARATION):
         if kind == SKIP:  # whole periods: the phase is the same to the bit
             cycles, tau = state.cycles + int(value), state.tau
         else:

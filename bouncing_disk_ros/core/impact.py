@@ -1,6 +1,7 @@
 """The impact law, and complete chattering in closed form (model: phase 2, rules 7 and 8).
 
-Of an impact with w = |w_A| the axial impulse over m is (1 + ε)w; friction removes slip up to grip·(1 + ε)w.
+Of an impact with w = |w_A| the axial impulse over m is (1 + ε)w; friction removes slip up to
+grip·(1 + ε)w.
 """
 
 from __future__ import annotations
@@ -10,11 +11,14 @@ from bouncing_disk_ros.core.platform import Jet, Record
 from bouncing_disk_ros.core.roots import ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
-# A completion is taken only where what its series leaves out moves the forcing phase by less than this, rad.
+# A completion is taken only where what its series leaves out moves the forcing phase by less than
+# this, rad.
 _PHASE_ROUNDING = ROUNDING
-# Below this duration (rad of forcing phase) what is left of a chatter changes nothing that a float64 can hold.
+# Below this duration (rad of forcing phase) what is left of a chatter changes nothing that a
+# float64 can hold.
 _NOTHING_LEFT = 1e-17
-_MARGIN = 1e-3  # a and ρ vary by less than this over a completion: the friction case is decided outside it
+# Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
+_MARGIN = 1e-3
 
 
 @kernel
@@ -31,7 +35,8 @@ def friction_change(slip: float, most: float) -> float:
 def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[float, bool]:
     """Time from an impact (post-impact relative speed u > 0) to the end of its complete chatter, s.
 
-    T = T₀ − s⃛T₀²/(3a) + …, T₀ = 2u/(a(1 − ε)). The second value tells whether that is exact to rounding.
+    T = T₀ − s⃛T₀²/(3a) + …, T₀ = 2u/(a(1 − ε)). The second value tells whether that is exact to
+    rounding.
     """
     a = disk.g + s[2]
     if a <= 0.0 or disk.restitution >= 1.0:
@@ -55,8 +60,9 @@ def chatter_friction(
 ) -> tuple[int, float]:
     """How friction acts in a whole chatter tail, and the sign of w_T where all its impacts slip.
 
-    `total` is the sum of the axial impulses over m. ALL_STICK: slip is 0 and each impact takes away what one flight
-    brings. ALL_SLIP: the sign lasts. UNDECIDED: the sign changes or the first stick is still to come.
+    `total` is the sum of the axial impulses over m. ALL_STICK: slip is 0 and each impact takes
+    away what one flight brings. ALL_SLIP: the sign lasts. UNDECIDED: the sign changes or the first
+    stick is still to come.
     """
     if disk.grip == 0.0:
         return ALL_SLIP, 1.0 if slip >= 0.0 else -1.0

@@ -17,11 +17,14 @@ UNKNOWN, NOTHING, IMPACT, SEPARATION, SLIP, SLIP_ENDS, CHATTER_ENDS, SKIP = rang
 
 STATE_DTYPE = np.dtype(
     [
-        # clock of the last event or input: whole nanoseconds and a remainder, whole cycles and a phase
+        # clock of the last event or input: whole nanoseconds and a remainder, whole cycles and a
+        # phase
         ("ns", "i8"),
         ("sub", "f8"),  # ns, in [0, 1)
         ("cycles", "i8"),
         ("tau", "f8"),  # rad, in [0, 2π)
+        ("sine", "f8"),  # of tau
+        ("cosine", "f8"),
         ("phase", "i8"),
         ("slip_sign", "f8"),  # sign of w_T while sliding
         # axial: relative to the platform, so that tiny bounces keep their digits
@@ -63,6 +66,8 @@ MOTION_DTYPE = np.dtype(
         ("lag", "f8"),
         ("dlag", "f8"),
         # derived
+        ("lag_sine", "f8"),
+        ("lag_cosine", "f8"),
         ("omega", "f8"),  # 2π f, of the steady motion or at begin_ns
         ("omega_max", "f8"),
         ("top", "f8"),  # bound of |s|

@@ -1,4 +1,4 @@
-"""Rows of the impact log: one for each impact, or one for the impacts below the reporting speed that follow each other."""
+"""Rows of the impact log: one for each impact, or one for a run of impacts too slow to report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ ONE_IMPACT, CHATTER_TAIL, CHATTER_CUT = 0, 1, 2  # model.ImpactKind
 
 
 @kernel
-def begin_row(row: Record, state: Record, motion: Record, disk: Record, w: float, slip: float) -> None:
+def begin_row(
+    row: Record, state: Record, motion: Record, disk: Record, w: float, slip: float
+) -> None:
     """Start a row at the impact just resolved: w = |w_A| and w_T before it."""
     row.count = 0
     row.axial_impulse = 0.0
@@ -25,7 +27,9 @@ def begin_row(row: Record, state: Record, motion: Record, disk: Record, w: float
     row.angular_impact_velocity = slip
     blend = 0.0
     if motion.kind != STEADY:
-        blend = blend_jet(elapsed(motion, state.ns, state.sub) / motion.duration, motion.duration)[0]
+        blend = blend_jet(elapsed(motion, state.ns, state.sub) / motion.duration, motion.duration)[
+            0
+        ]
     omega = TWO_PI * (motion.f + motion.df * blend)
     row.y = -w * omega / (math.pi * disk.g)
 
@@ -34,7 +38,7 @@ def begin_row(row: Record, state: Record, motion: Record, disk: Record, w: float
 def end_row(row: Record, state: Record, motion: Record) -> None:
     """Write clock and state just after the last impact so far."""
     since = elapsed(motion, state.ns, state.sub)
-    s = axial_jet(motion, state.tau, since)
+    s = axial_jet(motion, state.sine, state.cosine, since)
     row.time = (float(state.ns) + state.sub) / 1e9
     row.cycles = float(state.cycles)
     row.forcing_phase = state.tau
@@ -75,7 +79,7 @@ def log_impact(
     push: float,
     twist: float,
 ) -> int:
-    """Report an impact just resolved (impulses push over m, twist over m a_g²); returns the number of rows."""
+    """Report an impact just resolved (impulses over m, m a_g²); returns the number of rows."""
     row = open_row[0]
     if w >= disk.report_speed:
         n = close_row(open_row, rows, n, state, CHATTER_CUT)
@@ -88,7 +92,9 @@ def log_impact(
 
 
 @kernel
-def add_impulses(row: Record, state: Record, motion: Record, disk: Record, push: float, twist: float) -> None:
+def add_impulses(
+    row: Record, state: Record, motion: Record, disk: Record, push: float, twist: float
+) -> None:
     """Add one impact, or the closed form of all that are left, to a row."""
     row.count += 1
     row.axial_impulse += disk.mass * push

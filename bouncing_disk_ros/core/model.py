@@ -1,6 +1,7 @@
 """The words of the model: motions, disks, states and the records of the core (SI units, z up).
 
-Symbols are those of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009).
+Symbols are those of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL
+2009).
 """
 
 from __future__ import annotations
@@ -136,9 +137,10 @@ IMPACT_DTYPE: np.dtype[np.void] = np.dtype(
         "itemsize": 112,
     }
 )
-"""One row of the impact log: x, y, z are the section τ/2π, w_A/(πg/ω), α̇/(ωΦ) (float32); the rest is SI.
+"""One row of the impact log: x, y, z (float32) are τ/2π, w_A/(πg/ω), α̇/(ωΦ); the rest is SI.
 
-`axial_impact_velocity` and `angular_impact_velocity` are those just before the impact, w_A < 0; position,
-velocity and angular velocity those just after. Impulses are of the platform on the disk. A row with
-`count` > 1 holds summed impulses, the velocities of its first impact and the time at which it ended.
+`axial_impact_velocity` and `angular_impact_velocity` are those just before the impact, w_A < 0;
+position, velocity and angular velocity those just after. Impulses are of the platform on the disk.
+A row with `count` > 1 holds summed impulses, the velocities of its first impact and the time at
+which it ended.
 """

@@ -1,8 +1,8 @@
 """Platform motion: derivatives, cross-fades and the bounds that certify root finding.
 
-In a cross-fade A, Φ, f and θ each go from v to v + Δv as v + Δv b(σ), σ = (t − begin)/duration, with the
-C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase τ = ∫ω dt, so s = A sin τ and β = Φ sin(τ + θ)
-keep closed forms (paper, eq. 1, for a steady motion).
+In a cross-fade A, Φ, f and θ each go from v to v + Δv as v + Δv b(σ), σ = (t − begin)/duration,
+with the C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase τ = ∫ω dt, so s = A sin τ and β
+= Φ sin(τ + θ) keep closed forms (paper, eq. 1, for a steady motion).
 """
 
 from __future__ import annotations
@@ -64,38 +64,42 @@ def _steady_jet(amplitude: float, s: float, c: float, w: float) -> Jet:
 
 
 @kernel
-def axial_jet(motion: Record, tau: float, elapsed: float) -> Jet:
-    """s and its first four derivatives at phase tau, `elapsed` seconds after a fade began (unused if steady)."""
-    s, c = sincos(tau)
+def axial_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
+    """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
     if motion.kind == STEADY:
         return _steady_jet(motion.a, s, c, motion.omega)
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
     d = motion.da
     z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
     w = TWO_PI * motion.df
-    q = (tau, TWO_PI * (motion.f + motion.df * b0), w * b1, w * b2, w * b3)
+    q = (0.0, TWO_PI * (motion.f + motion.df * b0), w * b1, w * b2, w * b3)
     return _product_jet(z, s, c, q)
 
 
 @kernel
-def angular_jet(motion: Record, tau: float, elapsed: float) -> Jet:
+def angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
     """β and its first four derivatives; arguments as in `axial_jet`."""
     if motion.kind == STEADY:
-        s, c = sincos(tau + motion.lag)
-        return _steady_jet(motion.p, s, c, motion.omega)
+        sine = s * motion.lag_cosine + c * motion.lag_sine
+        cosine = c * motion.lag_cosine - s * motion.lag_sine
+        return _steady_jet(motion.p, sine, cosine, motion.omega)
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
-    s, c = sincos(tau + motion.lag + motion.dlag * b0)
+    lag_sine, lag_cosine = sincos(motion.lag + motion.dlag * b0)
+    sine = s * lag_cosine + c * lag_sine
+    cosine = c * lag_cosine - s * lag_sine
     d = motion.dp
     z = (motion.p + d * b0, d * b1, d * b2, d * b3, d * b4)
     w = TWO_PI * motion.df
     v = motion.dlag
     q1 = TWO_PI * (motion.f + motion.df * b0) + v * b1
-    return _product_jet(z, s, c, (tau, q1, w * b1 + v * b2, w * b2 + v * b3, w * b3 + v * b4))
+    return _product_jet(
+        z, sine, cosine, (0.0, q1, w * b1 + v * b2, w * b2 + v * b3, w * b3 + v * b4)
+    )
 
 
 @kernel
 def relative_blend(motion: Record, elapsed: float) -> Jet:
-    """Coefficients c1 … c5 of b(σ + δ) − b(σ) = Σ c_k δ^k at `elapsed` seconds after the fade began."""
+    """Coefficients c1 … c5 of b(σ + δ) − b(σ) = Σ c_k δ^k, `elapsed` s into a fade."""
     x = elapsed / motion.duration
     y = 1.0 - x
     return (
@@ -125,8 +129,10 @@ def _amplitude_bounds(begin: float, change: float, duration: float) -> list[floa
     ]
 
 
-def _derivative_bounds(z: list[float], q1: float, q2: float, q3: float, q4: float) -> tuple[float, float, float]:
-    """Bounds of the second to fourth derivatives of A sin χ from those of A (z) and χ (q), by Leibniz."""
+def _derivative_bounds(
+    z: list[float], q1: float, q2: float, q3: float, q4: float
+) -> tuple[float, float, float]:
+    """Bounds of the second to fourth derivatives of A sin χ from those of A (z) and χ (q)."""
     y1 = q1
     y2 = q2 + q1**2
     y3 = q3 + q1**3 + 3 * q1 * q2
@@ -158,6 +164,7 @@ def _set_bounds(m: NDArray[np.void]) -> None:
         dw * spread[2] + dlag * spread[3],
     )
     r["omega"] = TWO_PI * r["f"]
+    r["lag_sine"], r["lag_cosine"] = sincos(float(r["lag"]))
     r["omega_max"] = w
     r["top"] = a[0] * _ROOM
     r["s2"], r["s3"], r["s4"] = (x * _ROOM for x in s)
@@ -167,7 +174,13 @@ def _set_bounds(m: NDArray[np.void]) -> None:
 def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np.void]:
     """Record of a steady motion whose forcing phase at begin_ns is (cycles, tau)."""
     m = np.zeros(1, MOTION_DTYPE)
-    m["kind"], m["begin_ns"], m["end_ns"], m["cycles"], m["tau"] = STEADY, begin_ns, NEVER, cycles, tau
+    m["kind"], m["begin_ns"], m["end_ns"], m["cycles"], m["tau"] = (
+        STEADY,
+        begin_ns,
+        NEVER,
+        cycles,
+        tau,
+    )
     m["a"], m["p"], m["f"], m["lag"] = motion
     _set_bounds(m)
     return m
@@ -176,7 +189,7 @@ def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np
 def fade(
     start: Motion, target: Motion, begin_ns: int, end_ns: int, cycles: int, tau: float
 ) -> NDArray[np.void]:
-    """Record of a cross-fade from one motion to another; the phase lag takes the short way round."""
+    """Record of a cross-fade between two motions; the phase lag takes the short way round."""
     m = steady(start, begin_ns, cycles, tau)
     m["kind"], m["end_ns"], m["duration"] = FADE, end_ns, (end_ns - begin_ns) * 1e-9
     m["da"] = target.axial_amplitude - start.axial_amplitude

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, sincos
+from bouncing_disk_ros.core.arithmetic import kernel
 from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, turn
 from bouncing_disk_ros.core.clock import elapsed
 from bouncing_disk_ros.core.energy import Books, book, book_impact
@@ -21,7 +21,14 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.log import CHATTER_TAIL, Rows, add_impulses, begin_row, close_row, log_impact
+from bouncing_disk_ros.core.log import (
+    CHATTER_TAIL,
+    Rows,
+    add_impulses,
+    begin_row,
+    close_row,
+    log_impact,
+)
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 
 
@@ -50,18 +57,25 @@ def resolve(
         state.slip_sign = value
     elif kind == SLIP_ENDS:
         since = elapsed(motion, state.ns, state.sub)
-        state.omega = angular_jet(motion, state.tau, since)[1]
+        state.omega = angular_jet(motion, state.sine, state.cosine, since)[1]
         settle(state, motion, disk)
     return n
 
 
 @kernel
 def _impact(
-    state: Record, motion: Record, disk: Record, books: Books, w: float, rows: Rows, n: int, open_row: Rows
+    state: Record,
+    motion: Record,
+    disk: Record,
+    books: Books,
+    w: float,
+    rows: Rows,
+    n: int,
+    open_row: Rows,
 ) -> int:
     since = elapsed(motion, state.ns, state.sub)
-    s = axial_jet(motion, state.tau, since)
-    b = angular_jet(motion, state.tau, since)
+    s = axial_jet(motion, state.sine, state.cosine, since)
+    b = angular_jet(motion, state.sine, state.cosine, since)
     push = (1.0 + disk.restitution) * w
     slip = state.omega - b[1]
     most = disk.grip * push
@@ -85,15 +99,15 @@ def _end_chatter(
 ) -> int:
     """All impacts that are left of a complete chatter, in closed form (rules 7 and 8).
 
-    With flights of d₀εⁿ, d₀ = 2u/a: Σ F̂ over m is exact by momentum; the sums that weigh each impact with its time
-    are geometric series, whose corrections are below rounding where the completion is allowed.
+    With flights of d₀εⁿ, d₀ = 2u/a: Σ F̂ over m is exact by momentum; the sums that weigh each
+    impact with its time are geometric series, whose corrections are below rounding where the
+    completion is allowed.
     """
     t, sign, u, e = state.event_delay, state.event_value, state.u, disk.restitution
     since = elapsed(motion, state.ns, state.sub)
-    s = axial_jet(motion, state.tau, since)
-    b = angular_jet(motion, state.tau, since)
-    sine, cosine = sincos(state.tau)
-    push = -gap_after(motion, since, sine, cosine, disk.g, 0.0, u, t)[1]
+    s = axial_jet(motion, state.sine, state.cosine, since)
+    b = angular_jet(motion, state.sine, state.cosine, since)
+    push = -gap_after(motion, since, state.sine, state.cosine, disk.g, 0.0, u, t)[1]
     d0 = 2.0 * u / (disk.g + s[2])
     moment = u * d0 / ((1.0 - e) * (1.0 - e))  # Σ F̂ₙ(tₙ − t₀) over m
     squares = d0 * d0 / (1.0 - e * e)  # Σ dₙ²
@@ -101,7 +115,7 @@ def _end_chatter(
     slip = state.omega - b[1]
     before = state.omega
     set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
-    b_end = angular_jet(motion, state.tau, elapsed(motion, state.ns, state.sub))
+    b_end = angular_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))
     if sign == 0.0:
         twist = b_end[1] - before + disk.lag * t
         turn(state, b_end[0] - b[0] - 0.5 * rho * squares)

@@ -1,9 +1,9 @@
 """Certified root finding: steps that cannot pass the first root.
 
-For h ≥ 0 with slope h1 and curvature bounded from below, h'' ≥ −k, the parabola h + h1 δ − k δ²/2 lies below
-h, so its positive root is a step that no root precedes. k is sharpened by the curvature at hand: with
-h'' = −a here and |h'''| ≤ bound, h'' ≥ −(a + bound·δ) and the parabola with k = a + bound·δ/3 still lies below
-on [0, δ]. Near a root that makes the step a third-order one.
+For h ≥ 0 with slope h1 and curvature bounded from below, h'' ≥ −k, the parabola h + h1 δ − k δ²/2
+lies below h, so its positive root is a step that no root precedes. k is sharpened by the curvature
+at hand: with h'' = −a here and |h'''| ≤ bound, h'' ≥ −(a + bound·δ) and the parabola with k = a +
+bound·δ/3 still lies below on [0, δ]. Near a root that makes the step a third-order one.
 """
 
 from __future__ import annotations
@@ -36,6 +36,21 @@ def safe_step(h: float, h1: float, a: float, k: float, bound: float) -> float:
 
 
 @kernel
-def step_is_final(step: float, d: float, h1: float, bound: float) -> bool:
-    """Whether what `safe_step` neglected moves the root by less than the rounding of d."""
-    return bound * step * step * step < 3.0 * ROUNDING * d * abs(h1) or step <= 4.0 * ROUNDING * d
+def one_root_ahead(h: float, h1: float, k: float) -> bool:
+    """Whether h ≥ 0 falls through zero just once within 2h/|h1|: |h''| ≤ k keeps h' < h1/2."""
+    return h1 < 0.0 and 4.0 * k * h <= h1 * h1
+
+
+@kernel
+def polished(jet: tuple[float, float, float, float, float]) -> tuple[float, float]:
+    """Step to the root of the fourth-degree Taylor polynomial of a falling h, and the slope there.
+
+    The series of the inverse function: δ = ν − a₂ν² + (2a₂² − a₃)ν³ + (5a₂a₃ − 5a₂³ − a₄)ν⁴ with ν
+    = −h/h₁ and aₙ = hₙ/(n! h₁), one division; where `one_root_ahead` holds |a₂ν| ≤ 1/8.
+    """
+    h, h1, h2, h3, h4 = jet
+    r = 1.0 / h1
+    v = -h * r
+    a2, a3, a4 = 0.5 * h2 * r, (1.0 / 6.0) * h3 * r, (1.0 / 24.0) * h4 * r
+    x = v - v * v * (a2 - v * ((2.0 * a2 * a2 - a3) + v * (5.0 * a2 * (a3 - a2 * a2) - a4)))
+    return x, h1 + x * (h2 + x * (0.5 * h3 + x * h4 * (1.0 / 6.0)))

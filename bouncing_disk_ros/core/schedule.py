@@ -35,8 +35,9 @@ def plan_fades(
 ) -> list[Fade]:
     """Cross-fades that reach each point's motion at its time.
 
-    A fade begins a duration before its point's time, but not before free_ns or the end of the one before, and ends
-    at the point's time or a duration after its beginning, whichever is later. Times must increase strictly.
+    A fade begins a duration before its point's time, but not before free_ns or the end of the one
+    before, and ends at the point's time or a duration after its beginning, whichever is later.
+    Times must increase strictly.
     """
     fades: list[Fade] = []
     for at_ns, target in points:

@@ -29,7 +29,9 @@ from bouncing_disk_ros.core.resolve import resolve
 
 DONE, FULL, BEHIND = 0, 1, 2
 ROWS = from_dtype(IMPACT_DTYPE)[::1]
-OBSERVED = np.dtype([(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")])
+OBSERVED = np.dtype(
+    [(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")]
+)
 _OBSERVED = from_dtype(OBSERVED)[::1]
 _INT, _FLOAT = types.int64, types.float64
 
@@ -48,8 +50,8 @@ def advance(
 ) -> tuple[int, int, int]:
     """Resolve the events up to until_ns; boundary_ns bounds the search for the next one.
 
-    Returns (rows written, events resolved, status): DONE, FULL (no room for the rows of one more event) or
-    BEHIND (the budget of events is used up).
+    Returns (rows written, events resolved, status): DONE, FULL (no room for the rows of one more
+    event) or BEHIND (the budget of events is used up).
     """
     n = 0
     for i in range(budget):
@@ -68,7 +70,7 @@ def advance(
 def halt(
     state: Record, motion: Record, disk: Record, books: Books, rows: Rows, open_row: Rows, ns: int
 ) -> int:
-    """Carry the state to a whole nanosecond before its next event, for an input there; returns the rows written."""
+    """Carry the state to a whole nanosecond before its next event, for an input; returns rows."""
     s = state[0]
     if seconds_between(s.ns, s.sub, ns, 0.0) > 0.0:
         d = seconds_between(s.ns, s.sub, ns, 0.0)
@@ -84,9 +86,9 @@ def halt(
 def kick(
     state: Record, motion: Record, disk: Record, books: Books, axial: float, angular: float
 ) -> None:
-    """Add impulses (N·s, N·m·s) to a halted state; call `resume` after the last input of the instant."""
+    """Add impulses (N·s, N·m·s) to a halted state; `resume` follows the instant's last input."""
     s, k = state[0], disk[0]
-    climb = axial_jet(motion[0], s.tau, elapsed(motion[0], s.ns, s.sub))[1]
+    climb = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))[1]
     book(books, W_KICKS, axial * (climb + s.u) + 0.5 * axial * axial / k.mass)
     book(books, W_KICKS, angular * s.omega + 0.5 * angular * angular / k.inertia)
     s.u += axial / k.mass
@@ -111,7 +113,7 @@ def resume(state: Record, motion: Record, disk: Record) -> None:
 def change_disk(state: Record, motion: Record, disk: Record, new: Record, books: Books) -> None:
     """Book the jump of the energy of a halted state where parameters change."""
     s = state[0]
-    jet = axial_jet(motion[0], s.tau, elapsed(motion[0], s.ns, s.sub))
+    jet = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))
     x, v = jet[0] + s.gap, jet[1] + s.u
     before = mechanical_energy(disk[0], x, v, s.turns, s.angle, s.omega)
     after = mechanical_energy(new[0], x, v, s.turns, s.angle, s.omega)
@@ -123,8 +125,8 @@ def observe(state: Record, motion: Record, disk: Record, out: Record) -> None:
     """Platform motion, forces on the disk and mechanical energy at the clock of a state."""
     s, k, o = state[0], disk[0], out[0]
     since = elapsed(motion[0], s.ns, s.sub)
-    jet = axial_jet(motion[0], s.tau, since)
-    turn = angular_jet(motion[0], s.tau, since)
+    jet = axial_jet(motion[0], s.sine, s.cosine, since)
+    turn = angular_jet(motion[0], s.sine, s.cosine, since)
     o.s, o.s1, o.b, o.b1 = jet[0], jet[1], turn[0], turn[1]
     o.force = 0.0
     o.torque = 0.0

@@ -1,0 +1,214 @@
+"""The records of one run and the kernels that work on them; knows no future inputs."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core import checkpoint, platform, stepper
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
+from bouncing_disk_ros.core.layout import (
+    BOOKS,
+    CHATTER_ENDS,
+    DISK_DTYPE,
+    FADE,
+    FLIGHT,
+    MOTION_DTYPE,
+    STATE_DTYPE,
+    UNKNOWN,
+)
+from bouncing_disk_ros.core.model import (
+    IMPACT_DTYPE,
+    Disk,
+    Energy,
+    InitialState,
+    Motion,
+    Phase,
+    Sample,
+)
+
+_ROOM = 1024  # rows of one call of the stepper
+Rows = list[NDArray[np.void]]
+
+
+def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
+    """The disk as the kernels read it, with what follows from it."""
+    k = np.zeros(1, DISK_DTYPE)
+    inertia = disk.mass * disk.gyration_radius**2
+    k["mass"], k["restitution"], k["friction"] = disk.mass, disk.restitution, disk.friction
+    k["inertia"] = inertia
+    k["weight"] = disk.mass * disk.gravity + disk.preload
+    k["g"] = disk.gravity + disk.preload / disk.mass
+    k["grip"] = disk.friction * disk.friction_radius / disk.gyration_radius**2
+    k["load_torque"], k["lag"] = disk.load_torque, disk.load_torque / inertia
+    k["report_speed"] = report_speed
+    return k
+
+
+class Engine:
+    """State, motion in force, disk, energy books and the open row of the impact log."""
+
+    def __init__(self, disk: Disk, report_speed: float) -> None:
+        """Empty records; `place` gives them a state."""
+        self.k = disk_record(disk, report_speed)
+        self.state = np.zeros(1, STATE_DTYPE)
+        self.m = np.zeros(1, MOTION_DTYPE)
+        self._books = np.zeros((2, len(BOOKS)))
+        self._open_row = np.zeros(1, IMPACT_DTYPE)
+        self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
+        self._observed = np.zeros(1, stepper.OBSERVED)
+
+    @property
+    def fading(self) -> bool:
+        """Whether the motion in force is a cross-fade."""
+        return bool(self.m["kind"][0] == FADE)
+
+    @property
+    def clock(self) -> tuple[int, float]:
+        """Whole cycles and forcing phase of the state."""
+        return int(self.state["cycles"][0]), float(self.state["tau"][0])
+
+    def place(self, time_ns: int, initial: InitialState, motion: Motion) -> None:
+        """Start in an initial state at time_ns; cycles and row index go on, the books are cleared."""
+        s = self.state
+        tau = initial.forcing_phase % TWO_PI
+        tau = tau if tau < TWO_PI else 0.0
+        cycles, before = self.clock
+        cycles += 1 if tau < before else 0  # (cycles, phase) never falls
+        rows = int(s["rows"][0])
+        self.m = platform.steady(motion, time_ns, cycles, tau)
+        s[:] = np.zeros(1, STATE_DTYPE)
+        s["ns"], s["cycles"], s["tau"], s["rows"], s["phase"] = time_ns, cycles, tau, rows, FLIGHT
+        s["sine"], s["cosine"] = sincos(tau)
+        turns = round(initial.angle / TWO_PI)
+        s["turns"], s["angle"] = turns, initial.angle - turns * TWO_PI
+        s["gap"], s["omega"] = initial.height, initial.angular_velocity
+        if initial.axial_velocity is not None:
+            self._observe(s)
+            s["u"] = initial.axial_velocity - self._observed["s1"]
+        self.resume()
+        self._books[:] = 0.0
+        self._observe(s)
+        s["initial_energy"] = self._observed["energy"]
+
+    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
+        """Resolve the events up to target_ns; their number, and whether the budget ran out first."""
+        used = 0
+        while True:
+            n, events, status = stepper.advance(
+                self.state,
+                self.m,
+                self.k,
+                self._books,
+                self._buffer,
+                self._open_row,
+                boundary_ns,
+                target_ns,
+                budget - used,
+            )
+            used += events
+            if n:
+                rows.append(self._buffer[:n].copy())
+            if status != stepper.FULL:
+                return used, status == stepper.BEHIND
+
+    def look_again(self) -> None:
+        """Forget the next event: the boundary that bounded its search has changed."""
+        self.state["event"] = UNKNOWN
+
+    def halt(self, time_ns: int, rows: Rows) -> None:
+        """Carry the state to time_ns, where all that is due earlier has been resolved."""
+        arguments = (self.state, self.m, self.k, self._books, self._buffer, self._open_row)
+        n = stepper.halt(*arguments, time_ns)
+        if n:
+            rows.append(self._buffer[:n].copy())
+
+    def kick(self, axial_impulse: float, angular_impulse: float) -> None:
+        """Add impulses to the halted disk."""
+        stepper.kick(self.state, self.m, self.k, self._books, axial_impulse, angular_impulse)
+
+    def change_disk(self, disk: Disk, report_speed: float) -> None:
+        """Change the parameters of the halted disk."""
+        new = disk_record(disk, report_speed)
+        stepper.change_disk(self.state, self.m, self.k, new, self._books)
+        self.k = new
+
+    def resume(self) -> None:
+        """Decide contact or flight after the inputs of one instant."""
+        stepper.resume(self.state, self.m, self.k)
+
+    def sample(self, time_ns: int) -> Sample:
+        """State at time_ns, which lies before the next event; changes nothing."""
+        state, _ = self._at(time_ns)
+        self._observe(state)
+        s, o = state[0], self._observed[0]
+        return Sample(
+            time_ns,
+            Phase(int(s["phase"])),
+            int(s["cycles"]),
+            float(s["tau"]),
+            float(o["s"]),
+            float(o["s1"]),
+            float(o["b"]),
+            float(o["b1"]),
+            float(s["gap"]),
+            float(o["s"] + s["gap"]),
+            float(o["s1"] + s["u"]),
+            int(s["turns"]),
+            float(s["angle"]),
+            float(s["omega"]),
+            float(o["force"]),
+            float(o["torque"]),
+        )
+
+    def energy(self, time_ns: int) -> Energy:
+        """Energy books at time_ns; changes nothing."""
+        state, books = self._at(time_ns)
+        self._observe(state)
+        kinetic, energy = float(self._observed["kinetic"][0]), float(self._observed["energy"][0])
+        sums = dict(zip(BOOKS, (float(v) for v in books[0] + books[1]), strict=True))
+        throughput = sums.pop("throughput")
+        initial = float(state["initial_energy"][0])
+        gains = sum(v if name.startswith("work") else -v for name, v in sums.items())
+        residual = (energy - initial) - gains
+        return Energy(
+            kinetic, energy - kinetic, initial, **sums, residual=residual, throughput=throughput
+        )
+
+    def _observe(self, state: NDArray[np.void]) -> None:
+        stepper.observe(state, self.m, self.k, self._observed)
+
+    def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+        """Copies of state and books, carried to time_ns."""
+        state, books, row = self.state.copy(), self._books.copy(), self._open_row.copy()
+        arguments = (state, self.m, self.k, books, np.zeros(64, IMPACT_DTYPE), row)
+        if state["event"][0] == CHATTER_ENDS:  # in the midst of a chatter: bounce by bounce
+            state["event"] = UNKNOWN
+            status = stepper.FULL
+            while status != stepper.DONE:
+                status = stepper.advance(*arguments, time_ns, time_ns, 1_000_000)[2]
+        stepper.halt(*arguments, time_ns)
+        return state, books
+
+    def snapshot(self) -> dict[str, Any]:
+        """All records as JSON-able numbers."""
+        return {
+            "state": checkpoint.plain(self.state),
+            "motion": checkpoint.plain(self.m),
+            "disk": checkpoint.plain(self.k),
+            "books": self._books.tolist(),
+            "open_row": checkpoint.plain(self._open_row),
+        }
+
+    @classmethod
+    def restore(cls, disk: Disk, values: dict[str, Any]) -> Self:
+        """Inverse of `snapshot`."""
+        engine = cls(disk, 0.0)
+        engine.state = checkpoint.record(values["state"], STATE_DTYPE)
+        engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
+        engine.k = checkpoint.record(values["disk"], DISK_DTYPE)
+        engine._books = np.array(values["books"])
+        engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
+        return engine
