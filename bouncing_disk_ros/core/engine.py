@@ -71,7 +71,7 @@ class Engine:
         return int(self.state["cycles"][0]), float(self.state["tau"][0])
 
     def place(self, time_ns: int, initial: InitialState, motion: Motion) -> None:
-        """Start in an initial state at time_ns; cycles and row index go on, the books are cleared."""
+        """Start in an initial state at time_ns; cycles and row index go on, books start anew."""
         s = self.state
         tau = initial.forcing_phase % TWO_PI
         tau = tau if tau < TWO_PI else 0.0
@@ -94,7 +94,7 @@ class Engine:
         s["initial_energy"] = self._observed["energy"]
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
-        """Resolve the events up to target_ns; their number, and whether the budget ran out first."""
+        """Resolve the events up to target_ns; their number and whether the budget ran out."""
         used = 0
         while True:
             n, events, status = stepper.advance(
