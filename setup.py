@@ -71,5 +71,6 @@ setup(
         "console_scripts": [
             f"{name} = {EXECUTABLES['entry_point'](name)}" for name in EXECUTABLES["EXECUTABLES"]
         ],
+        "pytest11": [f"{NAME} = {NAME}.testing"],  # the fixture `stepped_simulator`
     },
 )

@@ -1,6 +1,7 @@
 """The tables of parameters, topics, services and exit codes as text: for --help and for docs/.
 
-`python -m bouncing_disk_ros.tables docs` writes docs/parameters.md again.
+`python -m bouncing_disk_ros.tables docs` writes docs/parameters.md and the tables of
+docs/interfaces.md again.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import GROUPS, TABLE, Spec
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
+BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.tables docs` -->"
+END = "<!-- end of tables -->"
 EXIT_MEANINGS = {
     ExitCode.DONE: "done; also a node ended by Ctrl-C or SIGTERM",
     ExitCode.FAILED: "failed for another reason than the input",
@@ -119,9 +122,19 @@ def topics_table() -> str:
     )  # fmt: skip
 
 
+def with_tables(page: str) -> str:
+    """A page with what lies between its two marks replaced by the current tables."""
+    head, _, rest = page.partition(f"{BEGIN}\n")
+    _, _, tail = rest.partition(f"{END}\n")
+    return f"{head}{BEGIN}\n\n{topics_table()}\n\n{END}\n{tail}"
+
+
 def main(folder: str) -> None:
-    """Write the generated page into a folder."""
+    """Write the generated page into a folder, and the tables into interfaces.md there."""
     Path(folder, "parameters.md").write_text(parameters_page(), encoding="utf-8")
+    interfaces = Path(folder, "interfaces.md")
+    page = interfaces.read_text(encoding="utf-8")
+    interfaces.write_text(with_tables(page), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
+from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.tables import parameter_lines, service_lines, topic_lines
 
 if TYPE_CHECKING:
@@ -42,11 +43,12 @@ def main(args: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(own)
+    stop = Stop().install()
     environment.prepare()
     from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
     from bouncing_disk_ros.ros.spin import run_node
 
-    return run_node("simulator", SimulatorNode, argv)
+    return run_node("simulator", SimulatorNode, argv, stop)
 
 
 def __getattr__(name: str) -> Any:

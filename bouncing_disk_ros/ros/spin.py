@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import re
-import signal
 import sys
 from collections.abc import Callable, Sequence
-from types import FrameType
-from typing import Protocol
 
 import rclpy
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException, ParameterException
@@ -18,32 +15,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.ros.stop import Stop
 
 SPIN_SECONDS = 0.2
 """Longest wait before a signal is looked at (the executor cannot be interrupted while it waits)."""
-
-
-class Stop:
-    """SIGINT and SIGTERM as a flag; nothing is interrupted half-way."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        self.signal = 0
-
-    def install(self) -> Stop:
-        """Take over both signals of this process."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-        return self
-
-    def _ask(self, number: int, _frame: FrameType | None) -> None:
-        self.asked, self.signal = True, number
-
-
-class Finishing(Protocol):
-    """A node that may say by itself that it is done."""
-
-    finished: bool
 
 
 def spin_until(node: Node, stop: Callable[[], bool]) -> None:
@@ -60,12 +35,15 @@ def spin_until(node: Node, stop: Callable[[], bool]) -> None:
         executor.shutdown()
 
 
-def run_node(name: str, make: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+def run_node(
+    name: str, make: Callable[[], Node], args: Sequence[str] | None = None, stop: Stop | None = None
+) -> int:
     """Init, make the node, spin until a signal (or node.finished), end in order; the exit code.
 
-    `args` as in sys.argv[1:] with their --ros-args. Bad input is one line on stderr and code 2.
+    `args` as in sys.argv[1:] with their --ros-args; `stop` as installed before the slow imports.
+    Bad input is one line on stderr and code 2.
     """
-    stop = Stop().install()
+    stop = stop or Stop().install()
     argv = [name, *(sys.argv[1:] if args is None else args)]
     try:
         init(argv)
@@ -74,6 +52,7 @@ def run_node(name: str, make: Callable[[], Node], args: Sequence[str] | None = N
         return bad_input(name, error.line)
     except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
         return bad_input(name, str(error))
+    stop.running = True
     try:
         spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
     finally:

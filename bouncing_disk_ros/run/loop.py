@@ -17,6 +17,7 @@ from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.run.clock import NS, Grid
 from bouncing_disk_ros.run.inputs import joined
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.topics import MAX_ROWS
 
 MAX_SAMPLES = 100
 """Samples (and speeds) handed over in one slice of work; the rest are counted."""
@@ -78,7 +79,8 @@ class Loop:
         while session.time_ns < until_ns:
             goal = min(until_ns, self._horizon(left))
             session.advance(goal, EVENTS_PER_CALL)
-            self.flush()
+            if session.gathered >= MAX_ROWS:
+                self.flush()
             if left > 0 and session.time_ns == goal:
                 left -= self._hand_over_samples()
             if self._clock() >= deadline:
@@ -86,6 +88,7 @@ class Loop:
         self.skipped += self._states.skip_to(session.time_ns) if left <= 0 else 0
         if left <= 0:
             self._speeds.skip_to(session.time_ns)
+        self.flush()
         return session.time_ns >= until_ns
 
     def _horizon(self, left: int) -> int:

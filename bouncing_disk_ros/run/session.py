@@ -62,6 +62,7 @@ class Session:
         )
         self.held = held
         self.accepted = 0
+        self.gathered = 0
         self._rows: list[NDArray[Any]] = []
         self._record = record
         self._index = 0
@@ -83,11 +84,12 @@ class Session:
         rows, behind = self.simulation.advance(until_ns, max_events)
         if len(rows):
             self._rows.append(rows)
+            self.gathered += len(rows)
         return bool(behind)
 
     def take_rows(self) -> list[NDArray[Any]]:
         """The rows gathered since the last call, in order, one array for each advance."""
-        rows, self._rows = self._rows, []
+        rows, self._rows, self.gathered = self._rows, [], 0
         return rows
 
     def command(self, points: Sequence[tuple[int, Motion]]) -> None:

@@ -1,0 +1,157 @@
+"""A pytest fixture with a stepped simulator, for rclpy tests of one's own.
+
+It is a pytest plugin of the installed package; a test only names it:
+
+    def test_my_node_answers_an_impact(stepped_simulator):
+        simulator = stepped_simulator(preset="pizza_multiple_toss")
+        node = MyNode(context=simulator.context)
+        simulator.add_node(node)
+        simulator.step(10)                       # ten periods of the platform, at once
+        simulator.spin_until(lambda: node.answers == 10)
+
+Time stands but for `step` and `advance`: nothing depends on the speed of the machine. Set
+ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE before, if strangers may be around.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+    from rclpy.node import Node
+
+    from bouncing_disk_ros.core.model import Motion, Sample
+
+PATIENCE = 10.0
+"""Longest wait for a condition, s."""
+
+
+class SteppedSimulator:
+    """A simulator node, paused at time 0, in a context and executor of its own.
+
+    Attributes: `node`, the SimulatorNode; `context`, for nodes of the test.
+    """
+
+    def __init__(
+        self, node_name: str = "bouncing_disk", namespace: str = "", **values: Any
+    ) -> None:
+        """`values` are parameters of the simulator by name (docs/parameters.md)."""
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.parameter import Parameter
+        from rclpy.signals import SignalHandlerOptions
+
+        from bouncing_disk_ros import environment
+        from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+
+        environment.prepare()
+        self.context: Context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        overrides = [
+            Parameter(name, value=v) for name, v in {"start_paused": True, **values}.items()
+        ]
+        try:
+            self._executor = SingleThreadedExecutor(context=self.context)
+            self.node = SimulatorNode(
+                node_name,
+                namespace=namespace,
+                context=self.context,
+                parameter_overrides=overrides,
+                use_global_arguments=False,
+            )
+        except BaseException:
+            rclpy.shutdown(context=self.context)
+            raise
+        self._nodes: list[Node] = []
+        self.add_node(self.node)
+
+    def close(self) -> None:
+        """Destroy the nodes and the context."""
+        import rclpy
+
+        for node in self._nodes:
+            self._executor.remove_node(node)
+        self.node.destroy_node()
+        self._executor.shutdown()
+        rclpy.shutdown(context=self.context)
+
+    def add_node(self, node: Node) -> None:
+        """Let the executor run the callbacks of another node too (made with `context`)."""
+        self._nodes.append(node)
+        self._executor.add_node(node)
+
+    def spin_until(self, condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
+        """Run callbacks until a condition holds; AssertionError after `timeout` seconds."""
+        end = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > end:
+                raise AssertionError(f"the condition did not hold within {timeout} s")
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def step(self, periods: int = 1) -> None:
+        """Simulate whole periods of the platform's motion, at once."""
+        run = self._run
+        motion = run.session.simulation.motion_in_force.target
+        self.advance(periods / motion.frequency)
+
+    def advance(self, seconds: float) -> None:
+        """Simulate for a time, at once."""
+        self._run.advance_to(self._run.session.time_ns + round(seconds * 1e9))
+
+    def command(self, after: float = 0.0, **values: float) -> bool:
+        """Command the platform: `values` reached `after` seconds from now; False when refused."""
+        from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
+
+        point = PointRequest(tuple(values.values()), round(after * 1e9))
+        return self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
+
+    def kick(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
+        """Kick the disk now (N·s, N·m·s); False when refused."""
+        from bouncing_disk_ros.run.rulings import KickRequest
+
+        request = KickRequest((0.0, 0.0, axial_impulse), (0.0, 0.0, angular_impulse))
+        return self.node.commands.kick(request)
+
+    def reset(self) -> None:
+        """Back to the initial state."""
+        self._run.reset()
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._run.session.time_ns / 1e9
+
+    @property
+    def state(self) -> Sample:
+        """The state at this instant."""
+        return self._run.session.simulation.sample()
+
+    @property
+    def motion(self) -> Motion:
+        """The newest accepted motion of the platform."""
+        return self._run.session.simulation.latest_target
+
+    @property
+    def _run(self) -> Any:
+        if self.node.run is None:
+            raise AssertionError("the simulator is not configured")
+        return self.node.run
+
+
+@pytest.fixture
+def stepped_simulator() -> Iterator[Callable[..., SteppedSimulator]]:
+    """Make stepped simulators: parameters by name; they are closed when the test ends."""
+    made: list[SteppedSimulator] = []
+
+    def make(**values: Any) -> SteppedSimulator:
+        made.append(SteppedSimulator(**values))
+        return made[-1]
+
+    yield make
+    for simulator in reversed(made):
+        simulator.close()

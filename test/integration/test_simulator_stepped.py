@@ -1,0 +1,311 @@
+"""The simulator in the process of the test, paused, stepped: exact results, no clock involved."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.testing import SteppedSimulator
+from support.ros_peer import Peer
+
+Make = Callable[..., SteppedSimulator]
+SUCCESS = TransitionCallbackReturn.SUCCESS
+
+
+@pytest.fixture
+def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
+    """Make stepped simulators (the fixture of the package, after the kernels are warm)."""
+    made: list[SteppedSimulator] = []
+
+    def one(**values: Any) -> SteppedSimulator:
+        made.append(SteppedSimulator(**values))
+        return made[-1]
+
+    yield one
+    for simulator in made:
+        simulator.close()
+
+
+@pytest.fixture
+def peer(ros_domain: int) -> Iterator[Peer]:
+    peer = Peer()
+    yield peer
+    peer.close()
+
+
+def state_of(simulator: SteppedSimulator) -> dict[str, Any]:
+    assert simulator.node.run is not None
+    return simulator.node.run.session.simulation.snapshot()
+
+
+# --- exactness ------------------------------------------------------------------------------------
+def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: Peer) -> None:
+    simulator = make(state_rate=50.0)
+    peer.settle()
+    rng = random.Random(5)
+    for _ in range(40):
+        simulator.advance(rng.choice([0.0, 1e-9, rng.uniform(0.0, 0.5)]))
+        match rng.randrange(5):
+            case 0 | 1:
+                assert simulator.command(
+                    after=rng.uniform(0.0, 0.5),
+                    axial_amplitude=rng.uniform(0.02, 0.06),
+                    frequency=rng.uniform(2.0, 5.0),
+                )
+            case 2:
+                assert simulator.kick(rng.uniform(-0.05, 0.05), rng.uniform(-0.002, 0.002))
+            case 3:
+                change = [Parameter("restitution", value=rng.uniform(0.0, 0.9))]
+                assert simulator.node.set_parameters_atomically(change).successful
+            case 4:
+                simulator.reset()
+    simulator.advance(1.0)
+    assert simulator.node.run is not None
+    session = simulator.node.run.session
+    total = session.simulation.rows_total
+    assert total > 100
+    peer.spin_until(lambda: len(peer.rows) == total and len(peer.records) == session.accepted + 1)
+    again = inputs.replay(peer.records, until_ns=session.time_ns)
+    assert again.tobytes() == peer.rows.tobytes()
+
+
+def test_steps_end_at_whole_periods_without_drift(make: Make) -> None:
+    simulator = make(frequency=3.0)
+    run = simulator.node.run
+    assert run is not None
+    for k in range(1, 8):
+        run.step()
+        assert run.session.time_ns == round(k * NS / 3)
+    simulator.node.set_parameters_atomically([Parameter("step_periods", value=10)])
+    run.step()
+    assert run.session.time_ns == round(7 * NS / 3) + round(10 * NS / 3)
+
+
+def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
+    simulator = make(initial_height=1.0)
+    simulator.advance(0.125)
+    before = simulator.state
+    assert simulator.kick(0.1)
+    after = simulator.state
+    assert after.time_ns == before.time_ns
+    mass = 0.25
+    assert after.axial_velocity == pytest.approx(before.axial_velocity + 0.1 / mass, rel=1e-14)
+
+
+def test_a_command_ends_at_its_time(make: Make) -> None:
+    simulator = make(crossfade_duration=0.25)
+    simulator.advance(1.0)
+    assert simulator.command(after=0.5, axial_amplitude=0.02)
+    assert simulator.node.run is not None
+    ((begin, end, target),) = simulator.node.run.session.simulation.pending
+    assert (begin, end) == (NS + NS // 4, NS + NS // 2)
+    assert target.axial_amplitude == 0.02
+    simulator.advance(0.5)
+    assert simulator.node.run.session.simulation.motion_in_force.start == target
+
+
+def test_reset_returns_to_the_start_but_time_goes_on(make: Make) -> None:
+    simulator = make(initial_height=0.5, initial_angular_velocity=3.0)
+    first = simulator.state
+    simulator.command(frequency=5.0)
+    simulator.advance(2.0)
+    simulator.reset()
+    again = simulator.state
+    assert again.time_ns == 2 * NS
+    assert again._replace(time_ns=0, cycles=0) == first._replace(cycles=0)
+    assert simulator.motion.frequency == 3.0
+
+
+def test_kicks_and_commands_work_without_a_peer(make: Make) -> None:
+    simulator = make()
+    assert not simulator.command(frequency=-1.0)
+    assert not simulator.kick(float("nan"))
+    assert simulator.command(frequency=4.0)
+    assert simulator.motion.frequency == 4.0
+
+
+# --- parameters -----------------------------------------------------------------------------------
+def set_one(simulator: SteppedSimulator, name: str, value: Any) -> tuple[bool, str]:
+    result = simulator.node.set_parameters_atomically([Parameter(name, value=value)])
+    return result.successful, result.reason
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("restitution", 1.5, "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"),
+        ("restitution", float("nan"), "restitution: got nan"),
+        ("friction", float("inf"), "friction: got inf"),
+        ("restitution", "high", "It is a double, not a string"),
+        ("step_periods", 0, "step_periods: got 0, allowed: an integer >= 1"),
+        ("preload", -100.0, "preload: got -100.0, allowed: a finite number > "),
+        ("mass", 1.0, "mass: got 1.0, allowed: no change while it runs"),
+        ("restituton", 0.5, "Did you mean restitution?"),
+        ("use_sim_time", True, "use_sim_time: got True, allowed: false"),
+        ("initial_axial_velocity", 1.0, "Set initial_with_platform false"),
+        ("command_tolerance", -0.1, "command_tolerance: got -0.1"),
+    ],
+)
+def test_wrong_parameters_change_nothing(make: Make, name: str, value: Any, reason: str) -> None:
+    simulator = make()
+    simulator.advance(0.5)
+    before = state_of(simulator)
+    successful, given = set_one(simulator, name, value)
+    assert not successful
+    assert reason in given
+    assert "\n" not in given
+    assert state_of(simulator) == before
+    (result,) = (
+        simulator.node.set_parameters([Parameter(name, value=value)])
+        if simulator.node.has_parameter(name)
+        else [None]
+    )
+    assert result is None or not result.successful
+    assert state_of(simulator) == before
+
+
+def test_parameters_act_where_they_are_set(make: Make) -> None:
+    simulator = make()
+    simulator.advance(0.5)
+    for name, value in (("restitution", 0.25), ("preload", 1.0), ("load_torque", 0.01)):
+        assert set_one(simulator, name, value) == (True, "")
+    assert simulator.node.run is not None
+    disk = simulator.node.run.session.simulation.disk
+    assert (disk.restitution, disk.preload, disk.load_torque) == (0.25, 1.0, 0.01)
+    assert set_one(simulator, "restitution", 1) == (True, "")
+    assert simulator.node.get_parameter("restitution").value == 1.0
+    assert set_one(simulator, "chatter_report_speed", 0.5)[0]
+    assert simulator.node.run.session.simulation.chatter_report_speed == 0.5
+
+
+def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:
+    simulator = make()
+    changes = [Parameter("friction", value=0.1), Parameter("restitution", value=7.0)]
+    assert not simulator.node.set_parameters_atomically(changes).successful
+    assert simulator.node.get_parameter("friction").value == 0.6
+    changes = [
+        Parameter("initial_with_platform", value=False),
+        Parameter("initial_axial_velocity", value=1.0),
+    ]
+    assert simulator.node.set_parameters_atomically(changes).successful
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"restitution": 1.5}, "restitution: got 1.5"),
+        ({"restitution": "high"}, "It is a double, not a string"),
+        ({"restituton": 0.5}, "Did you mean restitution"),
+        ({"preset": "pizza"}, "preset: got 'pizza', allowed: pizza_multiple_toss"),
+        ({"use_sim_time": True}, "use_sim_time: got True, allowed: false"),
+        ({"preload": -10.0}, "preload: got -10.0"),
+    ],
+)
+def test_wrong_starts_are_refused(make: Make, values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make(**values)
+
+
+def test_a_parameter_beside_a_preset_wins(make: Make) -> None:
+    simulator = make(preset="pizza_multiple_toss", restitution=0.25)
+    assert simulator.node.get_parameter("restitution").value == 0.25
+    assert simulator.node.get_parameter("gravity").value == 10.0
+
+
+def test_an_integer_for_a_double_is_taken_at_the_start(make: Make) -> None:
+    assert make(gravity=10).node.get_parameter("gravity").value == 10.0
+
+
+# --- lifecycle ------------------------------------------------------------------------------------
+def test_an_inactive_node_refuses_with_a_reason(make: Make) -> None:
+    node = make(autostart=False, start_paused=False).node
+    assert node.run is None
+    with pytest.raises(InputError, match=r"while unconfigured.*configure, then activate"):
+        node._open("~/pause")
+    assert node.trigger_configure() == SUCCESS
+    assert node.run is not None
+    with pytest.raises(InputError, match=r"~/pause: got 'an input while inactive'.*activate"):
+        node.run.pause(False)
+    assert node.trigger_activate() == SUCCESS
+    assert not node.run.session.held
+
+
+def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:
+    simulator = make()
+    simulator.advance(1.0)
+    node = simulator.node
+    assert node.trigger_deactivate() == SUCCESS
+    assert not simulator.command(frequency=4.0)
+    assert simulator.time == 1.0
+    assert node.trigger_activate() == SUCCESS
+    assert simulator.command(frequency=4.0)
+    assert node.trigger_deactivate() == SUCCESS
+    assert node.trigger_cleanup() == SUCCESS
+    assert node.run is None
+    assert node.trigger_configure() == SUCCESS
+    assert node.trigger_activate() == SUCCESS
+    assert simulator.time == 0.0
+    assert node.trigger_shutdown() == SUCCESS
+    assert node.finished
+
+
+def test_a_second_clock_is_refused(make: Make) -> None:
+    first = make(publish_clock=True)
+    with pytest.raises(InputError, match="publish_clock: got True, allowed: false: /clock has"):
+        SimulatorNode(
+            "second",
+            context=first.context,
+            use_global_arguments=False,
+            parameter_overrides=[Parameter("publish_clock", value=True)],
+        )
+
+
+def test_the_clock_is_simulated_time_from_wall_time_on(make: Make) -> None:
+    peer = Peer(clock=True)
+    try:
+        before = peer.now_ns()
+        simulator = make(publish_clock=True, state_rate=10.0)
+        peer.settle()
+        simulator.advance(2.0)
+
+        def clocks() -> list[int]:
+            return [msg.clock.sec * NS + msg.clock.nanosec for msg in peer.heard["/clock"]]
+
+        peer.spin_until(lambda: len(clocks()) > 0 and len(peer.heard["joint_states"]) > 0)
+        simulator.advance(1.0)
+        last = clocks()[-1]
+        peer.spin_until(lambda: clocks()[-1] >= last)
+        assert 0 <= clocks()[0] - before < 30 * NS
+        stamp = peer.heard["joint_states"][-1].header.stamp
+        assert stamp.sec * NS + stamp.nanosec <= clocks()[0] + 3 * NS
+    finally:
+        peer.close()
+
+
+# --- the fixture itself ---------------------------------------------------------------------------
+def test_the_package_s_fixture_drives_a_node_of_the_user_s(
+    stepped_simulator: Make, warm_kernels: None
+) -> None:
+    simulator = stepped_simulator(preset="pizza_multiple_toss")
+    node = rclpy.create_node("mine", context=simulator.context, use_global_arguments=False)
+    from sensor_msgs.msg import PointCloud2
+
+    counted: list[int] = []
+    node.create_subscription(PointCloud2, "disk/impacts", lambda m: counted.append(m.width), 10)
+    simulator.add_node(node)
+    simulator.spin_until(lambda: node.count_publishers("disk/impacts") == 1)
+    simulator.spin_until(lambda: node.count_subscribers("disk/impacts") == 1)
+    simulator.step(10)
+    simulator.spin_until(lambda: sum(counted) >= 10)
+    assert simulator.time == pytest.approx(10 / 3, abs=1e-9)
+    node.destroy_node()

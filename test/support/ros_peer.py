@@ -1,0 +1,156 @@
+"""A node of the test itself that hears a simulator, commands it and calls its services.
+
+Every wait is for a condition: nothing is sent before the other side is matched, nothing sleeps.
+"""
+
+from __future__ import annotations
+
+import importlib
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import rclpy
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.run.inputs import Record, from_json, joined
+from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
+from bouncing_disk_ros.topics import TOPICS, Direction
+from support.processes import PATIENCE
+
+
+def message_type(name: str) -> type[Any]:
+    """The class of a type named package/kind/Name."""
+    package, kind, short = name.split("/")
+    found: type[Any] = getattr(importlib.import_module(f"{package}.{kind}"), short)
+    return found
+
+
+class Peer:
+    """Hears every topic of the simulator in a namespace: `heard[topic]` is the list of messages."""
+
+    def __init__(
+        self, namespace: str = "", node: str = "bouncing_disk", clock: bool = False
+    ) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node(
+            "peer", namespace=namespace, context=self.context, use_global_arguments=False
+        )
+        self._simulator = node
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
+        self.heard: dict[str, list[Any]] = {}
+        for name, topic in TOPICS.items():
+            if topic.direction is Direction.OUT and (clock or name != "/clock"):
+                self.heard[name] = []
+                self.node.create_subscription(
+                    message_type(topic.type), name, self.heard[name].append, profile_of(topic)
+                )
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+    def spin_until(self, condition: Callable[[], Any], timeout: float = PATIENCE) -> None:
+        """Run callbacks until a condition holds."""
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, f"the condition did not hold within {timeout} s"
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def settle(self) -> None:
+        """Wait until all the topics have a publisher."""
+        names = [name for name in self.heard if name not in ("/diagnostics", "/clock")]
+        self.spin_until(lambda: all(self.node.count_publishers(name) for name in names))
+
+    def publish(self, name: str, msg: Any) -> None:
+        """Publish on a command topic, once somebody listens."""
+        topic = TOPICS[name]
+        if name not in self._publishers:
+            self._publishers[name] = self.node.create_publisher(
+                message_type(topic.type), name, profile_of(topic)
+            )
+        publisher = self._publishers[name]
+        self.spin_until(lambda: publisher.get_subscription_count() > 0)
+        publisher.publish(msg)
+
+    def command(self, *points: tuple[float, dict[str, float]], stamp_ns: int = 0) -> None:
+        """Publish a programme: (seconds after the stamp, {name: value}), the same names in each."""
+        names = tuple(points[0][1]) if points else ()
+        requests = tuple(
+            PointRequest(tuple(values.values()), round(after * 1e9)) for after, values in points
+        )
+        msg = programme_to_msg(ProgrammeRequest(names, requests, stamp_ns))
+        self.publish("platform/command", msg)
+
+    def call(self, kind: type[Any], name: str, request: Any = None) -> Any:
+        """Call a service of the simulator."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(
+                kind, f"{self._simulator}/{name}"
+            )
+        self.spin_until(client.service_is_ready)
+        future = client.call_async(kind.Request() if request is None else request)
+        self.spin_until(future.done)
+        return future.result()
+
+    def set_parameters(self, **values: Any) -> Any:
+        """Set parameters atomically; the result (successful, reason)."""
+        from rcl_interfaces.srv import SetParametersAtomically
+        from rclpy.parameter import Parameter
+
+        request = SetParametersAtomically.Request()
+        request.parameters = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+        return self.call(SetParametersAtomically, "set_parameters_atomically", request).result
+
+    def now_ns(self) -> int:
+        """ROS time."""
+        now: int = self.node.get_clock().now().nanoseconds
+        return now
+
+    def latest(self, topic: str) -> Any:
+        """The newest message of a topic; waits for the first."""
+        self.spin_until(lambda: self.heard[topic])
+        return self.heard[topic][-1]
+
+    @property
+    def records(self) -> list[Record]:
+        """All records of disk/inputs."""
+        return [from_json(msg.data) for msg in self.heard["disk/inputs"]]
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """All rows of disk/impacts."""
+        return joined([impacts_from_msg(msg) for msg in self.heard["disk/impacts"]])
+
+    @property
+    def phases(self) -> list[str]:
+        """All phases heard."""
+        return [msg.data for msg in self.heard["disk/phase"]]
+
+    def diagnostic(self, task: str, node: str = "bouncing_disk") -> tuple[int, str, dict[str, str]]:
+        """Level, message and values of a task in the newest diagnostics of a node."""
+        name = f"{node}: {task}"
+        for msg in reversed(self.heard["/diagnostics"]):
+            for status in msg.status:
+                if status.name == name:
+                    values = {pair.key: pair.value for pair in status.values}
+                    return status.level[0], status.message, values
+        raise AssertionError(f"no diagnostics of {name}")
+
+    def next_diagnostics(self) -> None:
+        """Wait for the next message of /diagnostics."""
+        before = len(self.heard["/diagnostics"])
+        self.spin_until(lambda: len(self.heard["/diagnostics"]) > before)

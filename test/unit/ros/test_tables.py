@@ -1,0 +1,69 @@
+"""The tables reach ROS: types exist, profiles and descriptors say what the tables say."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+from bouncing_disk_ros.parameters import TABLE, Spec
+from bouncing_disk_ros.ros.declare import cast, descriptor_of
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.topics import SERVICES, TOPICS
+
+
+@pytest.mark.parametrize("name", [row.type for row in (*TOPICS.values(), *SERVICES.values())])
+def test_types_exist(name: str) -> None:
+    package, kind, short = name.split("/")
+    assert hasattr(importlib.import_module(f"{package}.{kind}"), short)
+
+
+def test_all_publishers_are_reliable_but_the_clock() -> None:
+    best_effort = [
+        name
+        for name, topic in TOPICS.items()
+        if profile_of(topic).reliability == ReliabilityPolicy.BEST_EFFORT
+    ]
+    assert best_effort == ["/clock"]
+
+
+def test_latched_topics_are_these() -> None:
+    latched = {
+        name
+        for name, topic in TOPICS.items()
+        if profile_of(topic).durability == DurabilityPolicy.TRANSIENT_LOCAL
+    }
+    assert latched == {"platform/motion", "disk/inputs", "disk/phase"}
+    assert profile_of(TOPICS["platform/motion"]).depth == 1
+    assert profile_of(TOPICS["disk/inputs"]).depth == 1000
+
+
+@pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)
+def test_descriptors_carry_the_row(spec: Spec) -> None:
+    descriptor = descriptor_of(spec)
+    types = {
+        bool: ParameterType.PARAMETER_BOOL,
+        int: ParameterType.PARAMETER_INTEGER,
+        float: ParameterType.PARAMETER_DOUBLE,
+        str: ParameterType.PARAMETER_STRING,
+    }
+    assert descriptor.type == types[spec.type]
+    assert descriptor.read_only == spec.read_only
+    assert spec.description in descriptor.description
+    ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+    bounds = [(bounds.from_value, bounds.to_value) for bounds in ranges]
+    assert bounds == ([(spec.low, spec.high)] if None not in (spec.low, spec.high) else [])
+
+
+def test_integers_for_doubles_are_cast_and_nothing_else() -> None:
+    given = [
+        Parameter("restitution", value=1),
+        Parameter("step_periods", value=2),
+        Parameter("preset", value="x"),
+        Parameter("foreign", value=3),
+    ]
+    assert [parameter.value for parameter in cast(given)] == [1.0, 2, "x", 3]
+    assert cast(given)[0].type_ is Parameter.Type.DOUBLE

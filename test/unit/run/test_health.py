@@ -1,0 +1,85 @@
+"""The health report: levels, factors and percentiles from given readings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
+
+BOOKS = Energy(*[0.0] * 10, residual=1e-15, throughput=1.0)
+FIRST = Reading(0, 0, 0, 0, 0, 0, BOOKS, "running", 1.0, 0)
+TICKS = {"ticks": 100.0, "p50": 1e-4, "p99": 2e-4, "max": 3e-4}
+
+
+def report(
+    now: Reading, health: Health | None = None
+) -> dict[str, tuple[Level, str, dict[str, str]]]:
+    rows = (health or Health()).report(now, TICKS)
+    return {row.task: (row.level, row.message, dict(row.values)) for row in rows}
+
+
+def test_a_good_second_is_ok() -> None:
+    health = Health()
+    report(FIRST, health)
+    rows = report(replace(FIRST, steady_ns=NS, simulated_ns=NS, rows=40_000), health)
+    assert all(level is Level.OK for level, _, _ in rows.values())
+    assert rows["real time"][2]["real_time_factor reached"] == "1"
+    assert rows["real time"][2]["lateness p99 (s)"] == "0.000200"
+    assert rows["impacts"][1] == "40000 rows/s"
+
+
+@pytest.mark.parametrize(
+    ("lag", "level"),
+    [(0.0, Level.OK), (0.099, Level.OK), (0.1, Level.WARN), (0.99, Level.WARN), (1.0, Level.ERROR)],
+)
+def test_falling_behind_is_said(lag: float, level: Level) -> None:
+    row = report(replace(FIRST, lag_ns=round(lag * NS)))["real time"]
+    assert row[0] is level
+    assert ("behind" in row[1]) == (level is not Level.OK)
+
+
+def test_a_large_residual_is_an_error() -> None:
+    books = BOOKS._replace(residual=1e-6)
+    assert report(replace(FIRST, energy=books))["energy"][0] is Level.ERROR
+
+
+def test_no_run_has_no_energy() -> None:
+    assert report(replace(FIRST, energy=None))["energy"][1] == "no run"
+
+
+def test_refusals_are_counted_with_the_last_reason() -> None:
+    health = Health()
+    health.refuse("first")
+    health.refuse("second")
+    row = report(FIRST, health)["inputs"]
+    assert row[2]["refused"] == "2"
+    assert row[2]["last refusal"] == "second"
+
+
+def test_another_publisher_is_a_warning() -> None:
+    row = report(replace(FIRST, other_publishers=1))["inputs"]
+    assert row[0] is Level.WARN
+    assert "another node publishes platform/motion" in row[1]
+
+
+def test_lateness_is_measured_against_the_schedule() -> None:
+    ticks = Ticks(10)
+    for now in (100, 110, 123, 130, 147, 190, 200):
+        ticks.note(now)
+    taken = ticks.take()
+    assert taken["ticks"] == 7.0
+    # 123 is 3 late, 147 is 7 late; 190 has skipped 160, 170 and 180 and is 40 late
+    assert taken["max"] == pytest.approx(40 / NS)
+    assert taken["p50"] == 0.0
+    assert ticks.take() == {"ticks": 0.0}
+
+
+def test_a_first_tick_that_was_late_does_not_stay_in_the_schedule() -> None:
+    ticks = Ticks(10)
+    for now in (105, 110, 120, 130):
+        ticks.note(now)
+    assert ticks.take()["max"] == 0.0

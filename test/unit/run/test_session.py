@@ -1,0 +1,175 @@
+"""A session records what drove it, and the record gives every impact again, bit for bit."""
+
+from __future__ import annotations
+
+import json
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
+
+Record = dict[str, Any]
+
+
+def started(**values: parameters.Value) -> tuple[Session, list[Record]]:
+    records: list[Record] = []
+    held = bool(values.pop("held", False))
+    return Session(parameters.complete(values), records.append, held=held), records
+
+
+def through_json(records: list[Record]) -> list[Record]:
+    return [inputs.from_json(inputs.to_json(record)) for record in records]
+
+
+def drive(session: Session, seed: int, inputs_: int = 60) -> None:
+    """A wild but seeded sequence of inputs of every kind, with uneven advances between them."""
+    rng = random.Random(seed)
+    for _ in range(inputs_):
+        session.advance(session.time_ns + rng.choice([0, 1, 7, 10**6, rng.randrange(3 * 10**8)]))
+        match rng.randrange(7):
+            case 0 | 1:
+                first = session.input_ns + rng.randrange(2 * 10**8)
+                target = Motion(rng.uniform(0, 0.06), rng.uniform(0, 1), rng.uniform(2, 6), 0.3)
+                session.command([(first, target), (first + 10**8, target._replace(phase_lag=-1.0))])
+            case 2:
+                later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
+                session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
+            case 3:
+                session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
+            case 4:
+                session.set_parameters({"preload": rng.uniform(-0.5, 2.0), "load_torque": 0.001})
+            case 5:
+                session.hold(not session.held)
+            case 6:
+                session.reset() if rng.random() < 0.3 else session.snapshot()
+    session.hold(False)
+    session.advance(session.time_ns + NS)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
+    session, records = started()
+    drive(session, seed)
+    rows = inputs.joined(session.take_rows())
+    assert len(rows) > 10
+    again = inputs.replay(through_json(records), until_ns=session.time_ns)
+    assert again.tobytes() == rows.tobytes()
+
+
+def test_a_record_begun_in_mid_run_reproduces_the_rest() -> None:
+    session, records = started()
+    drive(session, 11)
+    session.snapshot()
+    first = session.simulation.rows_total
+    session.take_rows()
+    cut = len(records) - 1
+    drive(session, 12)
+    rows = inputs.joined(session.take_rows())
+    assert rows["index"][0] == first
+    again = inputs.replay(through_json(records[cut:]), until_ns=session.time_ns)
+    assert again.tobytes() == rows.tobytes()
+
+
+def test_records_have_a_running_index_and_rising_times() -> None:
+    session, records = started()
+    drive(session, 3)
+    assert [record["index"] for record in records] == list(range(len(records)))
+    times = [record["time_ns"] for record in records]
+    assert times == sorted(times)
+    assert records[0]["kind"] == "snapshot"
+    assert {record["kind"] for record in records} == set(inputs.KINDS)
+    json.dumps(records, allow_nan=False)
+
+
+def test_an_input_of_a_running_session_acts_one_nanosecond_after_what_was_simulated() -> None:
+    session, records = started()
+    session.advance(NS)
+    session.set_parameters({"friction": 0.1})
+    assert session.time_ns == NS + 1
+    assert records[-1]["time_ns"] == NS + 1
+    assert session.simulation.disk.friction == 0.1
+
+
+def test_an_input_of_a_held_session_acts_at_the_held_instant() -> None:
+    session, records = started(held=True)
+    session.advance(NS)
+    session.kick(session.input_ns, 0.1, 0.0)
+    assert session.time_ns == NS
+    assert records[-1]["at_ns"] == records[-1]["time_ns"] == NS
+
+
+def test_hold_is_recorded_once() -> None:
+    session, records = started()
+    session.hold(True)
+    session.hold(True)
+    assert [record["kind"] for record in records] == ["snapshot", "pause"]
+
+
+def test_a_crossfade_of_less_than_a_nanosecond_is_not_the_default_of_a_period() -> None:
+    session, records = started(crossfade_duration=1e-12)
+    session.command([(session.input_ns, Motion(0.05, 0.5, 3.0, 0.0))])
+    assert records[-1]["crossfade_ns"] == 1
+
+
+def test_reset_takes_the_parameters_as_they_are_now() -> None:
+    session, records = started()
+    session.advance(NS)
+    session.set_parameters({"initial_height": 0.25, "frequency": 5.0})
+    assert session.simulation.motion_in_force.target.frequency == 3.0
+    session.reset()
+    assert session.simulation.sample().gap == 0.25
+    assert session.simulation.motion_in_force.target.frequency == 5.0
+    assert records[-1]["initial"]["height"] == 0.25
+
+
+def test_many_inputs_bring_a_snapshot_of_their_own() -> None:
+    session, records = started(held=True)
+    for _ in range(MAX_INPUTS_BETWEEN_SNAPSHOTS):
+        session.kick(session.input_ns, 0.0, 0.0)
+    assert [r["index"] for r in records if r["kind"] == "snapshot"] == [0, 501]
+
+
+def test_phase_lag_of_the_parameters_wraps() -> None:
+    session, _ = started(phase_lag=7.0)
+    assert session.simulation.latest_target.phase_lag == pytest.approx(7.0 - 2 * np.pi, abs=1e-15)
+
+
+# --- reading records ------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '{"index":0,"time_ns":0}', '{"index":"a","time_ns":0,"kind":"pause"}'],
+)
+def test_text_that_is_no_record_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="input record"):
+        inputs.from_json(text)
+
+
+def test_unknown_kinds_are_refused() -> None:
+    with pytest.raises(InputError, match="input record kind: got 'dance'"):
+        inputs.from_json('{"index":0,"time_ns":0,"kind":"dance"}')
+
+
+def test_replay_needs_a_snapshot() -> None:
+    with pytest.raises(InputError, match="at least one snapshot"):
+        inputs.replay([{"index": 0, "time_ns": 0, "kind": "pause", "paused": True}])
+
+
+def test_numbers_that_are_none_never_reach_the_record() -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        inputs.to_json({"value": float("nan")})
+
+
+def test_joined_rows_keep_the_layout() -> None:
+    rows = [np.ones(2, IMPACT_DTYPE), np.zeros(1, IMPACT_DTYPE)]
+    joined = inputs.joined(rows)
+    assert joined.dtype == IMPACT_DTYPE
+    assert list(joined["index"]) == [1.0, 1.0, 0.0]
+    assert len(inputs.joined([])) == 0

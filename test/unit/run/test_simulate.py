@@ -1,0 +1,161 @@
+"""`simulate` and presets: the paper's numbers through the front door, and every wrong call."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import parameters, simulate
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run.presets import load_preset, preset_names
+from bouncing_disk_ros.run.session import disk_of, motion_of
+from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
+
+
+def axial_forcing(values: dict[str, parameters.Value]) -> float:
+    motion, disk = motion_of(values), disk_of(values)
+    omega = math.tau * motion.frequency
+    gravity = disk.gravity + disk.preload / disk.mass
+    return motion.axial_amplitude * omega**2 / (math.pi * gravity)
+
+
+def test_presets_are_these() -> None:
+    assert preset_names() == ["pizza_multiple_toss", "pizza_single_toss", "swum"]
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_presets_override_and_do_not_repeat_what_follows_from_nothing(name: str) -> None:
+    whole = parameters.complete(load_preset(name))
+    assert whole.keys() == parameters.TABLE.keys()
+
+
+def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
+    values = parameters.complete(load_preset("pizza_single_toss"))
+    motion, disk = motion_of(values), disk_of(values)
+    arc = math.hypot(motion.axial_amplitude, disk.friction_radius * motion.angular_amplitude)
+    assert arc == pytest.approx(0.25, abs=1e-15)
+    angle = math.atan2(disk.friction_radius * motion.angular_amplitude, motion.axial_amplitude)
+    assert angle == pytest.approx(0.2457 * math.pi, abs=1e-15)
+    samples = simulate(0.75, preset="pizza_single_toss", sample_rate=1000.0).samples
+    airborne = samples["angular_velocity"][samples["phase"] == 0]
+    # model.md: 27.18 rad/s at the optimum; the printed digits bound the difference
+    assert airborne[-1] == pytest.approx(27.19, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["pizza_multiple_toss", "swum"])
+def test_period_one_presets_stay_on_their_orbit_at_full_speed(name: str) -> None:
+    values = parameters.complete(load_preset(name))
+    motion, disk = motion_of(values), disk_of(values)
+    forcing = axial_forcing(values)
+    assert 1 / 3 < forcing < 0.486
+    phase = math.acos((1 - disk.restitution) / (1 + disk.restitution) / forcing)
+    impacts = simulate(1000.5 / motion.frequency, preset=name).impacts
+    assert len(impacts) == 1001
+    assert impacts["forcing_phase"][-1] == pytest.approx(phase, abs=1e-9)
+    omega = math.tau * motion.frequency
+    # eq. 4 with θ = −τ_imp
+    speed = omega * motion.angular_amplitude
+    assert impacts["angular_velocity"][-1] == pytest.approx(speed, rel=1e-12)
+
+
+def test_multiple_toss_is_at_045() -> None:
+    assert axial_forcing(parameters.complete(load_preset("pizza_multiple_toss"))) == pytest.approx(
+        0.45, rel=1e-12
+    )
+
+
+def test_the_hint_of_swum_leads_to_chattering() -> None:
+    impacts = simulate(0.1, preset="swum", axial_amplitude=7.2e-7).impacts
+    assert set(impacts["kind"][-10:]) == {0, 1}
+
+
+def test_arrays_have_the_documented_types() -> None:
+    result = simulate(2.0, sample_rate=50.0)
+    assert result.impacts.dtype == IMPACT_DTYPE
+    assert result.samples.dtype == SAMPLE_DTYPE
+    assert np.array_equal(result.samples["time_ns"], np.arange(101) * 20_000_000)
+    assert len(simulate(1.0).samples) == 0
+
+
+def test_inputs_of_a_simulation_replay_it() -> None:
+    result = simulate(
+        5.0,
+        programme=[(1.0, {"axial_amplitude": 0.05}), (3.0, {"frequency": 4.0})],
+        kicks=[(4.0, 0.1, 0.0), (2.0, 0.0, 0.01)],
+        restitution=0.6,
+    )
+    assert inputs.replay(result.inputs, 5 * 10**9).tobytes() == result.impacts.tobytes()
+    assert [record["kind"] for record in result.inputs] == [
+        "snapshot",
+        "motion",
+        "impulse",
+        "impulse",
+    ]
+
+
+def test_names_left_out_keep_the_value_of_the_point_before() -> None:
+    result = simulate(0.0, programme=[(1.0, {"axial_amplitude": 0.05}), (3.0, {"frequency": 4.0})])
+    (_, first), (_, second) = result.inputs[1]["points"]
+    assert first == [0.05, 0.5, 3.0, 0.0]
+    assert second == [0.05, 0.5, 4.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"duration": -1.0}, "duration: got -1.0"),
+        ({"duration": math.nan}, "duration: got nan"),
+        ({"restitution": 2.0}, "restitution: got 2.0"),
+        ({"restituton": 0.5}, "Did you mean restitution"),
+        ({"preset": "pizza"}, "preset: got 'pizza', allowed: pizza_multiple_toss"),
+        ({"sample_rate": 0.0}, "state_rate: got 0.0"),
+        ({"programme": [(1.0, {"frequency": -1.0})]}, r"programme\[0\].*got -1.0"),
+        ({"programme": [(1.0, {"speed": 1.0})]}, r"programme\[0\] joint_names: got 'speed'"),
+        ({"programme": [(-1.0, {"frequency": 1.0})]}, r"programme\[0\] time: got -1.0"),
+        (
+            {"programme": [(1.0, {"frequency": 1.0}), (1.0, {"frequency": 2.0})]},
+            r"programme\[1\] time: got '1.0 s', allowed: strictly increasing",
+        ),
+        ({"kicks": [(1.0, math.inf, 0.0)]}, "kicks wrench.force.z: got inf"),
+        ({"kicks": [(-1.0, 1.0, 0.0)]}, "kicks time: got -1.0"),
+    ],
+)
+def test_wrong_calls_are_refused(arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate(**{"duration": 1.0, **arguments})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("{", "valid YAML"),
+        ("a: 1", "ros__parameters"),
+        ("/**: 1", "ros__parameters"),
+        ("/**: {ros__parameters: 3}", "ros__parameters"),
+        ("/**: {ros__parameters: {restitution: 2.0}}", "preset bad.yaml, restitution: got 2.0"),
+        ("/**: {ros__parameters: {restituton: 0.2}}", "preset bad.yaml, parameter: got"),
+        ("/**: {ros__parameters: {preset: swum}}", "no preset within a preset"),
+        (b"\xff\xfe", "a readable YAML file"),
+    ],
+)
+def test_wrong_preset_files_are_refused(tmp_path: Path, content: str | bytes, message: str) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=message):
+        load_preset(str(path))
+
+
+def test_a_preset_file_of_one_s_own_works(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("/**: {ros__parameters: {restitution: 1}}")
+    assert load_preset(str(path)) == {"restitution": 1.0}
+
+
+def test_a_missing_preset_file_is_refused() -> None:
+    with pytest.raises(InputError, match=r"preset: got './none.yaml', allowed: a readable"):
+        load_preset("./none.yaml")

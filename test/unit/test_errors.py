@@ -1,0 +1,45 @@
+"""Errors are one clear line: what was given, what is allowed, what to do."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.errors import ExitCode, InputError, closest, shown
+from bouncing_disk_ros.tables import EXIT_MEANINGS
+
+
+def test_line_names_field_value_allowed_and_hint() -> None:
+    error = InputError("restitution", 1.5, ">= 0 and <= 1", "Lower it.")
+    assert str(error) == error.line == "restitution: got 1.5, allowed: >= 0 and <= 1. Lower it."
+
+
+def test_line_without_hint_ends_after_what_is_allowed() -> None:
+    assert InputError("mass", -1, "> 0").line == "mass: got -1, allowed: > 0"
+
+
+def test_line_is_one_line_whatever_was_given() -> None:
+    line = InputError("preset", "a\nb", "one of\nthese", "do\n\tthis").line
+    assert "\n" not in line
+    assert "\t" not in line
+
+
+def test_texts_are_quoted_so_that_an_empty_one_is_seen() -> None:
+    assert shown("") == "''"
+
+
+def test_long_values_are_cut() -> None:
+    assert len(shown("x" * 1000)) == 120
+
+
+def test_closest_knows_the_nearest_name_or_says_nothing() -> None:
+    assert closest("restituton", ["restitution", "mass"]) == "Did you mean restitution?"
+    assert closest("zzz", ["restitution"]) == ""
+
+
+def test_exit_codes_are_those_of_the_contract_and_all_explained() -> None:
+    assert {code.name: code.value for code in ExitCode} == {
+        "DONE": 0,
+        "FAILED": 1,
+        "BAD_INPUT": 2,
+        "REPLAY_DIFFERS": 3,
+        "INTERRUPTED": 130,
+    }
+    assert EXIT_MEANINGS.keys() == set(ExitCode)

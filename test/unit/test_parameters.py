@@ -1,0 +1,119 @@
+"""The table of parameters: values, bounds, rules between parameters, and the generated page."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bouncing_disk_ros import parameters, tables
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+NUMBERS = [spec for spec in TABLE.values() if spec.type in (int, float)]
+FLOATS = [spec for spec in NUMBERS if spec.type is float]
+
+
+def test_page_of_parameters_is_current() -> None:
+    page = (DOCS / "parameters.md").read_text(encoding="utf-8")
+    assert page == tables.parameters_page(), "run: python -m bouncing_disk_ros.tables docs"
+
+
+def test_page_of_interfaces_holds_the_current_tables() -> None:
+    page = (DOCS / "interfaces.md").read_text(encoding="utf-8")
+    assert tables.topics_table() in page, "run: python -m bouncing_disk_ros.tables docs"
+
+
+def test_every_field_of_the_model_is_a_parameter() -> None:
+    assert {*Motion._fields, *Disk._fields} <= TABLE.keys()
+    assert {f"initial_{name}" for name in InitialState._fields} <= TABLE.keys()
+
+
+def test_defaults_are_allowed_alone_and_together() -> None:
+    assert parameters.complete({}) == dict(DEFAULTS)
+
+
+@pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)
+def test_rows_are_complete(spec: Spec) -> None:
+    assert spec.description
+    assert spec.group in GROUPS
+    assert spec.allowed
+
+
+@pytest.mark.parametrize("spec", NUMBERS, ids=lambda spec: spec.name)
+def test_bounds_are_inclusive_and_hold(spec: Spec) -> None:
+    for bound, beyond in ((spec.low, -math.inf), (spec.high, math.inf)):
+        if bound is None:
+            continue
+        assert spec.checked(spec.type(bound)) == bound
+        outside = (
+            bound + math.copysign(1, beyond) if spec.type is int else math.nextafter(bound, beyond)
+        )
+        with pytest.raises(InputError, match=f"^{spec.name}: got"):
+            spec.checked(spec.type(outside))
+
+
+@pytest.mark.parametrize("spec", FLOATS, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_none_are_refused(spec: Spec, value: float) -> None:
+    with pytest.raises(InputError, match="finite number"):
+        spec.checked(value)
+
+
+@pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)
+@pytest.mark.parametrize("value", [None, [1.0], b"x", "1.0", True, 1, 1.0])
+def test_other_types_are_refused(spec: Spec, value: object) -> None:
+    castable = spec.type is float and type(value) is int
+    if type(value) is spec.type or castable:
+        return
+    with pytest.raises(InputError, match=f"It is a {spec.type_name}, not a"):
+        spec.checked(value)
+
+
+def test_an_integer_for_a_double_is_cast() -> None:
+    value = TABLE["restitution"].checked(1)
+    assert value == 1.0
+    assert type(value) is float
+
+
+def test_an_integer_too_large_for_a_double_is_refused() -> None:
+    with pytest.raises(InputError, match="mass"):
+        TABLE["mass"].checked(10**400)
+
+
+def test_a_double_for_an_integer_is_refused() -> None:
+    with pytest.raises(InputError, match="It is a integer, not a double"):
+        TABLE["step_periods"].checked(2.0)
+
+
+def test_unknown_names_get_the_nearest_one() -> None:
+    with pytest.raises(InputError, match="Did you mean restitution"):
+        parameters.complete({"restituton": 0.5})
+
+
+@given(mass=st.floats(1e-3, 1e3), gravity=st.floats(0.0, 100.0), share=st.floats(0.0, 2.0))
+def test_preload_must_leave_the_disk_pressed_down(
+    mass: float, gravity: float, share: float
+) -> None:
+    values: dict[str, Value] = {
+        "mass": mass,
+        "gravity": gravity,
+        "preload": -share * mass * gravity,
+    }
+    if -share * mass * gravity > -mass * gravity:
+        parameters.complete(values)
+    else:
+        with pytest.raises(InputError, match=r"preload: got .* allowed: a finite number > "):
+            parameters.complete(values)
+
+
+def test_an_initial_velocity_of_its_own_must_be_asked_for() -> None:
+    with pytest.raises(InputError, match="Set initial_with_platform false"):
+        parameters.complete({"initial_axial_velocity": 1.0})
+    values = {"initial_axial_velocity": 1.0, "initial_with_platform": False}
+    assert parameters.complete(values)["initial_axial_velocity"] == 1.0
