@@ -25,11 +25,11 @@ STAMP = VENV / "set-up.json"
 SUPPORTED = ((3, 11), (3, 12), (3, 13))
 #: what decides which packages are in .venv
 INGREDIENTS = ("constraints.txt", "setup.py")
-#: level -> (extras of setup.py, megabytes to download for that level alone)
+#: level -> extras of setup.py; megabytes to download, and on disk, for that level alone (measured)
 LEVELS = {
-    "run": (("ros",), 140),
-    "test": (("ros", "test", "ci"), 90),
-    "bench": (("ros", "test", "ci", "bench"), 105),
+    "run": (("ros",), 160, 610),
+    "test": (("ros", "test", "ci"), 70, 270),
+    "bench": (("ros", "test", "ci", "bench"), 105, 240),
 }
 APT_LINE = "sudo apt install git make python3 python3-venv"
 
@@ -111,10 +111,11 @@ def build(level: str, levels: "list[str]") -> None:
     """Bring .venv to `level`; `levels` are those it holds already (none: start afresh)."""
     order = list(LEVELS)
     missing = [name for name in order[: order.index(level) + 1] if name not in levels]
-    size = sum(LEVELS[name][1] for name in missing)
-    python = f"Python {platform.python_version()}"
+    download = sum(LEVELS[name][1] for name in missing)
+    disk = sum(LEVELS[name][2] for name in missing)
     print(
-        f"Setting up .venv with {python} for `{level}`: downloads about {size} MB, once ...",
+        f"Setting up .venv with Python {platform.python_version()} for `{level}`, once: "
+        f"about {download} MB to download, {disk} MB on disk ...",
         flush=True,
     )
     if not levels:
