@@ -150,6 +150,11 @@ class Peer:
                     return status.level[0], status.message, values
         raise AssertionError(f"no diagnostics of {name}")
 
+    def wait_for_record(self, kind: str) -> Record:
+        """Wait until the newest record of inputs is of a kind, and return it."""
+        self.spin_until(lambda: self.records and self.records[-1]["kind"] == kind)
+        return self.records[-1]
+
     def next_diagnostics(self) -> None:
         """Wait for the next message of /diagnostics."""
         before = len(self.heard["/diagnostics"])

@@ -15,7 +15,9 @@ from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 
-@pytest.mark.parametrize("name", [row.type for row in (*TOPICS.values(), *SERVICES.values())])
+@pytest.mark.parametrize(
+    "name", [*(row.type for row in TOPICS.values()), *(row.type for row in SERVICES.values())]
+)
 def test_types_exist(name: str) -> None:
     package, kind, short = name.split("/")
     assert hasattr(importlib.import_module(f"{package}.{kind}"), short)

@@ -10,7 +10,7 @@ from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
 
-BOOKS = Energy(*[0.0] * 10, residual=1e-15, throughput=1.0)
+BOOKS = Energy._make([0.0] * 10 + [1e-15, 1.0])
 FIRST = Reading(0, 0, 0, 0, 0, 0, BOOKS, "running", 1.0, 0)
 TICKS = {"ticks": 100.0, "p50": 1e-4, "p99": 2e-4, "max": 3e-4}
 

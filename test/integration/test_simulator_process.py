@@ -1,0 +1,464 @@
+"""The simulator as a process of its own, in real time, watched and commanded over DDS.
+
+Assertions on time use simulated stamps and instants of the record, never the time of arrival.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.srv import DescribeParameters
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
+from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run.clock import NS
+from support.processes import Process, Starter
+from support.ros_peer import Peer
+
+
+@pytest.fixture
+def peers(ros_domain: int) -> Iterator[Callable[..., Peer]]:
+    """Make peers, closed at the end."""
+    made: list[Peer] = []
+
+    def make(*args: Any, **kwargs: Any) -> Peer:
+        made.append(Peer(*args, **kwargs))
+        return made[-1]
+
+    yield make
+    for peer in made:
+        peer.close()
+
+
+@pytest.fixture
+def peer(peers: Callable[..., Peer]) -> Peer:
+    return peers()
+
+
+def simulator(start: Starter, *parameters: str, arguments: tuple[str, ...] = ()) -> Process:
+    """Start a simulator with parameters name:=value."""
+    given = [part for parameter in parameters for part in ("-p", parameter)]
+    return start("simulator", "--ros-args", *given, *arguments)
+
+
+def ended_well(process: Process, number: int = signal.SIGINT) -> None:
+    assert process.end(number) == 0
+    assert "Traceback" not in process.output
+    assert "rror" not in process.stderr
+
+
+# --- commands -------------------------------------------------------------------------------------
+def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
+    start: Starter, peer: Peer
+) -> None:
+    process = simulator(start, "crossfade_duration:=0.2", "state_rate:=200.0")
+    peer.settle()
+    peer.spin_until(lambda: peer.heard["joint_states"])
+    asked = peer.now_ns() + NS
+    values = {"axial_amplitude": 0.02, "angular_amplitude": 0.3, "frequency": 4.0, "phase_lag": 1.0}
+    peer.command((0.0, values), stamp_ns=asked)
+    peer.spin_until(lambda: msg_to_motion(peer.latest("platform/motion")).start[0] == 0.02)
+    steady = msg_to_motion(peer.heard["platform/motion"][-1])
+    assert steady.start == steady.target == tuple(values.values())
+    fades = [
+        msg for msg in peer.heard["platform/motion"] if msg_to_motion(msg).start != steady.start
+    ]
+    fade_msg = next(msg for msg in fades if msg_to_motion(msg).target == steady.target)
+    # the stamp of the end, in ROS time, is what was asked, to the nanosecond
+    begun = time_to_ns(fade_msg.header.stamp)
+    assert begun + time_to_ns(fade_msg.points[1].time_from_start) == asked
+    assert time_to_ns(fade_msg.points[1].time_from_start) == NS // 5
+    # from there on the platform moves as asked
+    peer.spin_until(
+        lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) > asked + NS // 2
+    )
+    omega, later = math.tau * 4.0, 0
+    for msg in peer.heard["joint_states"]:
+        since = time_to_ns(msg.header.stamp) - asked
+        if since > 0:
+            later += 1
+            tau = steady.forcing_phase + omega * since / NS
+            joints = msg_to_joints(msg)
+            assert joints["platform_axial"][0] == pytest.approx(0.02 * math.sin(tau), abs=1e-9)
+            assert joints["platform_rotation"][0] == pytest.approx(
+                0.3 * math.sin(tau + 1), abs=1e-9
+            )
+    assert later >= 100
+    ended_well(process)
+
+
+@pytest.mark.parametrize("name", ["axial_amplitude", "angular_amplitude", "frequency", "phase_lag"])
+def test_one_value_changes_one_value(start: Starter, peer: Peer, name: str) -> None:
+    simulator(start)
+    peer.settle()
+    before = msg_to_motion(peer.latest("platform/motion")).target
+    peer.publish(f"platform/{name}", Float64(data=0.125))
+    peer.spin_until(lambda: msg_to_motion(peer.latest("platform/motion")).target != before)
+    after = msg_to_motion(peer.latest("platform/motion")).target
+    assert after == before._replace(**{name: 0.125})
+
+
+def test_a_kick_acts_at_its_stamp(start: Starter, peer: Peer) -> None:
+    simulator(start, "initial_height:=50.0", "state_rate:=200.0")
+    peer.settle()
+    peer.spin_until(lambda: peer.heard["joint_states"])
+    at = peer.now_ns() + NS // 2
+    msg = WrenchStamped()
+    msg.header.stamp = ns_to_time(at)
+    msg.wrench.force.z, msg.wrench.torque.z = 1.0, 0.01
+    peer.publish("disk/impulse", msg)
+    peer.spin_until(lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) > at + NS // 10)
+    record = next(record for record in peer.records if record["kind"] == "impulse")
+    assert (record["axial_impulse"], record["angular_impulse"]) == (1.0, 0.01)
+    inertia = 0.25 * (0.3 / (2 * math.sqrt(2))) ** 2
+    speeds = {
+        time_to_ns(m.header.stamp) - at: msg_to_joints(m)["disk_rotation"][1]
+        for m in peer.heard["joint_states"]
+    }
+    assert all(speed == 0.0 for since, speed in speeds.items() if since < 0)
+    after = [speed for since, speed in speeds.items() if since > 0]
+    assert after == pytest.approx([0.01 / inertia] * len(after), rel=1e-14)
+
+
+def test_an_empty_programme_cancels_what_is_pending(start: Starter, peer: Peer) -> None:
+    simulator(start)
+    peer.settle()
+    peer.command((1000.0, {"frequency": 9.0}))
+    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 1)
+    peer.command((1000.0, {"axial_amplitude": 0.01}))  # inherits the pending frequency
+    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 2)
+    peer.publish("platform/command", JointTrajectory())
+    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 3)
+    points = [record["points"] for record in peer.records if record["kind"] == "motion"]
+    assert points[1][0][1][2] == 9.0
+    assert points[2] == []
+    assert msg_to_motion(peer.latest("platform/motion")).target.frequency == 3.0
+
+
+def trajectory(
+    names: list[str], *points: tuple[list[float], int], **fields: Any
+) -> JointTrajectory:
+    msg = JointTrajectory(joint_names=names)
+    for positions, sec in points:
+        point = JointTrajectoryPoint(positions=positions)
+        point.time_from_start.sec = sec
+        for field, value in fields.items():
+            setattr(point, field, value)
+        msg.points.append(point)
+    return msg
+
+
+def old(msg: Any) -> Any:
+    msg.header.stamp.sec = 1
+    return msg
+
+
+def wrench(axis: str, value: float) -> WrenchStamped:
+    msg = WrenchStamped()
+    setattr(msg.wrench.force, axis, value)
+    return msg
+
+
+NAN, INF = math.nan, math.inf
+WRONG: list[tuple[str, Any, str]] = [
+    ("platform/command", trajectory(["frequency"], ([NAN], 0)), "frequency (Hz): got nan"),
+    ("platform/command", trajectory(["frequency"], ([INF], 0)), "frequency (Hz): got inf"),
+    ("platform/command", trajectory(["frequency"], ([0.0], 0)), "frequency (Hz): got 0.0"),
+    ("platform/command", trajectory(["axial_amplitude"], ([-1.0], 0)), "(m): got -1.0"),
+    ("platform/command", trajectory(["amplitude"], ([1.0], 0)), "joint_names: got 'amplitude'"),
+    ("platform/command", trajectory(["frequency"] * 2, ([1.0, 2.0], 0)), "each name once"),
+    ("platform/command", trajectory(["frequency"], ([1.0, 2.0], 0)), "got '2 values', allowed: 1"),
+    ("platform/command", trajectory([], ([], 0)), "joint_names: got 'no names'"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 2), ([2.0], 1)), "increasing"),
+    ("platform/command", trajectory(["frequency"], ([1.0], -1)), "allowed: >= 0 s"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 0), velocities=[1.0]), "velocities"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 0), effort=[1.0]), "effort"),
+    ("platform/command", old(trajectory(["frequency"], ([1.0], 0))), "header.stamp"),
+    ("platform/axial_amplitude", Float64(data=-0.5), "platform/axial_amplitude points[0]"),
+    ("platform/frequency", Float64(data=NAN), "platform/frequency points[0]"),
+    ("disk/impulse", wrench("z", NAN), "wrench.force.z: got nan"),
+    ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
+    ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
+]
+
+
+def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
+    start: Starter, peer: Peer
+) -> None:
+    process = simulator(start)
+    peer.settle()
+    for count, (topic, msg, reason) in enumerate(WRONG, start=1):
+        peer.publish(topic, msg)
+        peer.spin_until(lambda: len(refusals(process)) == count)  # noqa: B023
+        assert topic in refusals(process)[-1]
+        assert reason in refusals(process)[-1]
+    peer.next_diagnostics()
+    peer.next_diagnostics()
+    _, _, values = peer.diagnostic("inputs")
+    assert values["refused"] == str(len(WRONG))
+    assert "header.stamp" in values["last refusal"]
+    assert {record["kind"] for record in peer.records} <= {"snapshot", "pause"}
+    motion = msg_to_motion(peer.latest("platform/motion"))
+    assert motion.start == motion.target
+    assert len(peer.heard["platform/motion"]) == 1
+    # and it runs on: the right command after all the wrong ones is taken
+    peer.command((0.0, {"frequency": 2.5}))
+    peer.spin_until(lambda: msg_to_motion(peer.latest("platform/motion")).target.frequency == 2.5)
+    ended_well_but_warned(process)
+
+
+def refusals(process: Process) -> list[str]:
+    return [line for line in process.stderr.splitlines() if "refused:" in line]
+
+
+def ended_well_but_warned(process: Process) -> None:
+    assert process.end() == 0
+    assert "Traceback" not in process.output
+
+
+# --- pause, step, reset ---------------------------------------------------------------------------
+def test_pause_step_reset(start: Starter, peer: Peer) -> None:
+    process = simulator(start, "frequency:=3.0")
+    peer.settle()
+    peer.spin_until(lambda: peer.heard["joint_states"])
+    refused = peer.call(Trigger, "step")
+    assert not refused.success
+    assert "~/step: got 'a call while running', allowed: calls while paused" in refused.message
+
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
+    peer.spin_until(lambda: peer.phases[-1] == "paused")
+    held = next(r["time_ns"] for r in peer.records if r["kind"] == "pause" and r["paused"])
+    for k in (1, 2, 3):
+        answer = peer.call(Trigger, "step")
+        assert answer.success
+        end = held + round(k * NS / 3)
+        assert f"now at {end / NS:.9f} s" in answer.message
+
+    assert peer.call(Trigger, "reset").success
+    assert peer.wait_for_record("reset")["time_ns"] == held + NS  # at the held instant
+    assert peer.phases[-1] == "paused"
+
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+    peer.spin_until(lambda: peer.phases[-1] != "paused")
+    before = peer.now_ns()
+    peer.spin_until(lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) > before)
+    assert peer.call(Trigger, "reset").success
+    peer.wait_for_record("reset")
+    ended_well_but_warned(process)
+
+
+# --- what comes late still finds out --------------------------------------------------------------
+def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
+    start: Starter, peers: Callable[..., Peer]
+) -> None:
+    simulator(start, "start_paused:=true")
+    first = peers()
+    first.settle()
+    first.command((0.0, {"axial_amplitude": 0.02}))
+    first.spin_until(lambda: first.records and first.records[-1]["kind"] == "motion")
+    late = peers()
+    assert msg_to_motion(late.latest("platform/motion")).target.axial_amplitude == 0.02
+    late.spin_until(lambda: len(late.records) == len(first.records))
+    assert late.records[0]["kind"] == "snapshot"
+    late.spin_until(lambda: late.phases == ["paused"])
+
+
+def test_the_record_of_a_live_run_replays_bit_for_bit(start: Starter, peer: Peer) -> None:
+    simulator(start, "real_time_factor:=5.0", "axial_amplitude:=0.05", "snapshot_period:=0.5")
+    peer.settle()
+    peer.spin_until(lambda: len(peer.rows) > 20)
+    for k in range(20):
+        peer.command((0.05 * k, {"axial_amplitude": 0.04 + 0.001 * k, "frequency": 3.0 + 0.1 * k}))
+        peer.publish("disk/impulse", wrench("z", 0.002 * k))
+        peer.set_parameters(restitution=0.4 + 0.01 * k)
+    peer.call(Trigger, "reset")
+    count = len(peer.rows)
+    peer.spin_until(lambda: len(peer.rows) > count + 50)
+    peer.call(SetBool, "pause", SetBool.Request(data=True))
+    peer.spin_until(lambda: peer.records[-1]["kind"] == "pause" and peer.records[-1]["paused"])
+    records = peer.records
+    assert [record["index"] for record in records] == list(range(len(records)))
+    again = inputs.replay(records, until_ns=records[-1]["time_ns"])
+    peer.spin_until(lambda: peer.rows["index"][-1] == again["index"][-1])
+    heard = peer.rows
+    assert np.array_equal(np.diff(heard["index"]), np.ones(len(heard) - 1))
+    assert heard.tobytes() == again[-len(heard) :].tobytes()
+
+
+# --- parameters -----------------------------------------------------------------------------------
+def test_parameters_are_described_set_and_refused(start: Starter, peer: Peer) -> None:
+    process = simulator(start, "restitution:=1", "preset:=pizza_multiple_toss")
+    peer.settle()
+    request = DescribeParameters.Request(names=["restitution"])
+    (descriptor,) = peer.call(DescribeParameters, "describe_parameters", request).descriptors
+    assert "coefficient of restitution" in descriptor.description
+    assert descriptor.floating_point_range[0].to_value == 1.0
+    result = peer.set_parameters(restitution=1.5)
+    assert not result.successful
+    assert result.reason == "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"
+    assert peer.set_parameters(restitution=0.25).successful
+    record = peer.wait_for_record("parameters")
+    assert record["values"] == {"restitution": 0.25}
+    assert record["disk"]["gravity"] == 10.0
+    assert "no change while it runs" in peer.set_parameters(mass=2.0).reason
+    ended_well_but_warned(process)
+
+
+# --- several nodes --------------------------------------------------------------------------------
+def test_two_nodes_in_two_namespaces_keep_apart(start: Starter, peers: Callable[..., Peer]) -> None:
+    for name in ("left", "right"):
+        simulator(start, "preset:=pizza_multiple_toss", arguments=("-r", f"__ns:=/{name}"))
+    left, right = peers("left"), peers("right")
+    left.settle()
+    right.settle()
+    left.command((0.0, {"axial_amplitude": 0.02}))
+    left.wait_for_record("motion")
+    left.next_diagnostics()
+    left.next_diagnostics()
+    left.spin_until(lambda: msg_to_motion(left.latest("platform/motion")).target[0] == 0.02)
+    assert msg_to_motion(right.latest("platform/motion")).target.axial_amplitude != 0.02
+    assert "motion" not in {record["kind"] for record in right.records}
+    assert left.diagnostic("inputs", "left/bouncing_disk")[2]["accepted"] == "2"
+    assert left.diagnostic("inputs", "right/bouncing_disk")[2]["accepted"] == "1"
+
+
+def test_two_nodes_in_one_namespace_are_warned_of(start: Starter, peer: Peer) -> None:
+    simulator(start)
+    simulator(start, arguments=("-r", "__node:=other"))
+    peer.spin_until(lambda: peer.node.count_publishers("platform/motion") == 2)
+
+    def warned() -> bool:
+        peer.next_diagnostics()
+        _, message, _ = peer.diagnostic("inputs")
+        return "another node publishes platform/motion" in message
+
+    peer.spin_until(warned)
+
+
+# --- speed ----------------------------------------------------------------------------------------
+def test_free_running_is_faster_than_the_clock_and_loses_nothing(
+    start: Starter, peer: Peer
+) -> None:
+    simulator(start, "start_paused:=true", "rotor_speed_rate:=1.0", "state_rate:=1.0")
+    peer.settle()
+    assert peer.set_parameters(real_time_factor=0.0).successful
+    peer.call(SetBool, "pause", SetBool.Request(data=False))
+    began = peer.now_ns()
+    peer.spin_until(lambda: len(peer.rows) > 3000)
+    peer.call(SetBool, "pause", SetBool.Request(data=True))
+    elapsed = (peer.now_ns() - began) / NS
+    peer.spin_until(lambda: peer.records[-1]["kind"] == "pause" and peer.records[-1]["paused"])
+    assert peer.records[-1]["time_ns"] / NS > 3.0 * elapsed
+
+
+@pytest.mark.parametrize("regime", ["period-1", "chattering"])
+def test_an_ultrasonic_motor_publishes_every_impact(
+    start: Starter, peer: Peer, regime: str
+) -> None:
+    chatter = ("axial_amplitude:=7.2e-7",) if regime == "chattering" else ()
+    process = simulator(start, "preset:=swum", *chatter)
+    peer.settle()
+    peer.spin_until(lambda: peer.heard["disk/impacts"])
+    peer.heard["disk/impacts"].clear()
+    peer.spin_until(lambda: len(peer.rows) > 60_000)
+    rows = peer.rows
+    assert np.array_equal(np.diff(rows["index"]), np.ones(len(rows) - 1))
+    order = rows["cycles"] + rows["forcing_phase"] / math.tau
+    assert np.all(np.diff(order) >= 0.0)
+    assert {msg.width for msg in peer.heard["disk/impacts"]} <= set(range(1, 1001))
+    if regime == "period-1":
+        assert rows["angular_velocity"] == pytest.approx(100.53096491487338, rel=1e-9)
+    else:
+        assert set(rows["kind"]) == {0, 1}
+    peer.next_diagnostics()
+    assert float(peer.diagnostic("energy")[2]["residual / throughput"]) < 1e-10
+    ended_well(process)
+
+
+# --- start and end --------------------------------------------------------------------------------
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("parameters", [(), ("preset:=swum",), ("real_time_factor:=0.0",)])
+def test_signals_end_it_cleanly(
+    start: Starter, peer: Peer, number: int, parameters: tuple[str, ...]
+) -> None:
+    process = simulator(start, *parameters)
+    peer.settle()
+    peer.spin_until(lambda: peer.heard["joint_states"])
+    ended_well(process, number)
+
+
+def test_a_signal_during_the_start_ends_it_cleanly(start: Starter) -> None:
+    process = start.command(["sh", "-c", 'echo begun; exec "$0" "$@"', *python(), "simulator"])
+    process.wait_for("begun")
+    process.send(signal.SIGTERM)
+    assert process.wait() in (0, -signal.SIGTERM)  # before Python runs, the signal's own way
+    assert "Traceback" not in process.output
+
+
+def python() -> list[str]:
+    import sys
+
+    return [sys.executable, "-m", "bouncing_disk_ros"]
+
+
+def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> None:
+    from lifecycle_msgs.msg import Transition
+    from lifecycle_msgs.srv import ChangeState
+
+    process = simulator(start, "autostart:=false")
+    request = ChangeState.Request()
+    for transition in (
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+        Transition.TRANSITION_DEACTIVATE,
+    ):
+        request.transition.id = transition
+        assert peer.call(ChangeState, "change_state", request).success
+    peer.publish("platform/frequency", Float64(data=2.0))
+    process.wait_for("refused: platform/frequency: got 'an input while inactive'")
+    request.transition.id = Transition.TRANSITION_INACTIVE_SHUTDOWN
+    assert peer.call(ChangeState, "change_state", request).success
+    assert process.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("--ros-args", "-p", "restituton:=0.5"), "parameter: got 'restituton'.*restitution"),
+        (("--ros-args", "-p", "restitution:=1.5"), "restitution: got 1.5, allowed"),
+        (("--ros-args", "-p", "restitution:=high"), "restitution: got 'high'.*not a string"),
+        (("--ros-args", "-p", "use_sim_time:=true"), "use_sim_time: got True"),
+        (("--ros-args", "-p", "preset:=pizza"), "preset: got 'pizza', allowed: pizza_multiple"),
+        (("--ros-args", "-p", "restitution"), "arguments: got .*parameter override"),
+        (("--ros-args", "--params-file", "none.yaml"), "arguments: got .*none.yaml"),
+        (("--ros-args", "-r", "__ns:=wrong-name"), "arguments: got .*wrong-name"),
+        (("--fast",), "unrecognized arguments: --fast"),
+    ],
+)
+def test_a_wrong_start_is_one_line_and_code_2(
+    start: Starter, arguments: tuple[str, ...], line: str
+) -> None:
+    code, process = start.finish("simulator", *arguments)
+    assert code == 2
+    assert "Traceback" not in process.output
+    process.wait_for(f"^simulator: (error: )?{line}")
+    assert len([text for text in process.stderr.splitlines() if not text.startswith("usage")]) == 1
+
+
+def test_help_shows_every_parameter_topic_and_service(start: Starter) -> None:
+    from bouncing_disk_ros.parameters import TABLE
+    from bouncing_disk_ros.topics import SERVICES, TOPICS
+
+    code, process = start.finish("simulator", "--help")
+    assert code == 0
+    for name in (*TABLE, *TOPICS, *SERVICES):
+        assert name in process.stdout
