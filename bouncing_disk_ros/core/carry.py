@@ -6,9 +6,9 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
 from bouncing_disk_ros.core.clock import elapsed
-from bouncing_disk_ros.core.energy import Books, book_sliding, book_sticking
-from bouncing_disk_ros.core.flight import gap_after
-from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
+from bouncing_disk_ros.core.energy import Books, book_axial, book_sliding, book_sticking
+from bouncing_disk_ros.core.flight import gap_after, never_leaves
+from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STEADY, STICKING, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
@@ -67,17 +67,19 @@ def carry(
         b0 = angular_jet(motion, state.sine, state.cosine, before)
         b1 = angular_jet(motion, sine, cosine, after)
         if state.phase == STICKING:
-            book_sticking(books, disk, s0, s1, b0, b1)
+            book_axial(books, disk, s0, s1)
+            book_sticking(books, disk, b0, b1)
             turn(state, b1[0] - b0[0])
             state.omega = b1[1]
         else:
             sign = state.slip_sign
-            book_sliding(
-                books, motion, disk, sign, state.omega, before, state.tau, d, s0, s1, b0, b1
-            )
-            pushed = 0.5 * disk.g * d * d + (s1[0] - s0[0]) - s0[1] * d  # ∫∫(g + s̈)dt dt
+            fall = gap_after(motion, before, state.sine, state.cosine, disk.g, 0.0, 0.0, d)
+            pushed, q = -fall[0], -fall[1]  # ∫∫(g + s̈)dt dt and ∫(g + s̈)dt, with all their digits
+            slip = state.omega - b0[1]
+            book_axial(books, disk, s0, s1)
+            book_sliding(books, motion, disk, sign, slip, before, state.tau, d, q, pushed, b0, b1)
             turn(state, (state.omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed)
-            state.omega -= sign * disk.grip * (disk.g * d + (s1[1] - s0[1])) + disk.lag * d
+            state.omega -= sign * disk.grip * q + disk.lag * d
         state.gap = 0.0
         state.u = 0.0
     set_clock(state, ns, sub, cycles, tau)
@@ -92,7 +94,9 @@ def settle(state: Record, motion: Record, disk: Record) -> None:
     since = elapsed(motion, state.ns, state.sub)
     _, _, s2, s3, s4 = axial_jet(motion, state.sine, state.cosine, since)
     a = disk.g + s2
-    if a < 0.0 or (a == 0.0 and (s3 < 0.0 or (s3 == 0.0 and s4 < 0.0))):
+    if motion.kind == STEADY and never_leaves(motion, disk.g):
+        a = max(a, 0.0)
+    elif a < 0.0 or (a == 0.0 and (s3 < 0.0 or (s3 == 0.0 and s4 < 0.0))):
         state.phase = FLIGHT
         return
     _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
-from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
 LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
-# UNLOAD: −a, DRIVE: the derivative of SLIPPING
+Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
+NO_SLIP = (0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -28,18 +29,16 @@ def watched(
     disk: Record,
     elapsed: float,
     tau: float,
-    start: float,
+    slip: Slip,
     d: float,
 ) -> tuple[float, float]:
     """A watched function and its derivative d seconds after (elapsed, tau).
 
     LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this
-    sign and whose sign·w_T + grip·ṡ + sign·β̇ was `start` at d = 0; DRIVE its derivative −grip·a −
-    sign·ρ.
+    sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip.
     """
-    phase = tau + phase_advance(motion, elapsed, d)
-    sine, cosine = sincos(phase)
-    _, s1, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
+    sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
+    _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
     a = disk.g + s2
     if which == LOAD:
         return a, s3
@@ -51,8 +50,10 @@ def watched(
         return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
-    trend = (disk.grip * disk.g + sign * disk.lag) * d
-    return start - disk.grip * s1 - sign * b1 - trend, -disk.grip * a - sign * rho
+    w, spin, s, c = slip
+    # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
+    pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
+    return w - disk.grip * pushed - sign * (b1 - spin + disk.lag * d), -disk.grip * a - sign * rho
 
 
 @kernel
@@ -73,7 +74,7 @@ def first_zero(
     disk: Record,
     elapsed: float,
     tau: float,
-    start: float,
+    slip: Slip,
     begin: float,
     horizon: float,
 ) -> float:
@@ -85,7 +86,7 @@ def first_zero(
     k = _curvature(which, motion, disk)
     d = begin
     while d <= horizon:
-        f, f1 = watched(which, sign, motion, disk, elapsed, tau, start, d)
+        f, f1 = watched(which, sign, motion, disk, elapsed, tau, slip, d)
         if f <= 0.0:
             if f1 < 0.0:
                 return d
@@ -118,7 +119,7 @@ def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon
         return wrapped(leave - tau) / motion.omega
     if disk.g > motion.s2:
         return math.inf
-    return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
+    return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
@@ -131,7 +132,7 @@ def load_returns(motion: Record, disk: Record, elapsed: float, tau: float, horiz
         # launched at τ_sep, or later in the interval (τ_sep, π − τ_sep) where a < 0
         ahead = wrapped(math.pi - leave - tau)
         return min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
-    return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
+    return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
@@ -144,8 +145,8 @@ def stick_fails(
         return math.inf, 0.0
     if motion.kind == STEADY:
         horizon = min(horizon, 1.0625 * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, 0.0, 0.0, horizon)
-    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, 0.0, 0.0, min(horizon, up))
+    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
+    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, min(horizon, up))
     if down < up:
         return down, -1.0
     return up, 1.0
@@ -164,21 +165,21 @@ def slip_ends(
         return math.inf, 0
     begin = 0.0
     sine, cosine = sincos(tau)
-    _, s1, _, _, _ = axial_jet(motion, sine, cosine, elapsed)
-    _, b1, _, _, _ = angular_jet(motion, sine, cosine, elapsed)
-    start = w + disk.grip * s1 + sign * b1
+    s1 = axial_jet(motion, sine, cosine, elapsed)[1]
+    b1 = angular_jet(motion, sine, cosine, elapsed)[1]
+    slip = (w, b1, sine, cosine)
     if motion.kind == STEADY:
-        skip = _periods_without_root(motion, disk, sign, start)
+        skip = _periods_without_root(motion, disk, sign, w + disk.grip * s1 + sign * b1)
         if skip > 0:
             return math.inf, skip
     if w == 0.0:
         reach = min(horizon, 1.0625 * period_of(motion)) if motion.kind == STEADY else horizon
-        begin = first_zero(DRIVE, sign, motion, disk, elapsed, tau, 0.0, 0.0, reach)
+        begin = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
     if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
         horizon = min(
             horizon, begin + 1.0625 * period_of(motion)
         )  # higher after each period: now or never
-    return first_zero(SLIPPING, sign, motion, disk, elapsed, tau, start, begin, horizon), 0
+    return first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, begin, horizon), 0
 
 
 @kernel

@@ -72,16 +72,19 @@ def book_impact(
 
 
 @kernel
-def book_sticking(books: Books, disk: Record, s: Jet, s_end: Jet, b: Jet, b_end: Jet) -> None:
-    """Work of the platform while s and β carry the disk along, from the jets at begin and end."""
-    axial = disk.weight * (s_end[0] - s[0]) + 0.5 * disk.mass * (s_end[1] - s[1]) * (
-        s_end[1] + s[1]
-    )
-    angular = disk.load_torque * (b_end[0] - b[0]) + 0.5 * disk.inertia * (b_end[1] - b[1]) * (
-        b_end[1] + b[1]
-    )
-    book(books, W_AXIAL, axial)
-    book(books, W_ANGULAR, angular)
+def book_axial(books: Books, disk: Record, s: Jet, s_end: Jet) -> None:
+    """Axial work of the platform in contact, ∫N ṡ dt, from the jets of s at begin and end."""
+    work = disk.weight * (s_end[0] - s[0])
+    work += 0.5 * disk.mass * (s_end[1] - s[1]) * (s_end[1] + s[1])
+    book(books, W_AXIAL, work)
+
+
+@kernel
+def book_sticking(books: Books, disk: Record, b: Jet, b_end: Jet) -> None:
+    """Angular work of the platform while β carries the disk along, from the jets of β."""
+    work = disk.load_torque * (b_end[0] - b[0])
+    work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
+    book(books, W_ANGULAR, work)
 
 
 @kernel
@@ -90,53 +93,60 @@ def book_sliding(
     motion: Record,
     disk: Record,
     sign: float,
-    omega: float,
+    slip: float,
     elapsed: float,
     tau: float,
     t: float,
-    s: Jet,
-    s_end: Jet,
+    q: float,
+    pushed: float,
     b: Jet,
     b_end: Jet,
 ) -> None:
-    """Work of the platform and loss while the disk slides for t seconds, from α̇ = omega."""
-    g = disk.g
-    rise = s_end[0] - s[0]
-    axial = disk.weight * rise + 0.5 * disk.mass * (s_end[1] - s[1]) * (s_end[1] + s[1])
-    book(books, W_AXIAL, axial)
+    """Angular work and loss in t seconds of sliding that begin with w_T = slip.
+
+    With a = g + s̈, q = ∫a dt and pushed = ∫∫a dt dt: the work is −sign·I·grip ∫a β̇ dt, the loss
+    sign·I·grip ∫a w_T dt.
+    """
     if disk.grip == 0.0:
         return
-    q = g * t + (s_end[1] - s[1])  # ∫(g + s̈)dt
-    platform = g * (b_end[0] - b[0]) + shared_power(motion, elapsed, tau, t)  # ∫(g + s̈)β̇ dt
-    q_integral = 0.5 * g * t * t + rise - s[1] * t
-    own = (
-        omega * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - q_integral)
-    )  # ∫(g + s̈)α̇ dt
-    book(books, W_ANGULAR, -sign * disk.inertia * disk.grip * platform)
-    book(books, L_SLIDING, sign * disk.inertia * disk.grip * (own - platform))
+    if motion.kind == STEADY and motion.omega * t > 0.5:
+        drift = disk.g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
+    else:
+        drift = _drift(motion, disk.g, elapsed, tau, t, b[1])
+    scale = disk.inertia * disk.grip
+    book(books, W_ANGULAR, -sign * scale * (b[1] * q + drift))
+    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - pushed) - drift
+    book(books, L_SLIDING, sign * scale * rubbed)
 
 
 @kernel
-def shared_power(motion: Record, elapsed: float, tau: float, t: float) -> float:
-    """∫ s̈ β̇ dt over t seconds: closed form over a steady motion, quadrature over a cross-fade."""
-    if motion.kind == STEADY:
-        x = motion.omega * t
-        middle, _ = sincos(2.0 * tau + x + motion.lag)
-        half, _ = sincos(x)
-        scale = -motion.a * motion.p * motion.omega * motion.omega
-        return scale * 0.5 * (middle * half - motion.lag_sine * x)
+def shared_power(motion: Record, tau: float, t: float) -> float:
+    """∫ s̈ β̇ dt over t seconds of a steady motion."""
+    x = motion.omega * t
+    middle, _ = sincos(2.0 * tau + x + motion.lag)
+    half, _ = sincos(x)
+    scale = -motion.a * motion.p * motion.omega * motion.omega
+    return scale * 0.5 * (middle * half - motion.lag_sine * x)
+
+
+@kernel
+def _drift(motion: Record, g: float, elapsed: float, tau: float, t: float, spin: float) -> float:
+    """∫(g + s̈)(β̇ − spin)dt over t seconds by quadrature.
+
+    For cross-fades, and for slips so short that the closed form is a difference of near equals.
+    """
     panels = math.ceil(motion.omega_max * t / _PANEL) + 1
-    panels = max(panels, math.ceil(8.0 * t / motion.duration))
+    if motion.kind != STEADY:
+        panels = max(panels, math.ceil(8.0 * t / motion.duration))
     width = t / panels
     total = 0.0
     for i in range(panels):
         part = 0.0
         for j in range(len(_NODES)):
             d = width * (i + 0.5 * (1.0 + _NODES[j]))
-            phase = tau + phase_advance(motion, elapsed, d)
-            sine, cosine = sincos(phase)
+            sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
             s = axial_jet(motion, sine, cosine, elapsed + d)
             b = angular_jet(motion, sine, cosine, elapsed + d)
-            part += _WEIGHTS[j] * s[2] * b[1]
+            part += _WEIGHTS[j] * (g + s[2]) * (b[1] - spin)
         total += 0.5 * width * part
     return total

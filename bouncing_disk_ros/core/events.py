@@ -44,6 +44,9 @@ _LAST_SLIP = 1e-8
 _PAST_BOUNDARY = 2e-9
 
 
+_LONGEST = 1e8  # s: longer waits go in several steps, so that whole nanoseconds never overflow
+
+
 @kernel
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> None:
     """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state."""
@@ -59,7 +62,7 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
         kind, d, value = _after_sliding(state, motion, disk, since, horizon)
     _store(state, motion, disk, kind, d, value)
     late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
-    if kind == NOTHING or late:
+    if state.event == NOTHING or late:
         state.event = NOTHING
         state.event_ns = NEVER
 
@@ -141,7 +144,8 @@ def _after_sliding(
     if leave != math.inf:
         return SEPARATION, leave, 0.0
     if skip > 0:
-        return SKIP, skip * period_of(motion), float(skip)
+        periods = math.floor(min(float(skip), _LONGEST / period_of(motion)))
+        return SKIP, periods * period_of(motion), float(periods)
     return NOTHING, 0.0, 0.0
 
 
@@ -150,7 +154,8 @@ def _store(state: Record, motion: Record, disk: Record, kind: int, d: float, val
     state.event = kind
     state.event_delay = d
     state.event_value = value
-    if kind == NOTHING:
+    if kind == NOTHING or d > 30.0 * _LONGEST:  # a century is never
+        state.event = NOTHING
         return
     ns, sub, cycles, tau = clock_after(motion, state.ns, state.sub, state.cycles, state.tau, d)
     if motion.kind == STEADY and kind in (SKIP, SEPARATION):

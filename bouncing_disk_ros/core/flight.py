@@ -165,9 +165,14 @@ def _impact_ahead(
 
 
 @kernel
+def never_leaves(motion: Record, g: float) -> bool:
+    """Whether Γ ≤ 1/π over a steady motion, to rounding: the load may touch 0 (rule 2)."""
+    return motion.a * motion.omega * motion.omega <= g * (1.0 + 8.0 * ROUNDING)
+
+
+@kernel
 def separation_phase(motion: Record, g: float) -> float:
     """τ_sep, sin τ_sep = g/(A ω²) = 1/(πΓ) (paper, eq. 3); −1 where the disk never leaves."""
-    reach = motion.a * motion.omega * motion.omega
-    if reach <= g:
+    if never_leaves(motion, g):
         return -1.0
-    return arcsine(g / reach)
+    return arcsine(g / (motion.a * motion.omega * motion.omega))

@@ -27,12 +27,19 @@ def parabola_root(h: float, h1: float, k: float) -> float:
 @kernel
 def safe_step(h: float, h1: float, a: float, k: float, bound: float) -> float:
     """Largest proven step: h'' = −a now, h'' ≥ −k and |h'''| ≤ bound everywhere ahead."""
+    near = k
     if a > 0.0:
         reach = parabola_root(h, h1, a)
-        k = min(k, a + bound * reach / 3.0)
+        near = min(k, a + bound * reach / 3.0)
     elif h1 < 0.0:
-        k = min(k, max(a - bound * h / h1 / 3.0, 0.0))
-    return parabola_root(h, h1, k)
+        near = min(k, max(a - bound * h / h1 / 3.0, 0.0))
+    step = parabola_root(h, h1, near)
+    if h1 > 0.0 and near == k and bound > 0.0:
+        # after a launch with next to no acceleration: half of h1 δ outweighs each of a δ²/2, bound
+        # δ³/6
+        rise = math.sqrt(3.0 * h1 / bound)
+        step = max(step, min(rise, h1 / a) if a > 0.0 else rise)
+    return step
 
 
 @kernel
