@@ -15,7 +15,7 @@ unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BU
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
-.PHONY: help demo test lint types bench soak interop setup clean run-environment test-environment bench-environment
+.PHONY: help demo test lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
 .DEFAULT_GOAL := help
 
 help:   ## list the targets
@@ -40,7 +40,7 @@ bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per 
 soak: test-environment   ## run the simulator for minutes and watch memory, lateness and lost rows
 	$(BIN)/pytest -m soak
 
-interop: test-environment   ## check against heavy or foreign tools
+interop: interop-environment   ## check against foreign tools: another DDS without ROS
 	$(BIN)/pytest -m interop
 
 setup: test-environment   ## only set up .venv and install the package
@@ -49,7 +49,7 @@ clean:   ## delete what make, colcon, pip and the tools have made
 	rm -rf .venv build install log ./*.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache output
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-run-environment test-environment bench-environment: %-environment:
+run-environment test-environment bench-environment interop-environment: %-environment:
 	@command -v $(PYTHON) >/dev/null || { \
 	  echo "make: no $(PYTHON) here. On Debian and Ubuntu: sudo apt install git make python3 python3-venv" >&2; exit 2; }
 	@$(PYTHON) tools/set_up.py $*

@@ -66,6 +66,7 @@ setup(
             "types-PyYAML",
         ],
         "bench": ["heyoka"],
+        "interop": ["cyclonedds"],
     },
     entry_points={
         "console_scripts": [

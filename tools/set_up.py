@@ -1,6 +1,6 @@
 """Make `.venv` and install this package into it: the first step of every `make` target.
 
-    python3 tools/set_up.py {run,test,bench}
+    python3 tools/set_up.py {run,test,bench,interop}
 
 The virtual environment is built once and kept until the interpreter, the pinned versions or the
 list of dependencies change; the package itself is installed anew every time, so that edits are
@@ -25,11 +25,19 @@ STAMP = VENV / "set-up.json"
 SUPPORTED = ((3, 11), (3, 12), (3, 13))
 #: what decides which packages are in .venv
 INGREDIENTS = ("constraints.txt", "setup.py")
-#: level -> extras of setup.py; megabytes to download, and on disk, for that level alone (measured)
-LEVELS = {
+#: part of .venv -> extras of setup.py, megabytes to download, megabytes on disk (measured)
+PARTS = {
     "run": (("ros",), 160, 610),
-    "test": (("ros", "test", "ci"), 70, 270),
-    "bench": (("ros", "test", "ci", "bench"), 105, 240),
+    "test": (("test", "ci"), 70, 270),
+    "bench": (("bench",), 105, 240),
+    "interop": (("interop",), 10, 30),
+}
+#: what a make target asks for -> the parts that it needs
+LEVELS = {
+    "run": ("run",),
+    "test": ("run", "test"),
+    "bench": ("run", "test", "bench"),
+    "interop": ("run", "test", "interop"),
 }
 APT_LINE = "sudo apt install git make python3 python3-venv"
 
@@ -72,13 +80,13 @@ def fingerprint() -> str:
 
 
 def read_stamp() -> "list[str]":
-    """Return the levels that .venv holds; none if it is missing, broken or made of other things."""
+    """Return the parts that .venv holds; none if it is missing, broken or made of other things."""
     try:
         stamp = json.loads(STAMP.read_text())
     except (OSError, ValueError):
         return []
     python = VENV / "bin" / "python"
-    return stamp["levels"] if stamp["made_from"] == fingerprint() and python.exists() else []
+    return stamp["parts"] if stamp["made_from"] == fingerprint() and python.exists() else []
 
 
 def pip(*arguments: str) -> None:
@@ -107,24 +115,24 @@ def install_package(*options: str) -> None:
     remove_build_products()
 
 
-def build(level: str, levels: "list[str]") -> None:
-    """Bring .venv to `level`; `levels` are those it holds already (none: start afresh)."""
-    order = list(LEVELS)
-    missing = [name for name in order[: order.index(level) + 1] if name not in levels]
-    download = sum(LEVELS[name][1] for name in missing)
-    disk = sum(LEVELS[name][2] for name in missing)
+def build(level: str, parts: "list[str]") -> None:
+    """Bring .venv to `level`; `parts` are those it holds already (none: start afresh)."""
+    missing = [part for part in LEVELS[level] if part not in parts]
+    download = sum(PARTS[part][1] for part in missing)
+    disk = sum(PARTS[part][2] for part in missing)
     print(
         f"Setting up .venv with Python {platform.python_version()} for `{level}`, once: "
         f"about {download} MB to download, {disk} MB on disk ...",
         flush=True,
     )
-    if not levels:
+    if not parts:
         if VENV.exists():
             shutil.rmtree(str(VENV))
         subprocess.check_call([base_interpreter(), "-m", "venv", str(VENV)])
         pip("install", "--quiet", "--constraint", "constraints.txt", "setuptools", "wheel")
-    install_package(".[{}]".format(",".join(LEVELS[level][0])))
-    STAMP.write_text(json.dumps({"made_from": fingerprint(), "levels": [*levels, *missing]}))
+    extras = ",".join(extra for part in missing for extra in PARTS[part][0])
+    install_package(f".[{extras}]")
+    STAMP.write_text(json.dumps({"made_from": fingerprint(), "parts": [*parts, *missing]}))
 
 
 def main() -> int:
@@ -139,11 +147,11 @@ def main() -> int:
         return 2
     with Path(__file__).open() as lock:  # two at once would delete each other's build
         fcntl.flock(lock, fcntl.LOCK_EX)
-        levels = read_stamp()
-        if level in levels:
-            install_package("--no-deps", "--force-reinstall", ".")
+        parts = read_stamp()
+        if not set(LEVELS[level]) <= set(parts):
+            build(level, parts)
         else:
-            build(level, levels)
+            install_package("--no-deps", "--force-reinstall", ".")
     return 0
 
 

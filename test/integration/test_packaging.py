@@ -74,11 +74,12 @@ def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
     assert held == wanted
 
 
-def test_wheel_has_one_script_for_each_executable(wheel: zipfile.ZipFile) -> None:
+def test_wheel_has_a_script_for_each_executable_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:
     (name,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
     table = ConfigParser()
     table.read_string(wheel.read(name).decode())
     assert dict(table["console_scripts"]) == {name: entry_point(name) for name in EXECUTABLES}
+    assert dict(table["pytest11"]) == {"bouncing_disk_ros": "bouncing_disk_ros.testing"}
 
 
 def test_wheel_has_the_version_of_the_manifest(wheel: zipfile.ZipFile) -> None:

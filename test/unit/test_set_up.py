@@ -113,7 +113,7 @@ def made(set_up: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     (tmp_path / ".venv" / "bin" / "python").touch()
     for name, path in [("ROOT", ""), ("VENV", ".venv"), ("STAMP", ".venv/set-up.json")]:
         monkeypatch.setattr(set_up, name, tmp_path / path)
-    stamp = {"made_from": set_up.fingerprint(), "levels": ["run"]}
+    stamp = {"made_from": set_up.fingerprint(), "parts": ["run"]}
     (tmp_path / ".venv" / "set-up.json").write_text(json.dumps(stamp))
     return set_up
 
