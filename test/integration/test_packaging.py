@@ -74,7 +74,7 @@ def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
     assert held == wanted
 
 
-def test_wheel_has_a_script_for_each_executable_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:
+def test_wheel_names_the_executables_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:
     (name,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
     table = ConfigParser()
     table.read_string(wheel.read(name).decode())

@@ -1,0 +1,106 @@
+"""The simulator for minutes at 40 kHz: nothing grows, nothing lags, no row is missing.
+
+make soak                                      # ten minutes
+BOUNCING_DISK_SOAK_MINUTES=60 make soak
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import psutil
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import PointCloud2
+
+from bouncing_disk_ros import impacts_from_msg
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.topics import TOPICS
+from support.processes import PATIENCE, Process, Starter
+
+MINUTES = float(os.environ.get("BOUNCING_DISK_SOAK_MINUTES", "10"))
+#: B; allocators and Fast DDS's history settle within this after the first fifth of the run
+SETTLED = 16 * 2**20
+
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(60 * MINUTES + 120)]
+
+
+class Listener:
+    """Counts the rows of disk/impacts and keeps the newest diagnostics."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("soak_listener", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.received = 0
+        self.missing = 0
+        self.next_index: int | None = None
+        self.values: dict[str, str] = {}
+        for kind, name, callback in (
+            (PointCloud2, "disk/impacts", self.count),
+            (DiagnosticArray, "/diagnostics", self.keep),
+        ):
+            self.node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+
+    def count(self, cloud: Any) -> None:
+        """Add the rows of one message; within a message none may be missing."""
+        index = impacts_from_msg(cloud)["index"]
+        first, last = int(index[0]), int(index[-1])
+        assert last - first + 1 == len(index)
+        if self.next_index is not None:
+            assert first >= self.next_index, "a row came twice or too late"
+            self.missing += first - self.next_index
+        self.received += len(index)
+        self.next_index = last + 1
+
+    def keep(self, message: Any) -> None:
+        """Keep what the simulator says of itself."""
+        for status in message.status:
+            self.values.update({pair.key: pair.value for pair in status.values})
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+@pytest.fixture
+def listener(ros_domain: int) -> Iterator[Listener]:
+    made = Listener()
+    yield made
+    made.close()
+
+
+def hear(listener: Listener, node: Process, seconds: float) -> None:
+    """Listen for so long; the first row must come in time, and the simulator must go on."""
+    begin = time.monotonic()
+    while time.monotonic() < begin + seconds:
+        listener.executor.spin_once(timeout_sec=0.2)
+        assert node.running, node.output
+        assert listener.received or time.monotonic() < begin + PATIENCE, "no impacts arrive"
+
+
+def test_forty_kilohertz_for_minutes(start: Starter, listener: Listener) -> None:
+    node = start("simulator", "--ros-args", "-p", "preset:=swum")
+    process = psutil.Process(node.pid)
+    hear(listener, node, 12 * MINUTES)
+    before, rows_before = process.memory_info().rss, listener.received
+    hear(listener, node, 48 * MINUTES)
+    growth = process.memory_info().rss - before
+    rows = listener.received - rows_before
+    print(f"\n{listener.received} rows, {listener.missing} missing, {growth / 2**20:.1f} MiB grown")
+    print("\n".join(f"  {key}: {value}" for key, value in listener.values.items()))
+    assert growth < SETTLED + rows, "grows by more than a byte for each impact: a leak"
+    assert listener.missing == 0
+    assert float(listener.values["real_time_factor reached"]) == pytest.approx(1.0, rel=0.01)
+    assert node.end(signal.SIGINT) == 0
+    assert node.stderr == ""
