@@ -38,10 +38,10 @@ bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per 
 	$(BIN)/pytest -m bench -s test/bench
 
 soak: test-environment   ## run the simulator for minutes and watch memory, lateness and lost rows
-	$(BIN)/pytest -m soak
+	$(BIN)/pytest -m soak -s test/soak
 
 interop: interop-environment   ## check against foreign tools: another DDS without ROS
-	$(BIN)/pytest -m interop
+	$(BIN)/pytest -m interop test/interop
 
 setup: test-environment   ## only set up .venv and install the package
 
