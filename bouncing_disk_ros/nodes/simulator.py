@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
@@ -48,7 +49,8 @@ def main(args: Sequence[str] | None = None) -> int:
     from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
     from bouncing_disk_ros.ros.spin import run_node
 
-    return run_node("simulator", SimulatorNode, argv, stop)
+    make = partial(SimulatorNode, stopping=lambda: stop.asked)
+    return run_node("simulator", make, argv, stop)
 
 
 def __getattr__(name: str) -> Any:

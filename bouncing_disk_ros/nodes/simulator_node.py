@@ -20,7 +20,7 @@ from bouncing_disk_ros.nodes.simulator_run import Run, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.declare import ParameterDoor, start_values
 from bouncing_disk_ros.run.clock import NS, nanoseconds
-from bouncing_disk_ros.run.health import Health, Reading, Ticks
+from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
 from bouncing_disk_ros.run.rulings import Instant
 from bouncing_disk_ros.run.session import Session
 
@@ -32,15 +32,23 @@ CLOCK_SEARCH_SECONDS = 1.0
 
 
 class SimulatorNode(LifecycleNode):
-    """Simulates one disk; keyword arguments are those of rclpy's Node.
+    """Simulates one disk; further keyword arguments are those of rclpy's Node.
 
     Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
-    `finished` turns true on a lifecycle shutdown; set `stopping` to end a long step early.
+    `finished` turns true on a lifecycle shutdown. A long `~/step` ends early when `stopping` says
+    so.
     """
 
-    def __init__(self, node_name: str = "bouncing_disk", **kwargs: Any) -> None:
+    def __init__(
+        self,
+        node_name: str = "bouncing_disk",
+        *,
+        stopping: Callable[[], bool] = lambda: False,
+        **kwargs: Any,
+    ) -> None:
         super().__init__(node_name, **kwargs)
-        self.finished = self.stopping = False
+        self.finished = False
+        self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
         try:
@@ -64,6 +72,7 @@ class SimulatorNode(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._ticks = Ticks(self._tick_ns)
         self._timer: Timer | None = None
+        self._levels: dict[str, Level] = {}
         self._diagnostics = Diagnostics(self, self._health, self._read)
         self.create_timer(1.0, self._on_second, clock=self._steady)
 
@@ -81,7 +90,9 @@ class SimulatorNode(LifecycleNode):
             self._error = error
             self.get_logger().error(error.line)
             return FAILURE
-        return self._transition(lambda: setattr(self, "run", Run(self, self._values)), state)
+        return self._transition(
+            lambda: setattr(self, "run", Run(self, self._values, self._stopping)), state
+        )
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Move, or stay paused when that was asked."""
@@ -116,10 +127,14 @@ class SimulatorNode(LifecycleNode):
             raise
         return SUCCESS
 
+    def _make_run(self) -> None:
+        self.run = Run(self, self._values, self._stopping)
+
     def _set_active(self, active: bool) -> None:
         assert self.run is not None
         self.run.set_active(active)
         self._set_ticking(active)
+        self.get_logger().info(self.run.summary)
 
     def _discard(self) -> None:
         self._set_ticking(False)
@@ -157,7 +172,15 @@ class SimulatorNode(LifecycleNode):
             self.run.tick(now)
 
     def _on_second(self) -> None:
-        self._diagnostics.publish(self._ticks.take())
+        for status in self._diagnostics.publish(self._ticks.take()):
+            if self._levels.get(status.task, Level.OK) == status.level:
+                continue
+            self._levels[status.task] = status.level
+            line = f"{status.task}: {status.message}"
+            if status.level == Level.OK:  # rclpy wants a line of its own for each severity
+                self.get_logger().info(line)
+            else:
+                self.get_logger().warning(line)
 
     def _read(self) -> Reading:
         if self.run is not None:

@@ -39,6 +39,7 @@ class Outputs:
         self._clock = self._publisher(Clock, "/clock") if publish_clock else None
         self._joint_state = conversions.new_joint_state()
         self._shown_phase = ""
+        self._phase_is_new = False
         self._shown_motion = -1
 
     def _publisher(self, kind: type[Any], name: str) -> Publisher:
@@ -60,6 +61,8 @@ class Outputs:
         """One message of joint_states."""
         stamp = self.times.to_ros(sample.time_ns)
         self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
+        self._show_phase(sample.phase.name.lower())
+        self._phase_is_new = True
 
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
@@ -81,13 +84,19 @@ class Outputs:
             motion = simulation.motion_in_force
             stamp = self.times.to_ros(motion.begin_ns)
             self._motion.publish(conversions.motion_to_msg(motion, stamp))
-        phase = simulation.sample().phase.name.lower() if running else "paused"
-        if phase != self._shown_phase:
-            self._shown_phase = phase
-            self._phase.publish(String(data=phase))
+        if not running:
+            self._show_phase("paused")
+        elif not self._phase_is_new:  # no sample since the last call
+            self._show_phase(simulation.sample().phase.name.lower())
+        self._phase_is_new = False
         if self._clock is not None:
             now = self.times.to_ros(session.time_ns)
             self._clock.publish(Clock(clock=conversions.ns_to_time(now)))
+
+    def _show_phase(self, phase: str) -> None:
+        if phase != self._shown_phase:
+            self._shown_phase = phase
+            self._phase.publish(String(data=phase))
 
     @property
     def motion_topic(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from rclpy.node import Node
@@ -21,11 +21,13 @@ from bouncing_disk_ros.run.session import Session
 class Run:
     """From configure to cleanup. It moves while the node is active and it is not paused.
 
-    `values` is the living set of parameters of the node.
+    `values` is the living set of parameters of the node; a long step ends early when `stopping`.
     """
 
-    def __init__(self, node: Node, values: Mapping[str, Value]) -> None:
-        self._node, self._values = node, values
+    def __init__(
+        self, node: Node, values: Mapping[str, Value], stopping: Callable[[], bool]
+    ) -> None:
+        self._node, self._values, self._stopping = node, values, stopping
         self._outputs = Outputs(node, bool(values["publish_clock"]))
         self._times = self._outputs.times = self._line_through(0, self._ros_now())
         self.session = Session(values, self._outputs.record, held=True)
@@ -84,9 +86,8 @@ class Run:
 
     def advance_to(self, until_ns: int) -> None:
         """Simulate up to an instant at once, whatever the clock says (for steps and tests)."""
-        while not self.loop.slice(until_ns) and self._node.context.ok():
-            if getattr(self._node, "stopping", False):
-                break
+        while not self.loop.slice(until_ns) and not self._stopping():
+            pass
         self.show()
 
     def show(self) -> None:
@@ -151,11 +152,21 @@ class Run:
     def _at(self) -> str:
         return f" at {self.session.time_ns / NS:.9f} s of simulated time"
 
+    @property
+    def _state(self) -> str:
+        return "inactive" if not self._active else "paused" if self.session.held else "running"
+
+    @property
+    def summary(self) -> str:
+        """What it is doing, for the log."""
+        motion = self.session.simulation.latest_target
+        shown = ", ".join(f"{name} {value:g}" for name, value in motion._asdict().items())
+        return f"{self._state}{self._at}: {shown}"
+
     # --- diagnostics ------------------------------------------------------------------------------
     def read(self) -> Reading:
         """What the diagnostics need, once a second."""
         session, now, factor = self.session, time.monotonic_ns(), self._times.factor
-        state = "inactive" if not self._active else "paused" if session.held else "running"
         lag = 0
         if not session.held and factor > 0.0:
             lag = max(0, scaled(self._times.due(now) - session.time_ns, 1.0 / factor))
@@ -167,7 +178,7 @@ class Run:
             skipped=self.loop.skipped,
             accepted=session.accepted,
             energy=session.simulation.energy(),
-            state=state,
+            state=self._state,
             factor=factor,
             other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
         )

@@ -396,6 +396,16 @@ def test_signals_end_it_cleanly(
     ended_well(process, number)
 
 
+def test_a_signal_ends_a_step_that_would_take_hours(start: Starter, peer: Peer) -> None:
+    process = simulator(start, "start_paused:=true", "step_periods:=1000000", "restitution:=0.99")
+    peer.settle()
+    client = peer.node.create_client(Trigger, "bouncing_disk/step")
+    peer.spin_until(client.service_is_ready)
+    client.call_async(Trigger.Request())
+    peer.spin_until(lambda: len(peer.rows) > 1000)
+    ended_well(process, signal.SIGTERM)
+
+
 def test_a_signal_during_the_start_ends_it_cleanly(start: Starter) -> None:
     process = start.command(["sh", "-c", 'echo begun; exec "$0" "$@"', *python(), "simulator"])
     process.wait_for("begun")
