@@ -30,6 +30,7 @@ from bouncing_disk_ros.core.model import (
 )
 
 _ROOM = 1024  # rows of one call of the stepper
+_MANY = 1_000_000  # events of one call of the stepper
 Rows = list[NDArray[np.void]]
 
 
@@ -120,6 +121,10 @@ class Engine:
 
     def halt(self, time_ns: int, rows: Rows) -> None:
         """Carry the state to time_ns, where all that is due earlier has been resolved."""
+        if self.state["event"][0] == CHATTER_ENDS:  # cut short by the input: bounce by bounce
+            self.look_again()
+            while self.step(time_ns, time_ns, _MANY, rows)[1]:
+                pass
         arguments = (self.state, self.m, self.k, self._books, self._buffer, self._open_row)
         n = stepper.halt(*arguments, time_ns)
         if n:
@@ -188,7 +193,7 @@ class Engine:
             state["event"] = UNKNOWN
             status = stepper.FULL
             while status != stepper.DONE:
-                status = stepper.advance(*arguments, time_ns, time_ns, 1_000_000)[2]
+                status = stepper.advance(*arguments, time_ns, time_ns, _MANY)[2]
         stepper.halt(*arguments, time_ns)
         return state, books
 

@@ -14,6 +14,8 @@ UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
 # A completion is taken only where what its series leaves out moves the forcing phase by less than
 # this, rad.
 _PHASE_ROUNDING = ROUNDING
+# Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
+_STRAIGHT = 4e-6
 # Below this duration (rad of forcing phase) what is left of a chatter changes nothing that a
 # float64 can hold.
 _NOTHING_LEFT = 1e-17
@@ -44,7 +46,13 @@ def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[fl
     t = 2.0 * u / (a * (1.0 - disk.restitution))
     x = abs(s[3]) * t / a
     y = motion.s4 * t * t / a
-    exact = x < _MARGIN and y < _MARGIN and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
+    turning = disk.grip > 0.0 and motion.b2 > 0.0 and t * motion.omega_max > _STRAIGHT
+    exact = (
+        not turning
+        and x < _MARGIN
+        and y < _MARGIN
+        and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
+    )
     return t - s[3] * t * t / (3.0 * a), exact
 
 
