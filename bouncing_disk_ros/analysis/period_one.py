@@ -1,0 +1,68 @@
+"""Closed forms of the period-1 orbit: one impact in each period of the platform.
+
+Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009), with
+g + P/m in place of g under a preload P. SI units, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from bouncing_disk_ros.core.model import Disk, Motion
+
+
+class PeriodOne(NamedTuple):
+    """The period-1 orbit of a steady platform motion."""
+
+    forcing_phase: float  # τ_imp at the impacts, rad, in [0, π/2]
+    axial_impact_velocity: float  # w_A just before them, m/s
+    angular_velocity: float  # α̇ that the disk settles at without a load torque (eq. 4), rad/s
+    stable: bool
+
+
+def acceleration(disk: Disk) -> float:
+    """What pulls the disk down, preload included, m/s²."""
+    return disk.gravity + disk.preload / disk.mass
+
+
+def axial_forcing(motion: Motion, disk: Disk) -> float:
+    """Γ = A ω² / (π g), 1."""
+    omega = math.tau * motion.frequency
+    return motion.axial_amplitude * omega**2 / (math.pi * acceleration(disk))
+
+
+def velocity_scale(motion: Motion, disk: Disk) -> float:
+    """π g / ω, the unit of axial velocity of the next-collision section, m/s."""
+    return acceleration(disk) / (2.0 * motion.frequency)
+
+
+def separation_phase(motion: Motion, disk: Disk) -> float | None:
+    """τ_sep where the platform lets go of a disk at rest on it (eq. 3), rad; None: it does not."""
+    forcing = axial_forcing(motion, disk)
+    return math.asin(1.0 / (math.pi * forcing)) if forcing * math.pi > 1.0 else None
+
+
+def stability_limit(restitution: float) -> float:
+    """Γ₁ = √[((1−ε)/(1+ε))² + (2(1+ε²)/(π(1+ε)²))²], where the orbit doubles its period."""
+    e = restitution
+    return math.hypot((1.0 - e) / (1.0 + e), 2.0 * (1.0 + e * e) / (math.pi * (1.0 + e) ** 2))
+
+
+def period_one(motion: Motion, disk: Disk) -> PeriodOne | None:
+    """The period-1 orbit, or None below Γ = (1−ε)/(1+ε), where there is none.
+
+    cos τ_imp = (1−ε)/((1+ε)Γ), w_A = −2/(1+ε) in units of πg/ω, α̇ = ωΦ cos(τ_imp + θ).
+    """
+    e, forcing = disk.restitution, axial_forcing(motion, disk)
+    least = (1.0 - e) / (1.0 + e)
+    if forcing < least or forcing == 0.0:
+        return None
+    phase = math.acos(least / forcing)
+    omega = math.tau * motion.frequency
+    return PeriodOne(
+        phase,
+        -2.0 / (1.0 + e) * velocity_scale(motion, disk),
+        omega * motion.angular_amplitude * math.cos(phase + motion.phase_lag),
+        least < forcing < stability_limit(e),
+    )

@@ -1,0 +1,204 @@
+"""Programmes: platform motions over time in a YAML file, and when to start them.
+
+    description: one line for people            # required
+    align: {time: 3.0, forcing_phase: 1.77}     # optional: the phase (rad) wanted at a time (s)
+    points:                                     # required: the motions and when they are reached
+      - {time: 0.5, axial_amplitude: 0.0, frequency: 3.0}
+
+Times are seconds of simulated time after the start. A point has any of axial_amplitude (m),
+angular_amplitude (rad), frequency (Hz), phase_lag (rad), the same ones in every point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Motion, MotionInForce
+from bouncing_disk_ros.core.schedule import plan_fades
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, nanoseconds
+from bouncing_disk_ros.run.presets import share_directory
+from bouncing_disk_ros.run.rulings import Instant, PointRequest, ProgrammeRequest, rule_programme
+from bouncing_disk_ros.topics import MOTION_NAMES
+
+KEYS = ("description", "align", "points")
+
+
+class Align(NamedTuple):
+    """The forcing phase that the platform shall have at a time of the programme."""
+
+    after_ns: int
+    forcing_phase: float  # rad
+
+
+class Programme(NamedTuple):
+    """A checked programme; times are whole nanoseconds after its start."""
+
+    name: str
+    description: str
+    request: ProgrammeRequest
+    align: Align | None
+
+    def targets(self, latest: Motion) -> tuple[tuple[int, Motion], ...]:
+        """The full motions with their times; names left out keep the value of `latest`."""
+        return rule_programme(self.request, _AT_START, latest)
+
+
+_AT_START = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+_ANY_MOTION = Motion(*(float(parameters.DEFAULTS[name]) for name in MOTION_NAMES))
+
+
+def programmes_directory() -> Path:
+    """Where the programmes of the package are."""
+    return share_directory() / "config" / "programmes"
+
+
+def programme_names() -> list[str]:
+    """Names of the programmes that come with the package."""
+    return sorted(file.stem for file in programmes_directory().glob("*.yaml"))
+
+
+def load_programme(name: str) -> Programme:
+    """A programme, checked: a name in share/config/programmes, or the path of a YAML file."""
+    path = _path(name)
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("programme", name, "a readable YAML file", str(error)) from None
+    except yaml.YAMLError as error:
+        raise InputError("programme", str(path), "valid YAML", str(error)) from None
+    try:
+        return parse_programme(path.stem, content)
+    except InputError as error:
+        field = f"programme {path.name}, {error.field}"
+        raise InputError(field, error.given, error.allowed, error.hint) from None
+
+
+def _path(name: str) -> Path:
+    if "/" in name or name.endswith((".yaml", ".yml")):
+        return Path(name).expanduser()
+    path = programmes_directory() / f"{name}.yaml"
+    if not path.is_file():
+        names = programme_names()
+        allowed = ", ".join(names) + " or the path of a file"
+        raise InputError("programme", name, allowed, closest(name, names))
+    return path
+
+
+def parse_programme(name: str, content: object) -> Programme:
+    """A programme from the content of its file, or InputError naming the field at fault."""
+    if not isinstance(content, dict):
+        raise InputError("content", content, "the keys " + ", ".join(KEYS))
+    for key in content:
+        _known(key, KEYS, "key")
+    description = content.get("description")
+    if not isinstance(description, str) or not description.strip():
+        raise InputError("description", description, "a line of text")
+    request = _request(content.get("points"))
+    align = _align(content["align"]) if "align" in content else None
+    programme = Programme(name, " ".join(description.split()), request, align)
+    programme.targets(_ANY_MOTION)  # checks every value and the order of times
+    return programme
+
+
+def _request(points: object) -> ProgrammeRequest:
+    if not isinstance(points, list) or not points:
+        raise InputError("points", points, "a list of at least one point")
+    names: tuple[str, ...] | None = None
+    requests = []
+    for i, point in enumerate(points):
+        field = f"points[{i}]"
+        if not isinstance(point, dict):
+            raise InputError(field, point, "time and any of " + ", ".join(MOTION_NAMES))
+        for key in point:
+            _known(key, ("time", *MOTION_NAMES), field)
+        after_ns = _time(f"{field}.time", point.get("time"))
+        mine = tuple(name for name in MOTION_NAMES if name in point)
+        names = mine if names is None else names
+        if mine != names:
+            allowed = ", ".join(names) + " as in points[0]"
+            raise InputError(field, ", ".join(mine), allowed, "Give every point the same names.")
+        values = tuple(_number(f"{field}.{key}", point[key]) for key in mine)
+        requests.append(PointRequest(values, after_ns))
+    return ProgrammeRequest(names or (), tuple(requests), field="programme")
+
+
+def _align(given: object) -> Align:
+    if not isinstance(given, dict) or set(given) != {"time", "forcing_phase"}:
+        raise InputError("align", given, "{time: seconds, forcing_phase: rad}")
+    phase = _number("align.forcing_phase", given["forcing_phase"])
+    return Align(_time("align.time", given["time"]), phase)
+
+
+def _known(key: object, keys: tuple[str, ...], field: str) -> None:
+    if key not in keys:
+        raise InputError(field, key, ", ".join(keys), closest(str(key), keys))
+
+
+def _number(field: str, given: Any) -> float:
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
+        raise InputError(field, given, "a finite number")
+    return float(given)
+
+
+def _time(field: str, given: Any) -> int:
+    seconds = _number(field, given)
+    if not 0.0 <= seconds <= FAR_NS / NS:
+        raise InputError(field, given, "seconds >= 0")
+    return nanoseconds(seconds)
+
+
+def start_of(
+    programme: Programme, motion: MotionInForce, earliest_ns: int, crossfade_ns: int = 0
+) -> int:
+    """The first instant from `earliest_ns` on at which to start, so that the phase is as aligned.
+
+    `motion` is in force and nothing is pending behind it. A first point less than a cross-fade
+    after the start is reached later than it says, and the phase is right only if the frequency
+    stays.
+    """
+    if programme.align is None:
+        return earliest_ns
+    target = motion.target
+    earliest_ns = max(earliest_ns, motion.end_ns)
+    mean = 0.5 * (motion.start.frequency + target.frequency)
+    cycles = motion.forcing_phase / math.tau
+    cycles += mean * (motion.end_ns - motion.begin_ns) / NS
+    cycles += target.frequency * (earliest_ns - motion.end_ns) / NS
+    cycles += _cycles_gained(programme.targets(target), target, programme.align, crossfade_ns)
+    missing = (programme.align.forcing_phase / math.tau - cycles) % 1.0
+    return earliest_ns + round(missing / target.frequency * NS)
+
+
+def _cycles_gained(
+    targets: tuple[tuple[int, Motion], ...], start: Motion, align: Align, crossfade_ns: int
+) -> float:
+    """Cycles of the forcing between the start of a programme and its aligned instant."""
+    now, frequency, cycles = 0, start.frequency, 0.0
+    for fade in plan_fades(targets, start, 0, crossfade_ns):
+        steady = min(fade.begin_ns, align.after_ns) - now
+        cycles += frequency * steady / NS
+        now += steady
+        part = (min(fade.end_ns, align.after_ns) - fade.begin_ns) / (fade.end_ns - fade.begin_ns)
+        if part <= 0.0:
+            break
+        duration = (fade.end_ns - fade.begin_ns) / NS
+        blend = part**4 * (2.5 - 3.0 * part + part**2)  # integral of 10x³ − 15x⁴ + 6x⁵
+        cycles += duration * (frequency * part + (fade.target.frequency - frequency) * blend)
+        now, frequency = min(fade.end_ns, align.after_ns), fade.target.frequency
+    return cycles + frequency * (align.after_ns - now) / NS
+
+
+def as_simulated(programme: Programme) -> list[tuple[float, Mapping[str, float]]]:
+    """The points as `simulate(programme=...)` takes them."""
+    request = programme.request
+    return [
+        (point.after_ns / NS, dict(zip(request.names, point.positions, strict=True)))
+        for point in request.points
+    ]

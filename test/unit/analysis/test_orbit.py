@@ -1,0 +1,117 @@
+"""The orbit detector: what it finds, and that it does not guess."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.orbit import UNRESOLVED, OrbitKind, orbit_of
+from bouncing_disk_ros.analysis.period_one import period_one, velocity_scale
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+
+DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
+
+
+def rows_of(phases: list[float], speeds: list[float], repeats: int) -> NDArray[np.void]:
+    """Impacts that repeat, one in each cycle."""
+    rows = np.zeros(len(phases) * repeats, IMPACT_DTYPE)
+    rows["index"] = np.arange(len(rows))
+    rows["cycles"] = np.arange(len(rows))
+    rows["forcing_phase"] = np.tile(phases, repeats)
+    rows["axial_impact_velocity"] = np.tile(speeds, repeats)
+    rows["count"] = 1
+    return rows
+
+
+def followed(forcing: float, settle: float = 400.0) -> NDArray[np.void]:
+    """Impacts of the attractor that the period-1 orbit of Γ leads to."""
+    motion = Motion(forcing * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
+    orbit = period_one(motion, DISK)
+    assert orbit is not None
+    start = InitialState(1e-4, -velocity_scale(motion, DISK), 0.0, 0.0, orbit.forcing_phase)
+    simulation = Simulation(motion, DISK, start, chatter_report_speed=1e-3)
+    return simulation.advance(round(settle * 1e9))[0]
+
+
+@pytest.mark.parametrize(
+    ("forcing", "period"), [(0.45, 1), (0.50, 2), (0.535, 4)]
+)  # doublings at 0.486, 0.531, 0.540 (paper, Fig. 3)
+def test_periods_of_the_bifurcation_diagram(forcing: float, period: int) -> None:
+    orbit = orbit_of(followed(forcing))
+    assert (orbit.kind, orbit.impacts, orbit.cycles) == (OrbitKind.PERIODIC, period, period)
+    assert orbit.name == f"period-{period}"
+    assert len(orbit.forcing_phases) == len(orbit.axial_impact_velocities) == period
+
+
+def test_chaos_is_unresolved() -> None:
+    assert orbit_of(followed(0.549), tolerance=1e-6) == UNRESOLVED
+
+
+def test_from_rest_the_period_one_motion_chatters() -> None:
+    motion = Motion(0.45 * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
+    simulation = Simulation(motion, DISK, InitialState(), chatter_report_speed=1e-3)
+    orbit = orbit_of(simulation.advance(30_000_000_000)[0])
+    assert orbit.kind is OrbitKind.CHATTERING
+    assert orbit.cycles >= 1
+    assert orbit.name.startswith("chattering (")
+    assert not orbit.is_period_one
+
+
+def test_one_chatter_is_no_orbit() -> None:
+    motion = Motion(0.0, 0.0, 3.0, 0.0)
+    disk = DISK._replace(restitution=0.9999)
+    simulation = Simulation(motion, disk, InitialState(height=0.01, axial_velocity=0.0))
+    assert orbit_of(simulation.advance(10_000_000_000)[0]) == UNRESOLVED
+
+
+def test_too_few_rows() -> None:
+    assert orbit_of(np.zeros(0, IMPACT_DTYPE)) == UNRESOLVED
+    assert orbit_of(rows_of([0.7], [-2.2], 7)) == UNRESOLVED
+    assert orbit_of(rows_of([0.7], [-2.2], 8)).is_period_one
+    assert orbit_of(rows_of([0.7, 0.9, 1.2], [-2.2, -2.0, -1.0], 3)) == UNRESOLVED
+    assert orbit_of(rows_of([0.7, 0.9, 1.2], [-2.2, -2.0, -1.0], 4)).name == "period-3"
+
+
+def test_lost_rows_count_as_the_beginning() -> None:
+    rows = rows_of([0.7], [-2.2], 20)
+    assert orbit_of(np.delete(rows, 15)) == UNRESOLVED
+    assert orbit_of(np.delete(rows, 5)).is_period_one
+
+
+def test_a_phase_about_zero_is_one_phase() -> None:
+    rows = rows_of([0.0], [-2.2], 20)
+    rows["forcing_phase"][::2] = math.tau - 1e-5  # a little early: still in the cycle before
+    rows["cycles"][::2] -= 1
+    assert orbit_of(rows).is_period_one
+
+
+def test_one_impact_in_two_cycles_is_not_period_one() -> None:
+    rows = rows_of([0.7], [-2.2], 20)
+    rows["cycles"] *= 2
+    orbit = orbit_of(rows)
+    assert (orbit.impacts, orbit.cycles, orbit.is_period_one) == (1, 2, False)
+    assert orbit.name == "period-1 in 2 cycles"
+
+
+@given(st.floats(0.0, 6.28), st.floats(0.0, 2e-3), st.integers(0, 2**32 - 1))
+def test_noise_beyond_the_tolerance_is_not_called_periodic(
+    phase: float, noise: float, seed: int
+) -> None:
+    rows = rows_of([phase], [-2.2], 40)
+    shift = np.zeros(len(rows))
+    shift[-5] = noise * (1.0 if seed % 2 else -1.0)
+    rows["forcing_phase"] = np.clip(rows["forcing_phase"] + shift, 0.0, math.tau)
+    moved = abs(float(rows["forcing_phase"][-5] - phase))
+    assert orbit_of(rows, tolerance=1e-3).is_period_one == (moved <= 1e-3)
+
+
+def test_kinds_matter() -> None:
+    rows = rows_of([0.7, 2.0], [-2.2, -0.1], 6)
+    rows["kind"][1::2] = ImpactKind.CHATTER_TAIL
+    assert orbit_of(rows).kind is OrbitKind.CHATTERING

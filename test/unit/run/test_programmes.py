@@ -1,0 +1,154 @@
+"""Programme files: what is read, when they start, and one clear line for what cannot be used."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run import programmes
+from bouncing_disk_ros.run.programmes import (
+    as_simulated,
+    load_programme,
+    parse_programme,
+    programme_names,
+    start_of,
+)
+from bouncing_disk_ros.run.simulate import simulate
+
+LATEST = Motion(0.01, 0.5, 2.0, 0.1)
+
+
+def content(**changes: Any) -> dict[str, Any]:
+    return {
+        "description": "two motions",
+        "points": [
+            {"time": 1, "axial_amplitude": 0.02},
+            {"time": 2.5, "axial_amplitude": 0.03},
+        ],
+        **changes,
+    }
+
+
+def refusal(given: object) -> str:
+    with pytest.raises(InputError) as caught:
+        parse_programme("mine", given)
+    assert "\n" not in caught.value.line
+    return caught.value.line
+
+
+def test_names_left_out_keep_their_value() -> None:
+    programme = parse_programme("mine", content())
+    assert programme.targets(LATEST) == (
+        (1_000_000_000, LATEST._replace(axial_amplitude=0.02)),
+        (2_500_000_000, LATEST._replace(axial_amplitude=0.03)),
+    )
+    assert as_simulated(programme)[1] == (2.5, {"axial_amplitude": 0.03})
+
+
+def test_every_programme_of_the_package_is_sound() -> None:
+    assert programme_names() == ["first_toss_to_period_1", "single_toss", "spin_up"]
+    for name in programme_names():
+        programme = load_programme(name)
+        assert programme.name == name
+        last_ns, _ = programme.targets(LATEST)[-1]
+        result = simulate(last_ns / 1e9, programme=as_simulated(programme))
+        assert [record["kind"] for record in result.inputs].count("motion") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"description": 3}, "description: got 3, allowed: a line of text"),
+        ({"points": []}, "points: got [], allowed: a list of at least one point"),
+        ({"points": [4]}, "points[0]: got 4, allowed: time and any of axial_amplitude"),
+        ({"points": [{"time": 1}]}, "no names"),
+        ({"points": [{"axial_amplitude": 1.0}]}, "points[0].time: got None"),
+        ({"points": [{"time": -1.0, "frequency": 3.0}]}, "points[0].time: got -1.0"),
+        ({"points": [{"time": math.inf, "frequency": 3.0}]}, "points[0].time: got inf"),
+        ({"points": [{"time": 1, "frequenzy": 3.0}]}, "Did you mean frequency?"),
+        ({"points": [{"time": 1, "frequency": True}]}, "points[0].frequency: got True"),
+        ({"points": [{"time": 1, "frequency": math.nan}]}, "points[0].frequency: got nan"),
+        ({"points": [{"time": 1, "frequency": 0.0}]}, "To stop the platform, set the amplitudes"),
+        ({"points": [{"time": 1, "axial_amplitude": -1}]}, "points[0] axial_amplitude (m)"),
+        ({"align": 3}, "align: got 3, allowed: {time: seconds, forcing_phase: rad}"),
+        ({"align": {"time": 1, "forcing_phase": "x"}}, "align.forcing_phase: got 'x'"),
+        ({"aling": {}}, "Did you mean align?"),
+    ],
+)
+def test_what_cannot_be_used_is_named(changes: dict[str, Any], line: str) -> None:
+    assert line in refusal(content(**changes))
+
+
+def test_points_must_agree_and_increase() -> None:
+    points = [{"time": 1, "frequency": 3.0}, {"time": 2, "phase_lag": 3.0}]
+    assert "points[1]: got 'phase_lag', allowed: frequency as" in refusal(content(points=points))
+    points = [{"time": 1, "frequency": 3.0}, {"time": 1, "frequency": 2.0}]
+    assert "strictly increasing" in refusal(content(points=points))
+
+
+@pytest.mark.parametrize("given", [None, 3, [], "text"])
+def test_content_must_be_a_mapping(given: object) -> None:
+    assert "allowed: the keys description, align, points" in refusal(given)
+
+
+def test_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"programme: got 'spinup', .*Did you mean spin_up"):
+        load_programme("spinup")
+    with pytest.raises(InputError, match="first_toss_to_period_1, single_toss, spin_up or the"):
+        load_programme("")
+    with pytest.raises(InputError, match="allowed: a readable YAML file"):
+        load_programme(str(tmp_path / "none.yaml"))
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("points: [", encoding="utf-8")
+    with pytest.raises(InputError, match="allowed: valid YAML"):
+        load_programme(str(broken))
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("description: x\npoints: 4\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"programme wrong\.yaml, points: got 4"):
+        load_programme(str(wrong))
+    assert programmes.programmes_directory().is_dir()
+
+
+def test_without_align_it_starts_at_once() -> None:
+    motion = MotionInForce(0, 0, LATEST, LATEST, 0, 1.0)
+    assert start_of(parse_programme("mine", content()), motion, 123) == 123
+
+
+@given(
+    wanted=st.floats(-10.0, 10.0),
+    at=st.floats(0.0, 6.0),
+    frequencies=st.tuples(*[st.floats(0.7, 9.0)] * 4),
+    phase=st.floats(0.0, 6.28),
+    earliest=st.integers(0, 3_000_000_000),
+    crossfade=st.sampled_from([0, 300_000_000]),
+)
+def test_the_phase_is_the_wanted_one_at_the_aligned_time(
+    wanted: float, at: float, frequencies: tuple[float, ...], phase: float, earliest: int,
+    crossfade: int,
+) -> None:  # fmt: skip
+    """Whatever cross-fades of frequency lie between; the core itself is the judge."""
+    now, later, *rest = frequencies
+    disk = Disk(1.0, 0.0, 0.5, 0.1, 0.1, 10.0)
+    simulation = Simulation(Motion(0.0, 0.0, now, 0.0), disk, InitialState(forcing_phase=phase))
+    simulation.command([(1, Motion(0.0, 0.0, later, 0.0))])  # a cross-fade is in progress
+    points = [{"time": 2.0 + i, "frequency": f} for i, f in enumerate(rest)]
+    align = {"time": at, "forcing_phase": wanted}
+    programme = parse_programme("mine", content(points=points, align=align))
+    start = start_of(programme, simulation.motion_in_force, earliest, crossfade)
+    assert start >= earliest
+    simulation.advance(start)
+    targets = programme.targets(simulation.latest_target)
+    simulation.command([(start + after, motion) for after, motion in targets], crossfade)
+    assert programme.align is not None
+    simulation.advance(start + programme.align.after_ns)
+    error = math.remainder(simulation.sample().forcing_phase - wanted, math.tau)
+    # instants are whole nanoseconds: 2π · 9 Hz · 1 ns = 6e-8 rad
+    assert abs(error) < 2e-7
