@@ -23,12 +23,11 @@ from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
 
 
 class Outputs:
-    """Publishers of one run; `times` must be set before the first sample."""
+    """Publishers of one run; `times` gives the stamps."""
 
-    times: TimeMap
-
-    def __init__(self, node: Node, publish_clock: bool) -> None:
+    def __init__(self, node: Node, times: TimeMap) -> None:
         self._node = node
+        self._times = times
         self._publishers: list[Publisher] = []
         self._joint_states = self._publisher(JointState, "joint_states")
         self._impacts = self._publisher(PointCloud2, "disk/impacts")
@@ -36,7 +35,7 @@ class Outputs:
         self._inputs = self._publisher(String, "disk/inputs")
         self._phase = self._publisher(String, "disk/phase")
         self._motion = self._publisher(JointTrajectory, "platform/motion")
-        self._clock = self._publisher(Clock, "/clock") if publish_clock else None
+        self._clock = self._publisher(Clock, "/clock") if times.clock_is_simulated else None
         self._joint_state = conversions.new_joint_state()
         self._shown_phase = ""
         self._phase_is_new = False
@@ -46,6 +45,16 @@ class Outputs:
         publisher = self._node.create_publisher(kind, name, profile_of(TOPICS[name]))
         self._publishers.append(publisher)
         return publisher
+
+    @property
+    def times(self) -> TimeMap:
+        """The line between simulated time and stamps in force."""
+        return self._times
+
+    @times.setter
+    def times(self, times: TimeMap) -> None:
+        """With a new line the motion is published again: its stamp and simulated_time lie on it."""
+        self._times, self._shown_motion = times, -1
 
     def destroy(self) -> None:
         """Take the topics away (with what was latched on them)."""
@@ -59,7 +68,7 @@ class Outputs:
 
     def sample(self, sample: Sample) -> None:
         """One message of joint_states."""
-        stamp = self.times.to_ros(sample.time_ns)
+        stamp = self._times.to_ros(sample.time_ns)
         self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
         self._show_phase(sample.phase.name.lower())
         self._phase_is_new = True
@@ -67,13 +76,13 @@ class Outputs:
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
         speeds = conversions.mean_speed(first, second)
-        self._speed.publish(conversions.speed_to_msg(speeds, self.times.to_ros(second.time_ns)))
+        self._speed.publish(conversions.speed_to_msg(speeds, self._times.to_ros(second.time_ns)))
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Messages of disk/impacts, at most MAX_ROWS rows each, stamped with their last row."""
         for first in range(0, len(rows), MAX_ROWS):
             some = rows[first : first + MAX_ROWS]
-            stamp = self.times.to_ros(round(float(some["time"][-1]) * NS))
+            stamp = self._times.to_ros(round(float(some["time"][-1]) * NS))
             self._impacts.publish(conversions.impacts_to_msg(some, stamp))
 
     def state(self, session: Session, running: bool) -> None:
@@ -82,7 +91,7 @@ class Outputs:
         if simulation.motion_index != self._shown_motion:
             self._shown_motion = simulation.motion_index
             motion = simulation.motion_in_force
-            stamp = self.times.to_ros(motion.begin_ns)
+            stamp = self._times.to_ros(motion.begin_ns)
             self._motion.publish(conversions.motion_to_msg(motion, stamp))
         if not running:
             self._show_phase("paused")
@@ -90,7 +99,7 @@ class Outputs:
             self._show_phase(simulation.sample().phase.name.lower())
         self._phase_is_new = False
         if self._clock is not None:
-            now = self.times.to_ros(session.time_ns)
+            now = self._times.to_ros(session.time_ns)
             self._clock.publish(Clock(clock=conversions.ns_to_time(now)))
 
     def _show_phase(self, phase: str) -> None:

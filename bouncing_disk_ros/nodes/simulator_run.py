@@ -28,8 +28,8 @@ class Run:
         self, node: Node, values: Mapping[str, Value], stopping: Callable[[], bool]
     ) -> None:
         self._node, self._values, self._stopping = node, values, stopping
-        self._outputs = Outputs(node, bool(values["publish_clock"]))
-        self._times = self._outputs.times = self._line_through(0, self._ros_now())
+        self._times = self._line_through(0, self._ros_now())
+        self._outputs = Outputs(node, self._times)
         self.session = Session(values, self._outputs.record, held=True)
         self.loop = Loop(self.session, self._outputs)
         self._steps = Steps()

@@ -18,9 +18,11 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
 from bouncing_disk_ros.run import inputs
 from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.session import motion_of
 from support.processes import Process, Starter
 from support.ros_peer import Peer
 
@@ -207,9 +209,9 @@ def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
     assert values["refused"] == str(len(WRONG))
     assert "header.stamp" in values["last refusal"]
     assert {record["kind"] for record in peer.records} <= {"snapshot", "pause"}
-    motion = msg_to_motion(peer.latest("platform/motion"))
-    assert motion.start == motion.target
-    assert len(peer.heard["platform/motion"]) == 1
+    motions = [msg_to_motion(msg) for msg in peer.heard["platform/motion"]]
+    assert {motion.start for motion in motions} == {motion.target for motion in motions}
+    assert {motion.target for motion in motions} == {motion_of(DEFAULTS)}
     # and it runs on: the right command after all the wrong ones is taken
     peer.command((0.0, {"frequency": 2.5}))
     peer.spin_until(lambda: msg_to_motion(peer.latest("platform/motion")).target.frequency == 2.5)
@@ -254,6 +256,35 @@ def test_pause_step_reset(start: Starter, peer: Peer) -> None:
     assert peer.call(Trigger, "reset").success
     peer.wait_for_record("reset")
     ended_well_but_warned(process)
+
+
+def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(
+    start: Starter, peer: Peer
+) -> None:
+    simulator(start)
+    peer.settle()
+
+    def offset() -> int:
+        """Where simulated time 0 would lie in ROS time, by the newest motion."""
+        msg = peer.latest("platform/motion")
+        return time_to_ns(msg.header.stamp) - msg_to_motion(msg).begin_ns
+
+    changes: list[Callable[[], Any]] = [
+        lambda: peer.call(SetBool, "pause", SetBool.Request(data=False)),
+        lambda: peer.call(Trigger, "reset"),
+        lambda: peer.set_parameters(real_time_factor=1),
+    ]
+    for change in changes:
+        peer.call(SetBool, "pause", SetBool.Request(data=True))
+        before = offset()
+        peer.call(SetBool, "pause", SetBool.Request(data=False))
+        peer.spin_until(lambda: offset() != before)  # noqa: B023
+        change()
+        heard = len(peer.heard["joint_states"])
+        peer.spin_until(lambda: len(peer.heard["joint_states"]) > heard + 20)  # noqa: B023
+        # samples of the line in force lie on the grid of 10 ms of simulated time
+        stamp = time_to_ns(peer.heard["joint_states"][-1].header.stamp)
+        assert (stamp - offset()) % (NS // 100) == 0
 
 
 # --- what comes late still finds out --------------------------------------------------------------

@@ -141,14 +141,16 @@ class Peer:
         return [msg.data for msg in self.heard["disk/phase"]]
 
     def diagnostic(self, task: str, node: str = "bouncing_disk") -> tuple[int, str, dict[str, str]]:
-        """Level, message and values of a task in the newest diagnostics of a node."""
+        """Level, message and values of a task in the newest diagnostics of a node; waits for it."""
         name = f"{node}: {task}"
-        for msg in reversed(self.heard["/diagnostics"]):
-            for status in msg.status:
-                if status.name == name:
-                    values = {pair.key: pair.value for pair in status.values}
-                    return status.level[0], status.message, values
-        raise AssertionError(f"no diagnostics of {name}")
+
+        def found() -> Any:
+            messages = reversed(self.heard["/diagnostics"])
+            return next((row for msg in messages for row in msg.status if row.name == name), None)
+
+        self.spin_until(found)
+        status = found()
+        return status.level[0], status.message, {pair.key: pair.value for pair in status.values}
 
     def wait_for_record(self, kind: str) -> Record:
         """Wait until the newest record of inputs is of a kind, and return it."""
