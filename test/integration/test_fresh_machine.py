@@ -101,7 +101,7 @@ def test_simulator_runs_without_a_home(start: Starter, tmp_path: Path, home: str
     node = start("simulator", env={**NO_FOLDERS, "HOME": nowhere, "TMPDIR": str(tmp_path / "tmp")})
     assert wait_for_message(JointState, "joint_states").position
     assert node.end(signal.SIGTERM) == 0
-    assert node.stderr == ""
+    assert node.complaints == []
     (logs,) = (tmp_path / "tmp").glob("bouncing_disk_ros-*/log")
     assert any(logs.iterdir())
 

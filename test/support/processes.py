@@ -105,6 +105,11 @@ class Process:
         return self._text("stdout", "stderr")
 
     @property
+    def complaints(self) -> list[str]:
+        """The lines of stderr that are not mere information."""
+        return [line for line in self.stderr.splitlines() if "[INFO]" not in line]
+
+    @property
     def running(self) -> bool:
         """Whether it has not ended yet."""
         return self._popen.poll() is None
