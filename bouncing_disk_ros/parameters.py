@@ -158,6 +158,9 @@ _SPECS = (
          "parameter given beside it wins", read_only=True, source="chosen"),
 )  # fmt: skip
 
+SLOWEST = 1e-6
+"""Smallest real-time factor above 0."""
+
 TABLE: Mapping[str, Spec] = MappingProxyType({spec.name: spec for spec in _SPECS})
 DEFAULTS: Mapping[str, Value] = MappingProxyType({spec.name: spec.default for spec in _SPECS})
 GROUPS: Mapping[str, str] = MappingProxyType(
@@ -196,6 +199,10 @@ def check_together(values: Mapping[str, Value]) -> None:
     if not preload > -mass * gravity:
         allowed = f"a finite number > −mass × gravity = {-mass * gravity:g} N"
         raise InputError("preload", preload, allowed, "Else nothing holds the disk down.")
+    factor = float(values["real_time_factor"])
+    if 0.0 < factor < SLOWEST:
+        hint = "To stop, pause (~/pause)."
+        raise InputError("real_time_factor", factor, f"0 (free running) or >= {SLOWEST:g}", hint)
     speed = float(values["initial_axial_velocity"])
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform false too (before, or in one atomic call)."

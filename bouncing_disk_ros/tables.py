@@ -11,7 +11,7 @@ import textwrap
 from pathlib import Path
 
 from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.parameters import GROUPS, TABLE, Spec
+from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.tables docs` -->"
@@ -93,7 +93,8 @@ def parameters_page() -> str:
         parts += rows
     parts.append(
         "Rules between parameters: `preload` > −`mass` × `gravity`; `initial_axial_velocity` other "
-        "than 0 needs `initial_with_platform` false."
+        "than 0 needs `initial_with_platform` false; `real_time_factor` is 0 or at least "
+        f"{SLOWEST:g}."
     )
     return "\n\n".join(parts) + "\n"
 

@@ -29,9 +29,13 @@ MOTION_COLUMNS = (*MOTION_NAMES, "forcing_phase", "cycles", "simulated_time")
 """joint_names of platform/motion: the motion, and where the forcing stood."""
 
 
+LAST_STAMP_NS = 2**31 * NS - 1
+"""The last stamp a message can carry; a free run may pass it."""
+
+
 def ns_to_time(stamp_ns: int) -> Time:
-    """Whole nanoseconds as a stamp; must lie in the range of the message (±68 years)."""
-    sec, nanosec = divmod(stamp_ns, NS)
+    """Whole nanoseconds as a stamp; held at the ends of the message's range (1901 and 2038)."""
+    sec, nanosec = divmod(min(max(stamp_ns, -LAST_STAMP_NS - 1), LAST_STAMP_NS), NS)
     return Time(sec=sec, nanosec=nanosec)
 
 
@@ -200,7 +204,7 @@ def new_joint_state() -> JointState:
 
 def fill_joint_state(msg: JointState, sample: Sample, stamp_ns: int) -> JointState:
     """Put a sample into a message made by `new_joint_state` (much cheaper than a new one)."""
-    msg.header.stamp.sec, msg.header.stamp.nanosec = divmod(stamp_ns, NS)
+    msg.header.stamp = ns_to_time(stamp_ns)
     position, velocity, effort = msg.position, msg.velocity, msg.effort
     position[0], position[1] = sample.axial_position, sample.unwrapped_angle
     position[2], position[3] = sample.platform_position, sample.platform_angle

@@ -70,19 +70,14 @@ class Grid:
         self.next_ns = self._instant(self._k)
         return max(0, self._k - before)
 
+    def skip_past(self, now_ns: int) -> int:
+        """Skip what lies at or before an instant, if anything does; how many instants."""
+        return self.skip_to(now_ns) if self.next_ns <= now_ns else 0
+
     def advance(self) -> None:
         """Move on by one instant."""
         self._k += 1
         self.next_ns = self._instant(self._k)
-
-    def count_until(self, until_ns: int) -> int:
-        """Number of instants from `next_ns` up to and including `until_ns`."""
-        if until_ns < self.next_ns:
-            return 0
-        last = int(until_ns // self._period) + 1
-        while self._instant(last) > until_ns:
-            last -= 1
-        return last - self._k + 1
 
     def _instant(self, k: int) -> int:
         return round(k * self._period)

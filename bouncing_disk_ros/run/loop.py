@@ -119,6 +119,8 @@ class Loop:
         now = self.session.time_ns
         if self._states.next_ns <= now or self._speeds.next_ns <= now:
             self._hand_over_samples()
+        self.skipped += self._states.skip_past(now)
+        self._speeds.skip_past(now)
 
     def flush(self) -> None:
         """Hand over the impacts gathered so far."""

@@ -391,6 +391,22 @@ def test_free_running_is_faster_than_the_clock_and_loses_nothing(
     assert peer.records[-1]["time_ns"] / NS > 3.0 * elapsed
 
 
+def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
+    start: Starter, peers: Callable[..., Peer]
+) -> None:
+    process = simulator(start, "preset:=swum", "real_time_factor:=100000.0", "state_rate:=1.0")
+    peer = peers(without=("disk/impacts", "/clock"))
+    peer.settle()
+    process.wait_for(r"WARN.*real time: running, .* behind: lower real_time_factor")
+    peer.spin_until(lambda: peer.diagnostic("real time")[0] == 2)
+    assert peer.set_parameters(restitution=0.4).successful
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
+    assert peer.set_parameters(real_time_factor=1.0).successful
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+    process.wait_for("INFO.*real time: running")  # it starts anew from the instant reached
+    ended_well_but_warned(process)
+
+
 @pytest.mark.parametrize("regime", ["period-1", "chattering"])
 def test_an_ultrasonic_motor_publishes_every_impact(
     start: Starter, peer: Peer, regime: str

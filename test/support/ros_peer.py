@@ -35,7 +35,7 @@ class Peer:
     """Hears every topic of the simulator in a namespace: `heard[topic]` is the list of messages."""
 
     def __init__(
-        self, namespace: str = "", node: str = "bouncing_disk", clock: bool = False
+        self, namespace: str = "", node: str = "bouncing_disk", without: tuple[str, ...] = ("/clock",)
     ) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -49,7 +49,7 @@ class Peer:
         self._clients: dict[str, Any] = {}
         self.heard: dict[str, list[Any]] = {}
         for name, topic in TOPICS.items():
-            if topic.direction is Direction.OUT and (clock or name != "/clock"):
+            if topic.direction is Direction.OUT and name not in without:
                 self.heard[name] = []
                 self.node.create_subscription(
                     message_type(topic.type), name, self.heard[name].append, profile_of(topic)

@@ -112,6 +112,15 @@ def test_preload_must_leave_the_disk_pressed_down(
             parameters.complete(values)
 
 
+@pytest.mark.parametrize(("factor", "fine"), [(0.0, True), (1e-6, True), (1e-7, False)])
+def test_slow_motion_has_an_end(factor: float, fine: bool) -> None:
+    if fine:
+        parameters.complete({"real_time_factor": factor})
+    else:
+        with pytest.raises(InputError, match=r"real_time_factor: got 1e-07, allowed: 0 .free"):
+            parameters.complete({"real_time_factor": factor})
+
+
 def test_an_initial_velocity_of_its_own_must_be_asked_for() -> None:
     with pytest.raises(InputError, match="Set initial_with_platform false"):
         parameters.complete({"initial_axial_velocity": 1.0})

@@ -46,6 +46,11 @@ def test_stamps_come_back(stamp: int) -> None:
     assert c.time_to_ns(c.ns_to_duration(stamp)) == stamp
 
 
+def test_stamps_beyond_the_message_are_held_at_its_end() -> None:
+    assert c.ns_to_time(10**19) == c.ns_to_time(2**31 * NS - 1)
+    assert c.ns_to_time(-(10**19)).sec == -(2**31)
+
+
 # --- commands -------------------------------------------------------------------------------------
 @given(
     names=st.lists(st.sampled_from(MOTION_NAMES), max_size=4),

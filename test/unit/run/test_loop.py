@@ -138,6 +138,14 @@ def test_samples_stay_true_and_none_is_lost_when_inputs_fall_on_the_grid() -> No
     assert heard.times == grid(100, NS + NS // 100)
 
 
+def test_an_instant_passed_over_is_counted_and_the_loop_goes_on() -> None:
+    loop, heard = made(state_rate=100.0)
+    loop.session.advance(NS)  # behind the loop's back
+    assert loop.slice(NS + NS // 100)
+    assert heard.times == [0, NS, NS + NS // 100] or heard.times == [0, NS + NS // 100]
+    assert loop.skipped + len(heard.samples) == 102
+
+
 def test_new_rates_start_at_once() -> None:
     loop, heard = made(state_rate=10.0)
     loop.slice(NS)
