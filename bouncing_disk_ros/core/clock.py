@@ -36,15 +36,13 @@ def _pair_of_int(n: int) -> tuple[float, float]:
 def _whole(high: float, low: float) -> tuple[int, float]:
     """A double-double number as an integer and a remainder in [0, 1)."""
     floor = math.floor(high)
-    n = int(floor)
-    rest = (high - floor) + low
-    if rest < 0.0:
-        n -= 1
-        rest += 1.0
-    if rest >= 1.0:
-        n += 1
-        rest -= 1.0
-    return n, rest
+    part = (high - floor) + low  # beyond 2⁵³ low alone holds whole units
+    more = math.floor(part)
+    rest = part - more
+    if rest >= 1.0:  # a tiny negative part, rounded up
+        rest = 0.0
+        more += 1
+    return int(floor) + int(more), rest
 
 
 @kernel

@@ -111,7 +111,7 @@ class Engine:
             )
             used += events
             if n:
-                rows.append(self._buffer[:n].copy())
+                rows.append(self._written(n))
             if status != stepper.FULL:
                 return used, status == stepper.BEHIND
 
@@ -128,7 +128,7 @@ class Engine:
         arguments = (self.state, self.m, self.k, self._books, self._buffer, self._open_row)
         n = stepper.halt(*arguments, time_ns)
         if n:
-            rows.append(self._buffer[:n].copy())
+            rows.append(self._written(n))
 
     def kick(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
@@ -181,6 +181,10 @@ class Engine:
         return Energy(
             kinetic, energy - kinetic, initial, **sums, residual=residual, throughput=throughput
         )
+
+    def _written(self, n: int) -> NDArray[np.void]:
+        """Copy of the first n rows; as bytes: a structured copy leaves the padding undefined."""
+        return self._buffer[:n].view(np.uint8).copy().view(IMPACT_DTYPE)
 
     def _observe(self, state: NDArray[np.void]) -> None:
         stepper.observe(state, self.m, self.k, self._observed)

@@ -1,0 +1,29 @@
+"""When cross-fades begin and end."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
+
+SLOW, FAST = Motion(1, 1, 2.0, 0), Motion(1, 1, 10.0, 0)
+MS = 10**6
+
+
+def test_a_fade_begins_one_period_of_the_slower_motion_before_its_point() -> None:
+    assert plan_fades([(1000 * MS, FAST)], SLOW, 0, 0) == [Fade(500 * MS, 1000 * MS, FAST)]
+
+
+def test_a_point_too_near_begins_now_and_takes_its_time() -> None:
+    assert plan_fades([(100 * MS, FAST)], SLOW, 50 * MS, 0) == [Fade(50 * MS, 550 * MS, FAST)]
+
+
+def test_fades_wait_for_the_one_before() -> None:
+    fades = plan_fades([(100 * MS, FAST), (150 * MS, SLOW)], FAST, 0, 80 * MS)
+    assert fades == [Fade(20 * MS, 100 * MS, FAST), Fade(100 * MS, 180 * MS, SLOW)]
+
+
+def test_kicks_keep_their_order_of_arrival_within_an_instant() -> None:
+    kicks: list[Kick] = []
+    for kick in (Kick(5, 1, 0), Kick(3, 2, 0), Kick(5, 3, 0), Kick(3, 4, 0)):
+        add_kick(kicks, kick)
+    assert [k.axial_impulse for k in kicks] == [2, 4, 1, 3]

@@ -1,0 +1,149 @@
+"""The facade: time, inputs, budgets, checkpoints."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, InitialState, Motion, Phase
+from bouncing_disk_ros.core.simulation import Simulation
+
+MOTION = Motion(0.04, 0.5, 3.0, -0.7)
+DISK = Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
+SECOND = 10**9
+
+
+def run() -> Simulation:
+    return Simulation(MOTION, DISK, InitialState())
+
+
+def test_advance_reaches_the_instant_and_an_earlier_one_does_nothing() -> None:
+    sim = run()
+    rows, behind = sim.advance(SECOND)
+    assert not behind
+    assert sim.time_ns == SECOND
+    assert rows.dtype == IMPACT_DTYPE
+    assert len(rows) > 3
+    state = sim.sample()
+    rows, _ = sim.advance(SECOND // 2)
+    assert len(rows) == 0
+    assert sim.sample() == state
+
+
+def test_one_event_at_a_time_gives_the_same_rows() -> None:
+    sim, other = run(), run()
+    rows, _ = sim.advance(3 * SECOND)
+    parts, behind = [], True
+    while behind:
+        part, behind = other.advance(3 * SECOND, 1)
+        parts.append(part.tobytes())
+    assert b"".join(parts) == rows.tobytes()
+    assert other.sample() == sim.sample()
+
+
+def test_reading_changes_nothing() -> None:
+    sim, other = run(), run()
+    rows = b""
+    for t in range(0, 2 * SECOND, 7_654_321):
+        rows += sim.advance(t)[0].tobytes()
+        sim.sample()
+        sim.energy()
+    end = sim.time_ns
+    assert other.advance(end)[0].tobytes() == rows
+    assert other.sample() == sim.sample()
+    assert other.energy() == sim.energy()
+
+
+def test_a_kick_in_the_past_is_refused() -> None:
+    sim = run()
+    sim.advance(SECOND)
+    with pytest.raises(ValueError, match=r"kick at 1 ns: allowed from 1000000000 ns"):
+        sim.kick(1, 0.1, 0.0)
+
+
+def test_a_kick_down_in_contact_is_an_impact_with_its_speed() -> None:
+    sim = Simulation(Motion(0.0, 0.0, 1.0, 0.0), DISK, InitialState())
+    sim.kick(0, -0.3, 0.0)
+    rows, _ = sim.advance(1)
+    assert rows["axial_impact_velocity"][0] == -1.0
+    assert rows["axial_impulse"][0] == pytest.approx(0.3 * 1.5, rel=1e-15)
+
+
+def test_reset_goes_back_but_time_cycles_and_index_go_on() -> None:
+    sim = run()
+    before = sim.advance(SECOND)[0]
+    sim.reset()
+    sample = sim.sample()
+    assert sample.time_ns == SECOND
+    assert sample.forcing_phase == InitialState().forcing_phase
+    assert sample.phase in (Phase.STICKING, Phase.SLIDING)
+    after = sim.advance(2 * SECOND)[0]
+    assert after["index"][0] == before["index"][-1] + 1
+    rows = np.concatenate([before, after])
+    keys = list(zip(rows["cycles"], rows["forcing_phase"], strict=True))
+    assert keys == sorted(keys)
+    first = run().advance(SECOND)[0]
+    np.testing.assert_allclose(
+        after["axial_impact_velocity"], first["axial_impact_velocity"], rtol=1e-9
+    )
+
+
+def test_a_snapshot_goes_through_json_and_continues_bit_identically() -> None:
+    sim = run()
+    sim.command([(2 * SECOND, Motion(0.05, 0.6, 4.0, 0.3))])
+    sim.kick(SECOND + 123, 0.01, 0.001)
+    sim.advance(1_666_666_667)  # in the midst of the cross-fade
+    other = Simulation.restore(json.loads(json.dumps(sim.snapshot())))
+    assert other.advance(4 * SECOND)[0].tobytes() == sim.advance(4 * SECOND)[0].tobytes()
+    assert other.energy() == sim.energy()
+    assert other.motion_in_force == sim.motion_in_force
+
+
+@pytest.mark.parametrize("format_", [0, None, "2"])
+def test_a_snapshot_of_another_format_is_refused(format_: object) -> None:
+    with pytest.raises(ValueError, match="allowed 1"):
+        Simulation.restore({**run().snapshot(), "format": format_})
+
+
+def test_a_snapshot_with_a_missing_field_is_refused() -> None:
+    snapshot = run().snapshot()
+    del snapshot["engine"]["state"]["gap"]
+    with pytest.raises(ValueError, match="gap"):
+        Simulation.restore(snapshot)
+
+
+SCENARIO = """
+import hashlib
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+disk = Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
+sim = Simulation(Motion(0.05, 0.5, 3.0, -0.7), disk, InitialState())
+sim.command([(5 * 10**9, Motion(0.045, 0.7, 3.3, 0.3)), (9 * 10**9, Motion(0.06, 0.5, 2.0, 2.9))])
+sim.kick(6 * 10**9 + 1, 0.1, -0.002)
+rows, _ = sim.advance(30 * 10**9)
+print(hashlib.sha256(rows.tobytes() + repr(sim.sample()).encode()).hexdigest())
+"""
+
+
+def digest(**environment: str) -> str:
+    return subprocess.run(
+        [sys.executable, "-c", SCENARIO],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=110,
+    ).stdout
+
+
+def test_bits_do_not_depend_on_the_processor() -> None:
+    """Kernels compiled for the oldest x86-64 (no AVX, no fused multiply-add) give the same bits."""
+    here = digest()
+    assert len(here.strip()) == len(hashlib.sha256().hexdigest())
+    assert digest(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") == here
