@@ -158,8 +158,10 @@ def _impact_ahead(
         step, slope = polished(jet)
         d += step
         x = step * step
+        fall = abs(jet[1])
         # what the Taylor polynomial and the series of its inverse leave out is below rounding
-        if bound * x * x < 16.0 * ROUNDING * abs(slope) and abs(jet[2] * step) < 1e-4 * abs(jet[1]):
+        short = abs(jet[2] * step) < 1e-4 * fall and abs(jet[3]) * x < 2e-8 * fall
+        if short and bound * x * x < 16.0 * ROUNDING * abs(slope):
             return d, slope
         jet = gap_after(motion, elapsed, s, c, g, gap, u, d)
     return d, jet[1]
