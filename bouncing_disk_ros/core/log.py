@@ -81,12 +81,13 @@ def log_impact(
 ) -> int:
     """Report an impact just resolved (impulses over m, m a_g²); returns the number of rows."""
     row = open_row[0]
-    if w >= disk.report_speed:
+    alone = w >= disk.report_speed or disk.restitution == 0.0  # ε = 0: one impact is no chatter
+    if alone:
         n = close_row(open_row, rows, n, state, CHATTER_CUT)
     if row.count == 0:
         begin_row(row, state, motion, disk, w, slip)
     add_impulses(row, state, motion, disk, push, twist)
-    if w >= disk.report_speed:
+    if alone:
         n = close_row(open_row, rows, n, state, ONE_IMPACT)
     return n
 
