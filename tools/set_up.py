@@ -8,6 +8,7 @@ seen. Standard library only, and no syntax newer than Python 3.6, so that an old
 refused in words.
 """
 
+import contextlib
 import fcntl
 import hashlib
 import importlib.util
@@ -106,6 +107,8 @@ def remove_build_products() -> None:
         *ROOT.glob("*.egg-info"),
     ]:
         shutil.rmtree(str(path))
+    with contextlib.suppress(OSError):  # missing, or in use by colcon
+        (ROOT / "build").rmdir()
 
 
 def install_package(*options: str) -> None:
