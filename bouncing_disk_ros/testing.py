@@ -6,6 +6,7 @@ It is a pytest plugin of the installed package; a test only names it:
         simulator = stepped_simulator(preset="pizza_multiple_toss")
         node = MyNode(context=simulator.context)
         simulator.add_node(node)
+        simulator.wait_for_subscriber("disk/impacts")
         simulator.step(10)                       # ten periods of the platform, at once
         simulator.spin_until(lambda: node.answers == 10)
 
@@ -92,6 +93,12 @@ class SteppedSimulator:
             if time.monotonic() > end:
                 raise AssertionError(f"the condition did not hold within {timeout} s")
             self._executor.spin_once(timeout_sec=0.02)
+
+    def wait_for_subscriber(self, topic: str, count: int = 1) -> None:
+        """Wait until so many subscriptions hear a topic: no message is sent too early."""
+        name = self.node.resolve_topic_name(topic)
+        publisher = next(p for p in self.node.publishers if p.topic_name == name)
+        self.spin_until(lambda: publisher.get_subscription_count() >= count)
 
     def step(self, periods: int = 1) -> None:
         """Simulate whole periods of the platform's motion, at once."""
