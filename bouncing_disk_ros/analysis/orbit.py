@@ -15,6 +15,8 @@ REPEATS = 3
 """An orbit counts as found when its rows have repeated this often at the end of the run ..."""
 LEAST_ROWS = 8
 """... and over at least this many rows."""
+CLEARLY = 10.0
+"""Impacts of a longer orbit differ by more than this many tolerances."""
 
 
 class OrbitKind(StrEnum):
@@ -59,7 +61,8 @@ def orbit_of(rows: NDArray[np.void], tolerance: float = 1e-3, longest: int = 200
     `rows`: IMPACT_DTYPE in the order of their index. The shortest number of rows (up to `longest`)
     after which forcing phase (to `tolerance` rad), impact velocity (to `tolerance` of the largest
     one), kind and number of cycles repeat, `REPEATS` times. Otherwise UNRESOLVED, also when rows
-    were lost (their `index` has a gap).
+    were lost (their `index` has a gap), and when a part of the repetition almost repeats by itself
+    (within `CLEARLY` tolerances: the run is still settling, or close to a bifurcation).
     """
     rows = rows[-(REPEATS + 1) * longest :]
     gaps = np.flatnonzero(np.diff(rows["index"]) != 1.0)
@@ -68,31 +71,37 @@ def orbit_of(rows: NDArray[np.void], tolerance: float = 1e-3, longest: int = 200
         window = max((REPEATS + 1) * period, LEAST_ROWS)
         if window > len(rows):
             break
-        if _repeats(rows[-window:], period, tolerance):
-            return _orbit(rows, period)
+        last = rows[-window:]
+        if _mismatch(last, period) <= tolerance:
+            parts = (part for part in range(1, period) if period % part == 0)
+            clear = all(_mismatch(last, part) > CLEARLY * tolerance for part in parts)
+            return _orbit(rows, period) if clear else UNRESOLVED
     return UNRESOLVED
 
 
-def _repeats(rows: NDArray[np.void], period: int, tolerance: float) -> bool:
+def _mismatch(rows: NDArray[np.void], period: int) -> float:
+    """How far rows are from repeating (rad, or relative speed); inf: cycles or kinds differ."""
     first, second = rows[:-period], rows[period:]
+    turned = _turned(first, second)
+    if np.any(first["kind"] != second["kind"]) or np.any(turned != turned[0]):
+        return math.inf
+    if turned[0] < 1.0:  # within one chatter nothing repeats
+        return math.inf
     phase = np.abs(_wrapped(second["forcing_phase"] - first["forcing_phase"]))
     speed = np.abs(second["axial_impact_velocity"] - first["axial_impact_velocity"])
     scale = np.max(np.abs(rows["axial_impact_velocity"]))
-    turned = second["cycles"] - first["cycles"]
-    turned += np.round((second["forcing_phase"] - first["forcing_phase"]) / math.tau)
-    return bool(
-        np.all(first["kind"] == second["kind"])
-        and turned[0] >= 1.0  # within one chatter nothing repeats
-        and np.all(turned == turned[0])
-        and np.all(phase <= tolerance)
-        and np.all(speed <= tolerance * scale)
-    )
+    return float(max(np.max(phase), np.max(speed) / scale))
+
+
+def _turned(first: NDArray[np.void], second: NDArray[np.void]) -> NDArray[np.float64]:
+    """Cycles between rows, those about phase 0 counted to the nearest whole."""
+    wrap = np.round((second["forcing_phase"] - first["forcing_phase"]) / math.tau)
+    turned: NDArray[np.float64] = second["cycles"] - first["cycles"] + wrap
+    return turned
 
 
 def _orbit(rows: NDArray[np.void], period: int) -> Orbit:
-    last, before = rows[-1], rows[-1 - period]
-    turned = last["cycles"] - before["cycles"]
-    turned += np.round((last["forcing_phase"] - before["forcing_phase"]) / math.tau)
+    turned = _turned(rows[-1 - period : -period], rows[-1:])[0]
     one = rows[-period:]
     single = np.all(one["kind"] == ImpactKind.IMPACT)
     return Orbit(

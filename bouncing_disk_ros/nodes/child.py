@@ -1,0 +1,70 @@
+"""Executables of this package as processes that end with the one that started them."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+import tempfile
+from types import TracebackType
+
+PR_SET_PDEATHSIG = 1
+"""Linux, prctl(2): the kernel signals a process when its parent dies, however that dies."""
+_LIBC = ctypes.CDLL(None)
+
+
+def _die_with_parent() -> None:
+    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+class Child:
+    """A started executable; leaving the `with` block ends it.
+
+    To be started while this process has one thread (before rclpy.init).
+    """
+
+    def __init__(self, name: str, *arguments: str) -> None:
+        self.name = name
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with this object)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "bouncing_disk_ros", name, *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=self._log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # Ctrl-C is for the parent, which ends this one in order
+            preexec_fn=_die_with_parent,
+        )
+
+    def __enter__(self) -> Child:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    @property
+    def code(self) -> int | None:
+        """Exit code, or None while it runs."""
+        return self._process.poll()
+
+    @property
+    def log(self) -> str:
+        """All it has printed."""
+        size = self._log.seek(0, 2)
+        self._log.seek(0)
+        return self._log.read(size).decode("utf-8", "replace")
+
+    def end(self, seconds: float = 5.0) -> int:
+        """Interrupt it, wait, kill it if need be; the exit code."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            try:
+                self._process.wait(seconds)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        return self._process.wait()

@@ -1,0 +1,50 @@
+"""The executable `demo`: the paper's story, live over DDS, with a summary and a picture."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.ros.stop import Stop
+
+_ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
+watch both over DDS, and show the result: a summary and a picture. Ctrl-C ends all of it."""
+_EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
+
+_SPECS = (
+    Spec("duration", 20.0, "s", "end when this much has been simulated", low=3.0, high=3600.0),
+    Spec("picture", "output/demo.png", "", "file for the picture (png, pdf, svg)"),
+)
+OPTIONS = {spec.name: spec for spec in _SPECS}
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demonstration; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    argv = list(sys.argv[1:] if args is None else args)
+    stop = Stop().install()
+    environment.prepare()
+    from bouncing_disk_ros.nodes.show import Show
+    from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
+    from bouncing_disk_ros.ros.spin import bad_input
+
+    own = own_arguments(argv)
+    parser_of("demo", _ABOUT, OPTIONS, _EXAMPLE).parse_args(own)
+    try:
+        export = environment.use_private_domain()
+    except InputError as error:
+        return bad_input("demo", error.line)
+    with Show.children() as children:
+        return run_tool(
+            "demo",
+            argv[len(own) :],
+            lambda: Show(OPTIONS, children),
+            lambda node: node.present(stop, export),
+            stop,
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

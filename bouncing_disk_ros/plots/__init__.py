@@ -1,0 +1,1 @@
+"""Results in, figures out. Imported last: nothing else needs matplotlib."""
