@@ -46,6 +46,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
                 session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
             case 4:
                 session.set_parameters({"preload": rng.uniform(-0.5, 2.0), "load_torque": 0.001})
+                session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
             case 5:
                 session.hold(not session.held)
             case 6:
