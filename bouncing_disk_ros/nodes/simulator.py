@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
@@ -32,6 +34,13 @@ def help_text() -> str:
     return "\n\n".join(f"{title}\n" + "\n".join(lines) for title, lines in parts)
 
 
+def announce_compilation() -> None:
+    """Say why the first start takes so long: the kernels are compiled once for this machine."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
+    if not any(folder.rglob("*.nbi")):
+        print("simulator: compiling the physics, once: up to a minute", file=sys.stderr, flush=True)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
     argv = list(sys.argv[1:] if args is None else args)
@@ -46,6 +55,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.parse_args(own)
     stop = Stop().install()
     environment.prepare()
+    announce_compilation()
     from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
     from bouncing_disk_ros.ros.spin import run_node
 
