@@ -56,6 +56,7 @@ def main(args: Sequence[str] | None = None) -> int:
     stop = Stop().install()
     environment.prepare()
     announce_compilation()
+    stop.importing = True
     from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
     from bouncing_disk_ros.ros.spin import run_node
 

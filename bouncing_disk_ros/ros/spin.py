@@ -44,6 +44,7 @@ def run_node(
     Bad input is one line on stderr and code 2.
     """
     stop = stop or Stop().install()
+    stop.importing = False
     argv = [name, *(sys.argv[1:] if args is None else args)]
     try:
         init(argv)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from types import FrameType
@@ -10,14 +11,16 @@ from bouncing_disk_ros.errors import ExitCode
 
 
 class Stop:
-    """Takes over both signals of the process; `asked` turns true once it runs.
+    """Takes over both signals of the process; `asked` turns true on the first.
 
-    Install it before the slow imports: until `running` is set a signal ends the process with code
-    0 at once, for there is nothing to finish yet.
+    Install it before the slow imports. A signal then unwinds with exit code 0 until `running` is
+    set, when a loop looks at `asked`. While `importing` there is nothing to unwind: the process
+    ends at once, however deep in a compiler that would print a traceback.
     """
 
     def __init__(self) -> None:
         self.asked = False
+        self.importing = False
         self.running = False
 
     def install(self) -> Stop:
@@ -28,5 +31,9 @@ class Stop:
 
     def _ask(self, _number: int, _frame: FrameType | None) -> None:
         self.asked = True
+        if self.importing:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(int(ExitCode.DONE))
         if not self.running:
             sys.exit(int(ExitCode.DONE))
