@@ -36,7 +36,6 @@ class Health(NamedTuple):
     lateness_p99: float
     lateness_max: float
     residual: float  # of the energy balance, per throughput
-    accepted: float  # number of inputs since the start
 
 
 @dataclass
@@ -50,6 +49,7 @@ class RunRecord:
     health: list[Health] = field(default_factory=list)
     chunks: list[NDArray[np.void]] = field(default_factory=list)
     lost: int = 0  # rows of impacts
+    inputs: int = 0  # motions, kicks, parameter changes and resets that the simulator accepted
 
     @property
     def rows(self) -> NDArray[np.void]:
@@ -85,7 +85,7 @@ class Summary(NamedTuple):
     real_time_factor: float
     lateness: tuple[float, float, float]  # median of p50, largest p99, largest of all, s
     residual: float  # largest
-    accepted: int
+    inputs: int  # that drove the run
 
 
 def summary_of(record: RunRecord) -> Summary:
@@ -111,7 +111,7 @@ def summary_of(record: RunRecord) -> Summary:
             max((report.lateness_max for report in health), default=math.nan),
         ),
         residual=max((report.residual for report in health), default=math.nan),
-        accepted=int(health[-1].accepted) if health else 0,
+        inputs=record.inputs,
     )
 
 

@@ -26,10 +26,12 @@ def main(args: Sequence[str] | None = None) -> int:
     argv = list(sys.argv[1:] if args is None else args)
     stop = Stop().install()
     environment.prepare()
+    stop.importing = True
     from bouncing_disk_ros.nodes.show import Show
     from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
     from bouncing_disk_ros.ros.spin import bad_input
 
+    stop.importing = False
     own = own_arguments(argv)
     parser_of("demo", _ABOUT, OPTIONS, _EXAMPLE).parse_args(own)
     try:

@@ -29,9 +29,11 @@ def main(args: Sequence[str] | None = None) -> int:
     argv = list(sys.argv[1:] if args is None else args)
     stop = Stop().install()
     environment.prepare()
+    stop.importing = True
     from bouncing_disk_ros.nodes.impact_printer import ImpactPrinter
     from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
 
+    stop.importing = False
     own = own_arguments(argv)
     parser_of("echo_impacts", _ABOUT, OPTIONS, _EXAMPLE).parse_args(own)
     try:

@@ -36,9 +36,11 @@ def main(args: Sequence[str] | None = None) -> int:
     argv = list(sys.argv[1:] if args is None else args)
     stop = Stop().install()
     environment.prepare()
+    stop.importing = True
     from bouncing_disk_ros.nodes.performer import Performer
     from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
 
+    stop.importing = False
     own = own_arguments(argv)
     parser = parser_of("perform", _ABOUT, OPTIONS, _EXAMPLE)
     parser.usage = "perform [PROGRAMME] [--help] [--ros-args -p NAME:=VALUE ...]"

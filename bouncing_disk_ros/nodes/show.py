@@ -167,10 +167,9 @@ class Show(Watcher):
             print("Verified: the orbit found is period-1.", flush=True)
             return ExitCode.DONE
         found = f"the orbit found is {summary.orbit.name}, not period-1"
-        if summary.accepted > 1:
-            print(
-                f"Not verified: {found}; others gave {summary.accepted - 1} input(s).", flush=True
-            )
+        if summary.inputs > 1:
+            others = summary.inputs - 1
+            print(f"Not verified: {found}; others gave {others} input(s).", flush=True)
             return ExitCode.DONE
         if self._duration < SETTLING_SECONDS and not summary.orbit.impacts:
             print(f"Not verified: {found}; {self._duration:g} s are too short to tell.", flush=True)

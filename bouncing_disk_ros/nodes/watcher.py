@@ -21,6 +21,7 @@ from bouncing_disk_ros.ros.conversions import (
 )
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.inputs import from_json
 from bouncing_disk_ros.topics import TOPICS
 
 _REPORTED = (
@@ -29,7 +30,6 @@ _REPORTED = (
     ("real time", "lateness p99 (s)"),
     ("real time", "lateness max (s)"),
     ("energy", "residual / throughput"),
-    ("inputs", "accepted"),
 )
 """Task and key of each field of `Health` behind its stamp."""
 
@@ -46,6 +46,7 @@ class Watcher(Node):
         for topic, kind, callback in (
             ("platform/motion", JointTrajectory, self._on_motion),
             ("disk/phase", String, self._on_phase),
+            ("disk/inputs", String, self._on_input),
             ("disk/impacts", PointCloud2, self._on_impacts),
             ("disk/rotor_speed", TwistStamped, self._on_speed),
             ("joint_states", JointState, self._on_joints),
@@ -69,6 +70,9 @@ class Watcher(Node):
 
     def _on_phase(self, msg: String) -> None:
         self.phase = msg.data
+
+    def _on_input(self, msg: String) -> None:
+        self.record.inputs += from_json(msg.data)["kind"] not in ("snapshot", "pause")
 
     def _on_impacts(self, cloud: PointCloud2) -> None:
         rows = impacts_from_msg(cloud)

@@ -1,0 +1,185 @@
+"""`perform` and `echo_impacts` with a simulator in another process, over DDS."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.analysis.impact_text import csv_heading
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.ros.conversions import msg_to_motion
+from support.processes import Process, Starter, environment
+from support.ros_peer import Peer
+
+RUNNING = r"running at"
+
+
+@pytest.fixture
+def simulator(start: Starter) -> Process:
+    """A simulator on the period-1 orbit of the preset, running."""
+    process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    process.wait_for(RUNNING)
+    return process
+
+
+@pytest.fixture
+def programme(tmp_path: Path) -> Path:
+    """A short programme with an alignment."""
+    file = tmp_path / "short.yaml"
+    file.write_text(
+        "description: a short one\n"
+        "align: {time: 0.6, forcing_phase: 2.0}\n"
+        "points:\n"
+        "  - {time: 0.4, axial_amplitude: 0.035}\n"
+        "  - {time: 0.8, axial_amplitude: 0.03}\n"
+    )
+    return file
+
+
+@pytest.fixture
+def peer(ros_domain: int) -> Iterator[Peer]:
+    peer = Peer()
+    yield peer
+    peer.close()
+
+
+def test_a_programme_is_carried_out(
+    start: Starter, simulator: Process, programme: Path, peer: Peer
+) -> None:
+    peer.spin_until(lambda: peer.heard["platform/motion"])
+    process = start("perform", str(programme))
+    peer.spin_until(lambda: not process.running)  # latched at depth 1: to be taken as they come
+    assert process.wait() == 0, process.output
+    assert "short: a short one" in process.stdout
+    assert "short: in force" in process.stdout
+    motions = [msg_to_motion(msg) for msg in peer.heard["platform/motion"]]
+    fades = [motion for motion in motions if motion.begin_ns < motion.end_ns]
+    first, second = fades[-2:]
+    assert (first.target.axial_amplitude, second.target.axial_amplitude) == (0.035, 0.03)
+    # the points are 0.4 s apart to the nanosecond; simulated_time is a float64 of seconds
+    assert second.end_ns - first.end_ns == pytest.approx(400_000_000, abs=2)
+    # 0.2 s after the first point, at 3 Hz, the forcing phase is 2.0 rad
+    period = 2 * np.pi
+    at_end = first.forcing_phase + period * 3.0 * (first.end_ns - first.begin_ns) / 1e9
+    aligned = (at_end + period * 3.0 * 0.2) % period
+    assert aligned == pytest.approx(2.0, abs=1e-6)
+
+
+def test_slow_motion_is_taken_into_account(start: Starter, programme: Path) -> None:
+    slow = start("simulator", "--ros-args", "-p", "real_time_factor:=0.5")
+    slow.wait_for(RUNNING)
+    code, process = start.finish("perform", str(programme))
+    assert code == 0, process.output
+    assert "takes 1.60 s" in process.stdout
+    assert slow.end() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "line"),
+    [
+        (["spin_upp"], 2, r"^perform: programme: got 'spin_upp', allowed: .*Did you mean spin_up"),
+        ([], 2, r"^perform: programme: got '', allowed: first_toss_to_period_1, single_toss"),
+        (["--ros-args", "-p", "programm:=x"], 2, r"^perform: parameter: .*Did you mean programme"),
+        (["spin_up", "--ros-args", "-p", "lead:=-1.0"], 2, r"^perform: lead: got -1.0, allowed"),
+        (
+            ["spin_up", "--ros-args", "-p", "timeout:=0.5"],
+            1,
+            r"^perform: nobody listens on /platform/command after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(
+    start: Starter, arguments: list[str], code: int, line: str
+) -> None:
+    found, process = start.finish("perform", *arguments)
+    assert found == code, process.output
+    assert process.stdout == ""
+    assert len(process.stderr.splitlines()) == 1
+    assert re.search(line, process.stderr)
+
+
+def test_a_paused_simulator_is_named(start: Starter) -> None:
+    paused = start("simulator", "--ros-args", "-p", "start_paused:=true")
+    paused.wait_for(r"paused at|start_paused|active|at 0\.0")
+    code, process = start.finish("perform", "spin_up")
+    assert code == 1
+    assert "perform: the simulator is paused: resume it first" in process.stderr
+
+
+def test_a_free_running_simulator_is_named(start: Starter) -> None:
+    free = start("simulator", "--ros-args", "-p", "real_time_factor:=0.0")
+    free.wait_for(RUNNING)
+    code, process = start.finish("perform", "spin_up")
+    assert code == 1
+    assert "perform: the simulator runs as fast as it can" in process.stderr
+
+
+def test_perform_is_interrupted(start: Starter, simulator: Process) -> None:
+    process = start("perform", "spin_up")
+    process.wait_for(r"^sent:")
+    assert process.end(signal.SIGINT) == 130
+    assert "Traceback" not in process.output
+
+
+def test_echo_impacts_counts_rows(start: Starter, simulator: Process) -> None:
+    code, process = start.finish("echo_impacts", "--ros-args", "-p", "count:=4")
+    assert code == 0, process.output
+    heading, units, *rows = process.stdout.splitlines()
+    assert heading.split()[:4] == ["index", "time", "cycles", "τ/2π"]
+    assert units.split()[0] == "s"
+    assert len(rows) == 4
+    indices = [int(row.split()[0]) for row in rows]
+    assert np.all(np.diff(indices) == 1)
+    assert all(row.split()[3] == "0.11724" for row in rows)  # τ_imp/2π of Γ = 0.45
+
+
+def test_echo_impacts_once_as_csv(start: Starter, simulator: Process) -> None:
+    code, process = start.finish(
+        "echo_impacts", "--ros-args", "-p", "once:=true", "-p", "csv:=true"
+    )
+    assert code == 0, process.output
+    assert process.stdout.splitlines()[0] == csv_heading()
+    (row,) = csv.DictReader(io.StringIO(process.stdout))
+    assert list(row) == list(IMPACT_DTYPE.names or ())
+    assert float(row["axial_impact_velocity"]) == pytest.approx(-20.0 / 9.0, rel=1e-9)
+
+
+def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
+    """The reader goes away after two lines: no traceback, no complaint."""
+    script = (
+        f"{sys.executable} -m bouncing_disk_ros echo_impacts | head -2; echo ${{PIPESTATUS[0]}}"
+    )
+    done = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, timeout=60, env=environment()
+    )
+    assert done.stderr == ""
+    assert done.stdout.splitlines()[0].split()[0] == "index"
+    assert done.stdout.splitlines()[2:] == ["0"]
+
+
+def test_echo_impacts_waits_and_says_for_what(start: Starter) -> None:
+    process = start("echo_impacts")
+    process.wait_for(
+        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: nobody publishes it"
+    )
+    assert process.end(signal.SIGINT) == 0
+    code, process = start.finish("echo_impacts", "--ros-args", "-p", "timeout:=0.5")
+    assert code == 1
+    assert process.stderr == "echo_impacts: no impact on /disk/impacts for 0.5 s\n"
+
+
+@pytest.mark.parametrize("name", ["perform", "echo_impacts", "demo"])
+def test_help_needs_no_ros_graph(start: Starter, name: str) -> None:
+    code, process = start.finish(name, "--help")
+    assert code == 0
+    assert process.stdout.startswith(f"usage: {name}")
+    assert "parameters (--ros-args -p NAME:=VALUE):" in process.stdout
