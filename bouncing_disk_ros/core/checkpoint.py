@@ -5,6 +5,7 @@ Floats go through Python's shortest round-trip form, so JSON keeps them exactly.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,12 @@ from numpy.typing import NDArray
 
 FORMAT = 1
 """Version of the checkpoint's layout; another one is refused."""
+
+
+def check_format(snapshot: Mapping[str, Any]) -> None:
+    """Raise ValueError for a checkpoint of another format."""
+    if snapshot.get("format") != FORMAT:
+        raise ValueError(f"checkpoint format {snapshot.get('format')!r}: allowed {FORMAT}")
 
 
 def plain(record: NDArray[np.void]) -> dict[str, Any]:

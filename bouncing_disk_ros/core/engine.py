@@ -48,6 +48,13 @@ def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
     return k
 
 
+def joined(parts: Rows) -> NDArray[np.void]:
+    """One array of all rows; np.concatenate would drop the padding that the layout has."""
+    if len(parts) == 1:
+        return parts[0]
+    return np.frombuffer(bytearray(b"".join(p.tobytes() for p in parts)), IMPACT_DTYPE)
+
+
 class Engine:
     """State, motion in force, disk, energy books and the open row of the impact log."""
 

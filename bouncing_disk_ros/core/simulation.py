@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, platform
-from bouncing_disk_ros.core.engine import Engine, Rows
+from bouncing_disk_ros.core.engine import Engine, Rows, joined
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -21,15 +21,6 @@ from bouncing_disk_ros.core.model import (
     Sample,
 )
 from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
-
-_NEVER = int(NEVER)
-
-
-def _joined(parts: Rows) -> NDArray[np.void]:
-    """One array of all rows; np.concatenate would drop the padding that the layout has."""
-    if len(parts) == 1:
-        return parts[0]
-    return np.frombuffer(bytearray(b"".join(p.tobytes() for p in parts)), IMPACT_DTYPE)
 
 
 class Simulation:
@@ -80,9 +71,8 @@ class Simulation:
     def motion_in_force(self) -> MotionInForce:
         """The cross-fade in progress, or the steady motion with the instant it was reached."""
         m = self._engine.m[0]
-        begin = int(m["begin_ns"])
+        begin, cycles, tau = int(m["begin_ns"]), int(m["cycles"]), float(m["tau"])
         end = int(m["end_ns"]) if self._engine.fading else begin
-        cycles, tau = int(m["cycles"]), float(m["tau"])
         return MotionInForce(begin, end, self._start, self._target, cycles, tau)
 
     @property
@@ -136,7 +126,7 @@ class Simulation:
             if target < boundary:
                 break
             self._act(parts)
-        return _joined(parts), behind
+        return joined(parts), behind
 
     def _boundary_ns(self) -> int:
         """The next instant at which a kick acts or a cross-fade begins or ends."""
@@ -145,7 +135,7 @@ class Simulation:
             instants.append(int(self._engine.m["end_ns"][0]))
         elif self._pending:
             instants.append(self._pending[0].begin_ns)
-        return min(instants, default=_NEVER)
+        return min(instants, default=int(NEVER))
 
     def _act(self, parts: Rows) -> None:
         """What is due at time_ns: the motion first, then kicks in order of arrival (rule 10)."""
@@ -244,9 +234,7 @@ class Simulation:
     @classmethod
     def restore(cls, snapshot: Mapping[str, Any]) -> Self:
         """Continue from a snapshot; ValueError if it is of another format."""
-        if snapshot.get("format") != checkpoint.FORMAT:
-            given = snapshot.get("format")
-            raise ValueError(f"checkpoint format {given!r}: allowed {checkpoint.FORMAT}")
+        checkpoint.check_format(snapshot)
         run = cls(
             Motion(*snapshot["initial_motion"]),
             Disk(*snapshot["disk"]),
