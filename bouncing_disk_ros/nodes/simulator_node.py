@@ -90,9 +90,7 @@ class SimulatorNode(LifecycleNode):
             self._error = error
             self.get_logger().error(error.line)
             return FAILURE
-        return self._transition(
-            lambda: setattr(self, "run", Run(self, self._values, self._stopping)), state
-        )
+        return self._transition(self._make_run, state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Move, or stay paused when that was asked."""
