@@ -79,13 +79,12 @@ class Performer(Node):
     def _find(self, stop: Stop) -> None:
         """Wait for a simulator that listens and shows its motion."""
         topic = self._publisher.topic_name
-        ready = wait_for(
-            self,
-            stop,
-            lambda: self._publisher.get_subscription_count() and self._motion and self._phase,
-            self._timeout,
-        )
-        if ready or stop.asked:
+
+        def ready() -> bool:
+            heard = self._motion is not None and self._phase and self.get_clock().now().nanoseconds
+            return bool(heard and self._publisher.get_subscription_count())
+
+        if wait_for(self, stop, ready, self._timeout) or stop.asked:
             return
         if self._publisher.get_subscription_count():
             raise FailedError(
@@ -100,19 +99,32 @@ class Performer(Node):
     def _settings(self, stop: Stop) -> dict[str, Value]:
         """What the simulator says about its time; the defaults when it does not answer."""
         settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False), strict=True))
-        found = self.get_publishers_info_by_topic(self.resolve_topic_name("platform/motion"))
-        if not found:
-            return settings
-        name = f"{found[0].node_namespace.rstrip('/')}/{found[0].node_name}"
-        client = self.create_client(GetParameters, f"{name}/get_parameters")
-        if wait_for(self, stop, client.service_is_ready, PATIENCE):
-            future = client.call_async(GetParameters.Request(names=list(ASKED)))
-            if wait_for(self, stop, future.done, PATIENCE):
-                values = [parameter_value_to_python(value) for value in future.result().values]
-                return dict(zip(ASKED, values, strict=True))
+        wait_for(self, stop, self._simulator, PATIENCE)
+        name = self._simulator() or "the simulator"
+        if name.startswith("/") and not stop.asked:
+            answer = self._parameters_of(name, stop)
+            if answer is not None:
+                return dict(zip(ASKED, answer, strict=True))
         if not stop.asked:
             self.get_logger().warning(f"{name} does not tell its parameters: taking real time")
         return settings
+
+    def _simulator(self) -> str:
+        """Full name of the node that publishes platform/motion; empty until it is known."""
+        for found in self.get_publishers_info_by_topic(self.resolve_topic_name("platform/motion")):
+            if not found.node_name.startswith("_NODE_NAME_UNKNOWN"):
+                return f"{found.node_namespace.rstrip('/')}/{found.node_name}"
+        return ""
+
+    def _parameters_of(self, name: str, stop: Stop) -> list[Value] | None:
+        """The values of the parameters ASKED of a node; None when it does not answer."""
+        client = self.create_client(GetParameters, f"{name}/get_parameters")
+        if not wait_for(self, stop, client.service_is_ready, PATIENCE):
+            return None
+        future = client.call_async(GetParameters.Request(names=list(ASKED)))
+        if not wait_for(self, stop, future.done, PATIENCE):
+            return None
+        return [parameter_value_to_python(value) for value in future.result().values]
 
     def _refuse_unsuitable(self, settings: Mapping[str, Value]) -> None:
         """Situations in which no stamp could be right."""

@@ -74,10 +74,19 @@ def test_a_programme_is_carried_out(
     assert aligned == pytest.approx(2.0, abs=1e-6)
 
 
-def test_slow_motion_is_taken_into_account(start: Starter, programme: Path) -> None:
-    slow = start("simulator", "--ros-args", "-p", "real_time_factor:=0.5")
+@pytest.mark.parametrize("clock", [False, True], ids=["wall clock", "published clock"])
+def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, clock: bool) -> None:
+    published = ["-p", "publish_clock:=true"] if clock else []
+    slow = start("simulator", "--ros-args", "-p", "real_time_factor:=0.5", *published)
     slow.wait_for(RUNNING)
-    code, process = start.finish("perform", str(programme))
+    if clock:
+        code, process = start.finish("perform", str(programme))
+        assert code == 1
+        assert "perform: the simulator publishes /clock: add --ros-args -p use_sim_time" in (
+            process.stderr
+        )
+    follow = ["--ros-args", "-p", "use_sim_time:=true"] if clock else []
+    code, process = start.finish("perform", str(programme), *follow)
     assert code == 0, process.output
     assert "takes 1.60 s" in process.stdout
     assert slow.end() == 0
