@@ -6,6 +6,7 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
 from bouncing_disk_ros.core.clock import elapsed
+from bouncing_disk_ros.core.contact import slip_out_sign
 from bouncing_disk_ros.core.energy import Books, book_axial, book_sliding, book_sticking
 from bouncing_disk_ros.core.flight import gap_after, never_leaves
 from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STEADY, STICKING, UNKNOWN
@@ -107,6 +108,23 @@ def settle(state: Record, motion: Record, disk: Record) -> None:
         return
     state.phase = SLIDING
     if slip == 0.0:
-        state.slip_sign = -1.0 if rho > 0.0 else 1.0
+        state.slip_sign = slip_out_sign(rho)
     else:
         state.slip_sign = 1.0 if slip > 0.0 else -1.0
+
+
+@kernel
+def stick_or_reverse(state: Record, motion: Record, disk: Record) -> None:
+    """Where a slip has reached w_T = 0: stick, or slip the other way (rule 4).
+
+    Only sticking takes over the platform's velocity: its rounding is that of ωΦ, not of the disk's.
+    """
+    since = elapsed(motion, state.ns, state.sub)
+    _, _, s2, _, _ = axial_jet(motion, state.sine, state.cosine, since)
+    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
+    rho = b2 + disk.lag
+    if abs(rho) <= disk.grip * (disk.g + s2):
+        state.phase = STICKING
+        state.omega = b1
+    else:
+        state.slip_sign = slip_out_sign(rho)

@@ -201,6 +201,6 @@ def _periods_without_root(motion: Record, disk: Record, sign: float, start: floa
 
 
 @kernel
-def contact_torque_sign(rho: float) -> float:
+def slip_out_sign(rho: float) -> float:
     """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
     return -1.0 if rho > 0.0 else 1.0

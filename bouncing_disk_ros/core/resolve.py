@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel
-from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, turn
+from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, stick_or_reverse, turn
 from bouncing_disk_ros.core.clock import elapsed
 from bouncing_disk_ros.core.energy import Books, book, book_impact
 from bouncing_disk_ros.core.flight import gap_after
@@ -56,9 +56,7 @@ def resolve(
         state.phase = SLIDING
         state.slip_sign = value
     elif kind == SLIP_ENDS:
-        since = elapsed(motion, state.ns, state.sub)
-        state.omega = angular_jet(motion, state.sine, state.cosine, since)[1]
-        settle(state, motion, disk)
+        stick_or_reverse(state, motion, disk)
     return n
 
 
