@@ -135,6 +135,15 @@ def test_any_two_errors_up_to_a_tenth_of_a_second_are_forgiven() -> None:
     assert all(succeeds(pair) for pair in errors)
 
 
+def test_amplitude_errors_forgiven() -> None:
+    """From 10 % too small to 29 % too large (measured at 0.5 %: −10.5 % and +29.5 %)."""
+    disk, _ = disk_and_motion()
+    (at, toss), change = commands()
+    for percent in range(-10, 30):
+        wrong = toss._replace(axial_amplitude=toss.axial_amplitude * (1.0 + percent / 100.0))
+        assert lands([(at, wrong), change], disk, phase_at_start()), percent
+
+
 def test_the_search_finds_this_toss() -> None:
     disk, final = disk_and_motion()
     best, *others = search(final, disk, [0.069, 0.080], steps=32)

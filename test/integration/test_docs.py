@@ -1,0 +1,168 @@
+"""What README and tutorial tell users to type: parameters, topics and messages exist, code runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.executables import EXECUTABLES
+from bouncing_disk_ros.nodes import demo, echo_impacts, perform
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.programmes import load_programme, parse_programme
+from bouncing_disk_ros.topics import SERVICES, TOPICS
+from support.processes import environment
+from support.ros_peer import message_type
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
+PAGES = {path.name: path.read_text("utf-8") for path in FILES}
+TABLES = {
+    "simulator": parameters.TABLE,
+    "perform": perform.OPTIONS,
+    "echo_impacts": echo_impacts.OPTIONS,
+    "demo": demo.OPTIONS,
+}
+
+
+def commands() -> list[str]:
+    """Every ros2 command in code blocks and in code spans."""
+    found = []
+    for text in PAGES.values():
+        blocks = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
+        spans = re.findall(r"`(ros2 [^`]+)`", text)
+        found += [line for line in [*blocks.splitlines(), *spans] if line.startswith("ros2 ")]
+    general = ("…", " NAME", " name value")
+    whole = {line for line in found if not any(word in line for word in general)}
+    return sorted(whole - {"ros2 topic pub --once"})
+
+
+def blocks(kind: str) -> list[tuple[str, str]]:
+    return [
+        (page, block)
+        for page, text in PAGES.items()
+        for block in re.findall(rf"```{kind}\n(.*?)```", text, re.DOTALL)
+    ]
+
+
+def fill(message: Any, values: dict[str, Any]) -> None:
+    """As `ros2 topic pub` fills a message; unknown names are AttributeErrors."""
+    for name, value in values.items():
+        field = getattr(message, name)
+        if isinstance(value, dict):
+            fill(field, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            kind = message.get_fields_and_field_types()[name].removeprefix("sequence<").rstrip(">")
+            package, short = kind.split("/")
+            items = [message_type(f"{package}/msg/{short}")() for _ in value]
+            for item, content in zip(items, value, strict=True):
+                fill(item, content)
+            setattr(message, name, items)
+        else:
+            setattr(message, name, type(field)(value) if isinstance(field, float) else value)
+
+
+def check_run(name: str, *rest: str) -> None:
+    assert name in EXECUTABLES
+    for given in re.findall(r"-p (\S+)", " ".join(rest)):
+        key, value = given.split(":=")
+        if key != "use_sim_time":
+            TABLES[name][key].checked(yaml.safe_load(value))
+        if key == "preset":
+            load_preset(value)
+    if name == "perform" and rest and rest[0] not in ("--ros-args", "./mine.yaml"):
+        load_programme(rest[0])
+
+
+def check_publication(topic: str, kind: str, content: str) -> None:
+    assert TOPICS[topic.removeprefix("/")].type == kind
+    fill(message_type(kind)(), yaml.safe_load(content))
+
+
+def check_call(service: str, kind: str, content: str = "{}") -> None:
+    assert SERVICES[service.replace("/bouncing_disk", "~")].type == kind
+    fill(message_type(kind).Request(), yaml.safe_load(content))
+
+
+def check_setting(node: str, name: str, value: str) -> None:
+    assert node == "/bouncing_disk"
+    assert not parameters.TABLE[name].read_only
+    parameters.TABLE[name].checked(yaml.safe_load(value))
+
+
+def check_launch(package: str, file: str, *arguments: str) -> None:
+    assert package == "bouncing_disk_ros"
+    text = (ROOT / "launch" / file).read_text("utf-8")
+    assert all(f'"{argument.split(":=")[0]}"' in text for argument in arguments)
+
+
+def check_topic(*words: str) -> None:
+    assert words[-1] == "/diagnostics" or words[-1].removeprefix("/") in TOPICS
+
+
+KINDS: dict[tuple[str, ...], Callable[..., None]] = {
+    ("run", "bouncing_disk_ros"): check_run,
+    ("topic", "pub", "--once"): check_publication,
+    ("topic", "echo"): check_topic,
+    ("topic", "info"): check_topic,
+    ("service", "call"): check_call,
+    ("param", "set"): check_setting,
+    ("launch",): check_launch,
+    ("node", "list"): lambda: None,
+    ("topic", "list"): lambda: None,
+}
+
+
+@pytest.mark.parametrize("command", commands())
+def test_commands_name_what_exists(command: str) -> None:
+    words = [word for word in shlex.split(command, comments=True)[1:] if word != ">"]
+    kind = next(kind for kind in KINDS if tuple(words[: len(kind)]) == kind)
+    KINDS[kind](*words[len(kind) :])
+
+
+@pytest.mark.parametrize(("page", "block"), blocks("python"))
+def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
+    if "cloud" in block and "stepped_simulator" not in block:
+        pytest.skip("a fragment of a callback")
+    file = tmp_path / "test_block.py"
+    file.write_text(block, "utf-8")
+    runner = ["-m", "pytest", "-q", "-p", "no:cacheprovider"] if "def test_" in block else []
+    if runner and os.environ.get("PYTHONPATH"):  # the tree itself, not installed: no entry point
+        runner += ["-p", "bouncing_disk_ros.testing"]
+    done = subprocess.run(
+        [sys.executable, *runner, str(file)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        env=environment(),
+    )
+    assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize(("page", "block"), blocks("yaml"))
+def test_programmes_are_sound(page: str, block: str) -> None:
+    parse_programme(page, yaml.safe_load(block))
+
+
+@pytest.mark.parametrize("page", sorted(PAGES))
+def test_links_lead_somewhere(page: str) -> None:
+    folder = ROOT if page == "README.md" else ROOT / "docs"
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", PAGES[page]):
+        if not target.startswith("http"):
+            assert (folder / target).exists(), target
+
+
+def test_topic_table_of_the_readme_is_complete() -> None:
+    text = PAGES["README.md"]
+    for name in TOPICS:
+        assert name in text or f"…/{name.split('/')[-1]}" in text, name
