@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
@@ -21,7 +23,6 @@ from bouncing_disk_ros.ros.conversions import (
 )
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.inputs import from_json
 from bouncing_disk_ros.topics import TOPICS
 
 _REPORTED = (
@@ -72,7 +73,8 @@ class Watcher(Node):
         self.phase = msg.data
 
     def _on_input(self, msg: String) -> None:
-        self.record.inputs += from_json(msg.data)["kind"] not in ("snapshot", "pause")
+        # run.inputs would read it too, but loads the core: kernels compiled twice at a cold start
+        self.record.inputs += json.loads(msg.data)["kind"] not in ("snapshot", "pause")
 
     def _on_impacts(self, cloud: PointCloud2) -> None:
         rows = impacts_from_msg(cloud)
