@@ -15,7 +15,7 @@ watch both over DDS, and show the result: a summary and a picture. Ctrl-C ends a
 _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
 
 _SPECS = (
-    Spec("duration", 20.0, "s", "end when this much has been simulated", low=3.0, high=3600.0),
+    Spec("duration", 18.0, "s", "end so long after the programme has begun", low=3.0, high=3600.0),
     Spec("picture", "output/demo.png", "", "file for the picture (png, pdf, svg)"),
 )
 OPTIONS = {spec.name: spec for spec in _SPECS}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -33,8 +34,8 @@ AT_REST = {
 """The preset starts on its orbit; the story starts at rest, at the lowest point."""
 START_SECONDS = 120.0
 """Patience with the start: the first one compiles the kernels."""
-SETTLING_SECONDS = 15.0
-"""In a run this long the orbit must have been found."""
+SETTLING_SECONDS = 12.0
+"""So long after the programme's beginning the orbit must have been found."""
 FORMATS = (".png", ".pdf", ".svg")
 
 
@@ -90,7 +91,9 @@ class Show(Watcher):
 
     def _is_over(self) -> bool:
         broken = self._simulator.code is not None or self._performer.code not in (None, 0)
-        return broken or self.time >= self._duration
+        fades = (motion for motion in self.record.motions if motion.begin_ns < motion.end_ns)
+        begin = next((motion.begin_ns / NS for motion in fades), math.inf)
+        return broken or self.time >= begin + self._duration
 
     def _check_children(self, expected: bool) -> None:
         for child, unwell in (
