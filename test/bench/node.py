@@ -1,0 +1,145 @@
+"""The simulator as a process: from its start to the first state, lateness of its ticks, its CPU."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import psutil
+import rclpy
+from bench.table import Aim, Row, row
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
+
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.topics import TOPICS
+from support.processes import Process, Starter
+from support.ros_peer import Peer
+
+CACHED_STARTS = 7
+UNCACHED_STARTS = 2
+PATIENCE = 180.0  # s, an uncached start on a loaded machine
+RATES = (100.0, 500.0, 1000.0)  # Hz
+SECONDS = 5  # reports of /diagnostics, one a second, at each rate
+PRESET = "preset:=pizza_multiple_toss"
+
+
+class FirstMessages:
+    """A node that waits for a simulator and notes when it published and when it was heard."""
+
+    def __init__(self) -> None:
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node("waiter", context=self._context, use_global_arguments=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self.published_ns = 0  # the latched motion, by the clock of its writer
+        self.heard_ns = 0  # the first joint state, by the same clock
+        kinds = (
+            (JointTrajectory, "platform/motion", self._on_motion),
+            (
+                JointState,
+                "joint_states",
+                self._on_state,
+            ),
+        )
+        for kind, name, callback in kinds:
+            self._node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+
+    def _on_motion(self, _: JointTrajectory, info: Any) -> None:
+        self.published_ns = self.published_ns or info["source_timestamp"]
+
+    def _on_state(self, _: JointState) -> None:
+        self.heard_ns = self.heard_ns or time.time_ns()
+
+    def wait(self) -> None:
+        """Until both are known."""
+        end = time.monotonic() + PATIENCE
+        while not (self.published_ns and self.heard_ns):
+            assert time.monotonic() < end, f"no state of the simulator within {PATIENCE:g} s"
+            self._executor.spin_once(timeout_sec=0.01)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def end(process: Process) -> None:
+    """End a simulator and insist that it ended well."""
+    assert process.end(signal.SIGINT) == 0, process.output
+
+
+def one_start(start: Starter, cache: Path | None) -> tuple[float, float]:
+    """Seconds from the start of the process to its first publication, and to a state heard."""
+    waiter = FirstMessages()
+    try:
+        begin = time.time_ns()
+        env = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
+        process = start("simulator", "--ros-args", "-p", PRESET, env=env)
+        waiter.wait()
+        end(process)
+    finally:
+        waiter.close()
+    return (waiter.published_ns - begin) * 1e-9, (waiter.heard_ns - begin) * 1e-9
+
+
+def measure_starts(start: Starter, fresh: Callable[[], Path]) -> list[Row]:
+    """Cold starts with the kernels cached, and with a new and empty cache folder each."""
+    one_start(start, None)  # fills the cache, if it is empty
+    rows = []
+    for what, count, aim in (
+        ("cached", CACHED_STARTS, Aim(at_most=1.0)),
+        ("uncached", UNCACHED_STARTS, None),
+    ):
+        found = [one_start(start, fresh() if what == "uncached" else None) for _ in range(count)]
+        published, heard = zip(*found, strict=True)
+        rows.append(row("cold start", f"{what}, to the first publication", "s", published, aim))
+        rows.append(row("cold start", f"{what}, to the first state heard by a peer", "s", heard))
+    return rows
+
+
+def at_rate(start: Starter, rate: float) -> list[Row]:
+    """Lateness and CPU at one state rate, with one subscriber on the other side."""
+    topics = {name for name in TOPICS if name not in ("joint_states", "/diagnostics")}
+    peer = Peer(without=tuple(topics))
+    process = start("simulator", "--ros-args", "-p", PRESET, "-p", f"state_rate:={rate}")
+    try:
+        for _ in range(2):  # the first second holds the start
+            peer.next_diagnostics()
+        watched = psutil.Process(process.pid)
+        before, begin = watched.cpu_times(), time.monotonic()
+        states, reports = len(peer.heard["joint_states"]), []
+        for _ in range(SECONDS):
+            peer.next_diagnostics()
+            reports.append(peer.diagnostic("real time")[2])
+        after, elapsed = watched.cpu_times(), time.monotonic() - begin
+        states = len(peer.heard["joint_states"]) - states
+    finally:
+        peer.close()
+    end(process)
+    used = sum(after[:2]) - sum(before[:2])
+    rows = []
+    for key in ("p50", "p99", "max"):
+        values = [float(report[f"lateness {key} (s)"]) * 1e3 for report in reports]
+        aim = Aim(at_most=1.0) if key == "p99" and rate == 1000.0 else None
+        rows.append(row("lateness", f"{key} of each second, {rate:g} Hz", "ms", values, aim))
+    reached = median(float(report["real_time_factor reached"]) for report in reports)
+    rows += [
+        row("CPU", f"of one core, {rate:g} Hz", "%", [100.0 * used / elapsed]),
+        row("CPU", f"states heard in a second, {rate:g} Hz", "1/s", [states / elapsed]),
+        row("CPU", f"real-time factor reached, {rate:g} Hz", "1", [reached]),
+    ]
+    return rows
+
+
+def measure_rates(start: Starter) -> list[Row]:
+    """All rates in turn."""
+    return [found for rate in RATES for found in at_rate(start, rate)]

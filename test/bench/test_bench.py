@@ -1,0 +1,34 @@
+"""`make bench`: measure everything in one run, print one table, write output/bench.json.
+
+Only agreement and clean ends are asserted. Whether an aim is met says the table: the figures are
+those of the machine, and of what else it did meanwhile.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from pathlib import Path
+
+import pytest
+from bench import ceiling, node, per_impact
+from bench.table import table, write
+
+from support.processes import Starter
+
+OUTPUT = Path(__file__).resolve().parents[2] / "output" / "bench.json"
+
+
+@pytest.mark.bench
+@pytest.mark.timeout(600)
+def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    load = os.getloadavg()[0]
+    folders = (tmp_path / f"cache-{i}" for i in itertools.count())
+    rows = node.measure_starts(start, lambda: next(folders))
+    rows += node.measure_rates(start)
+    rows += ceiling.measure()
+    per, notes = per_impact.measure(tmp_path)
+    rows += per
+    write(OUTPUT, rows, notes, load)
+    with capsys.disabled():
+        print(f"\n{table(rows)}\n" + "\n".join(notes) + f"\nwritten: {OUTPUT}")
