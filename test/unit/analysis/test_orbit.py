@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -108,6 +108,7 @@ def test_noise_beyond_the_tolerance_is_not_called_periodic(
     shift[-5] = noise * (1.0 if seed % 2 else -1.0)
     rows["forcing_phase"] = np.clip(rows["forcing_phase"] + shift, 0.0, math.tau)
     moved = abs(float(rows["forcing_phase"][-5] - phase))
+    assume(abs(moved - 1e-3) > 1e-14)  # at the tolerance itself rounding of 6 rad decides
     assert orbit_of(rows, tolerance=1e-3).is_period_one == (moved <= 1e-3)
 
 
