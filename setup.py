@@ -43,13 +43,23 @@ setup(
     data_files=data_files(),
     zip_safe=False,
     python_requires=">=3.11",
-    install_requires=["PyYAML", "matplotlib", "mcap", "numba", "numpy"],
+    install_requires=[
+        "PyYAML",
+        "lz4",  # chunks of bags, with mcap
+        "matplotlib",
+        "mcap",
+        "numba",
+        "numpy",
+        "rosbags",  # decodes messages by the definitions in a bag
+        "zstandard",  # chunks of bags, with mcap
+    ],
     extras_require={
         # ROS 2 Jazzy as wheels, for a machine without ROS; a ROS machine has these from apt and
         # must not ask for them. Always ros-jazzy-*: ros-* carries other distributions' versions.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "hypothesis",
+            "mcap-ros2-support",  # reads our bags, as a tool that is not ours
             "mpmath",
             "psutil",
             "pytest",

@@ -10,6 +10,7 @@ The rooms, from the top; imports point down only:
 | `plots` | results in, figures out | `analysis`, `core` |
 | `run` | one run without ROS: clocks, rulings on commands, the record of inputs | `core` |
 | `analysis` | arrays in, results out | `core` |
+| `bag` | bytes and messages, never physics: write, read and mend bags | mcap, rosbags |
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
 
 Beside them the tables that every room but `core` may read: `parameters`, `topics`, `errors`,

@@ -38,7 +38,7 @@ LIBRARIES = {
     "analysis": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
     "plots": {"numpy", "matplotlib"},
-    "bag": {"numpy", "mcap", "yaml"},
+    "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "ros": {"numpy", "rclpy", "ament_index_python", "messages"},
     "nodes": {"numpy", "yaml", "matplotlib", "rclpy", "ament_index_python", "messages"},
     "testing": {"numpy", "pytest", "rclpy", "messages"},

@@ -1,0 +1,246 @@
+"""Read a bag: a folder made here or by `ros2 bag record`, or a single .mcap file, whole or not.
+
+    with bag.open("run_1") as run:
+        impacts = run.rows("/disk/impacts")              # one structured array
+        states = run.columns("/joint_states", ["header.stamp", "position"])
+        for message in run.messages(["/disk/inputs"]): ...
+
+Everything read is checked by its checksum; damage raises `BagError`.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.bag import decode
+from bouncing_disk_ros.bag.chunks import messages
+from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
+from bouncing_disk_ros.bag.locate import files_of
+from bouncing_disk_ros.bag.metadata import qos_from_text
+from bouncing_disk_ros.bag.source import Block, Source
+from bouncing_disk_ros.bag.topic import Message, Topic
+from bouncing_disk_ros.errors import InputError, closest
+
+
+class Bag:
+    """An open bag. `remarks` say what is missing or damaged; `complete` is whether there are none.
+
+    `notes` are what the recorder noted (version, losses); empty for bags of other programs.
+    Times are those of reception in ns since 1970; ranges include `start_ns`, not `end_ns`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        found = files_of(Path(path))
+        self.path, self.remarks = Path(path), list(found.remarks)
+        self._sources = [Source(file) for file in found.files]
+        self.remarks += [remark for source in self._sources for remark in source.remarks]
+        self.topics: dict[str, Topic] = {}
+        for source in self._sources:
+            self._add_topics(source)
+        self._decoders: dict[str, Callable[[bytes], Any]] = {}
+        self.notes = self._notes()
+        version = int(self.notes.get(FORMAT_KEY, 0))
+        if version > FORMAT_VERSION:
+            hint = "It was made by a newer version of this package: update it."
+            raise InputError("bag format", version, f"1 to {FORMAT_VERSION}", hint)
+
+    def _add_topics(self, source: Source) -> None:
+        for number, channel in source.channels.items():
+            schema = source.schemas.get(channel.schema_id)
+            name = schema.name if schema else ""
+            topic = self.topics.setdefault(channel.topic, Topic(channel.topic, name))
+            topic.count += source.counts[number]
+            topic.qos = topic.qos or qos_from_text(channel.metadata.get("offered_qos_profiles", ""))
+            topic.type_hash = topic.type_hash or channel.metadata.get("topic_type_hash", "")
+            if schema:
+                topic.definition, topic.encoding = schema.data.decode(), schema.encoding
+
+    def _notes(self) -> dict[str, str]:
+        notes: dict[str, str] = {}
+        for source in self._sources:
+            for record in source.metadata():
+                if record.name == NOTE:
+                    notes.update(checked(record.metadata))
+        return notes
+
+    # --- info -------------------------------------------------------------------------------------
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is missing or damaged, as far as opening shows."""
+        return not self.remarks
+
+    @property
+    def message_count(self) -> int:
+        """Messages of all topics."""
+        return sum(topic.count for topic in self.topics.values())
+
+    @property
+    def start_ns(self) -> int:
+        """Time of the first reception; 0 without messages."""
+        return min((block.start_ns for _, block in self._blocks()), default=0)
+
+    @property
+    def end_ns(self) -> int:
+        """Time of the last reception; 0 without messages."""
+        return max((block.end_ns for _, block in self._blocks()), default=0)
+
+    @property
+    def attachments(self) -> dict[str, bytes]:
+        """Attached files by name (of equal names the last)."""
+        rows = (row for source in self._sources for row in source.attachments())
+        return {row.name: row.data for row in rows}
+
+    def info(self) -> str:
+        """A summary for people."""
+        span = (self.end_ns - self.start_ns) / 1e9
+        files = f"{len(self._sources)} file(s)"
+        lines = [f"{self.path}: {self.message_count} messages in {span:.3f} s, {files}"]
+        width = max((len(name) for name in self.topics), default=0)
+        for name, topic in sorted(self.topics.items()):
+            lines.append(f"  {name:{width}}  {topic.count:8}  {topic.type}")
+        lines += [f"  {key}: {value}" for key, value in self.notes.items()]
+        return "\n".join([*lines, *(f"  ! {remark}" for remark in self.remarks)])
+
+    # --- messages ---------------------------------------------------------------------------------
+    def messages(
+        self,
+        topics: Iterable[str] | str | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> Iterator[Message]:
+        """Messages in the order of reception; memory holds only chunks that overlap in time."""
+        names = self._names(topics)
+        rows = sorted(self._blocks(start_ns, end_ns), key=lambda row: row[1].start_ns)
+        heap: list[tuple[int, int, Message]] = []
+        counter = 0
+        for source, block in rows:
+            while heap and heap[0][0] < block.start_ns:
+                yield heapq.heappop(heap)[2]
+            for message in self._block(source, block, names, start_ns, end_ns):
+                counter += 1
+                heapq.heappush(heap, (message.log_time_ns, counter, message))
+        while heap:
+            yield heapq.heappop(heap)[2]
+
+    def decoded(
+        self,
+        topics: Iterable[str] | str | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> Iterator[tuple[Message, Any]]:
+        """The same with each message decoded: an object with the fields of its type."""
+        for message in self.messages(topics, start_ns, end_ns):
+            yield message, self._decoder(message.topic)(message.data)
+
+    def columns(
+        self,
+        topic: str,
+        fields: Sequence[str] | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """Arrays of one topic by field, in the order of storage.
+
+        Point clouds: one entry for each point, views into the array of `rows`. Other types: dotted
+        names (`twist.angular.z`); times are int64 ns; arrays of one length become 2-D; also
+        `log_time_ns` and `publish_time_ns`. Without `fields`: all.
+        """
+        if self._topic(topic).type == decode.CLOUD:
+            rows = self.rows(topic, start_ns, end_ns)
+            return {name: _field(rows, name) for name in fields or rows.dtype.names or ()}
+        times: dict[str, list[int]] = {"log_time_ns": [], "publish_time_ns": []}
+        read = self._decoder(topic)
+
+        def objects() -> Iterator[Any]:
+            for message in self._stored(topic, start_ns, end_ns):
+                times["log_time_ns"].append(message.log_time_ns)
+                times["publish_time_ns"].append(message.publish_time_ns)
+                yield read(message.data)
+
+        wanted = None if fields is None else [name for name in fields if name not in times]
+        found = decode.gather(objects(), wanted)
+        columns = {**{k: np.array(v, np.int64) for k, v in times.items()}, **found}
+        return columns if fields is None else {name: columns[name] for name in fields}
+
+    def rows(
+        self, topic: str, start_ns: int | None = None, end_ns: int | None = None
+    ) -> NDArray[np.void]:
+        """All points of the clouds of a topic as one structured array, by their own field list."""
+        if (kind := self._topic(topic).type) != decode.CLOUD:
+            raise InputError(f"type of {topic}", kind, decode.CLOUD, "Take `columns` for it.")
+        clouds = decode.CloudRows(self._decoder(topic))
+        for message in self._stored(topic, start_ns, end_ns):
+            clouds.add(message.data)
+        return clouds.array()
+
+    # --- inside -----------------------------------------------------------------------------------
+    def _blocks(
+        self, start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[Source, Block]]:
+        for source in self._sources:
+            for block in source.blocks:
+                early = start_ns is not None and block.end_ns < start_ns
+                if not early and not (end_ns is not None and block.start_ns >= end_ns):
+                    yield source, block
+
+    def _block(
+        self, source: Source, block: Block, names: set[str], start: int | None, end: int | None
+    ) -> Iterator[Message]:
+        topics = {n: c.topic for n, c in source.channels.items() if c.topic in names}
+        low, high = start or 0, 1 << 64 if end is None else end
+        for row in messages(source.read(block), topics):
+            if low <= row.log_time_ns < high:
+                yield Message(
+                    topics[row.channel],
+                    row.log_time_ns,
+                    row.publish_time_ns,
+                    row.sequence,
+                    row.data,
+                )
+
+    def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Message]:
+        for source, block in self._blocks(start, end):
+            yield from self._block(source, block, {topic}, start, end)
+
+    def _names(self, topics: Iterable[str] | str | None) -> set[str]:
+        if topics is None:
+            return set(self.topics)
+        names = [topics] if isinstance(topics, str) else list(topics)
+        return {self._topic(name).name for name in names}
+
+    def _topic(self, name: str) -> Topic:
+        if name not in self.topics:
+            allowed = ", ".join(sorted(self.topics)) or "none: the bag has no topics"
+            raise InputError("topic", name, allowed, closest(name, self.topics))
+        return self.topics[name]
+
+    def _decoder(self, name: str) -> Callable[[bytes], Any]:
+        topic = self._topic(name)
+        if topic.type not in self._decoders:
+            made = decode.decoder(topic.type, topic.definition, topic.encoding)
+            self._decoders[topic.type] = made
+        return self._decoders[topic.type]
+
+    def close(self) -> None:
+        """Let go of the files."""
+        for source in self._sources:
+            source.close()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _field(rows: NDArray[np.void], name: str) -> NDArray[Any]:
+    names = rows.dtype.names or ()
+    if name not in names and len(rows):
+        raise InputError("field", name, ", ".join(names), closest(name, names))
+    return rows[name] if name in names else np.zeros(0)

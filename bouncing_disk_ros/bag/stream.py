@@ -1,0 +1,37 @@
+"""A file to write records to, which knows what stands whole in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bouncing_disk_ros.bag.index import MAGIC, Index
+
+
+class RecordStream:
+    """What mcap's writer writes to: the file, unbuffered, and the index of what is whole in it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = path.open("xb", buffering=0)
+        self.position = 0
+        self.index = Index()
+
+    def write(self, data: bytes) -> None:
+        """Write whole records, or raise OSError; then the index still tells what is whole."""
+        self.write_ending(data)
+        if data != MAGIC:
+            self.index.add(data, self.position)
+        self.position += len(data)
+
+    def write_ending(self, data: bytes) -> None:
+        """Write bytes that do not belong to the data section."""
+        view = memoryview(data)
+        while view:
+            view = view[self.file.write(view) or 0 :]
+
+    def tell(self) -> int:
+        """Where the next record goes."""
+        return self.position
+
+    def flush(self) -> None:
+        """Nothing is held back."""

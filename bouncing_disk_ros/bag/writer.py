@@ -1,0 +1,247 @@
+"""Write a rosbag2 bag: a folder of .mcap files and metadata.yaml, raw CDR messages, split at will.
+
+    with Writer("run_1") as writer:
+        writer.add_topic("/disk/impacts", "sensor_msgs/msg/PointCloud2")
+        writer.write("/disk/impacts", cdr, log_time_ns=..., publish_time_ns=..., sequence=...)
+
+One thread at a time; `recording.Recording` puts a queue before it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from bouncing_disk_ros.bag import metadata
+from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, signed
+from bouncing_disk_ros.bag.mcap_file import McapFile
+from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
+from bouncing_disk_ros.bag.options import Options, WriteError
+from bouncing_disk_ros.bag.schema import ENCODING, schema_of
+from bouncing_disk_ros.errors import InputError
+
+
+class Writer:
+    """Writes one bag. Raises InputError when the folder cannot be made, WriteError when it is full.
+
+    `notes` are texts that go into metadata.yaml (custom_data) and into every file.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path,
+        options: Options | None = None,
+        *,
+        version: str = "",
+        notes: Mapping[str, str] | None = None,
+    ) -> None:
+        self.folder, self.options = Path(folder), options or Options()
+        self.notes: dict[str, str] = {FORMAT_KEY: str(FORMAT_VERSION), "version": version}
+        self.notes.update(notes or {})
+        self.lost_on_disk: Counter[str] = Counter()
+        self._topics: dict[str, TopicRow] = {}
+        self._attachments: list[tuple[str, str, bytes, int]] = []
+        self._finished: list[tuple[FileRow, dict[str, int]]] = []
+        self._channels: dict[str, int] = {}
+        self._file: McapFile | None = None
+        self._closed = False
+        try:
+            self.folder.mkdir(parents=True)
+            self._begin_file()
+        except OSError as error:
+            allowed = "the name of a new folder, where files can be made"
+            why = error.strerror or str(error)
+            raise InputError("output", str(self.folder), allowed, f"{why}.") from None
+
+    # --- content ----------------------------------------------------------------------------------
+    def add_topic(
+        self,
+        name: str,
+        kind: str,
+        qos: Sequence[OfferedQos | Mapping[str, Any]] = (),
+        type_hash: str | None = None,
+    ) -> None:
+        """Register a topic, once, before its first message; InputError when the type is unknown.
+
+        `type_hash` is what the publisher announces; None: that of the installed definition.
+        """
+        if name in self._topics:
+            return
+        known = schema_of(kind).type_hash
+        rows = [row.as_dict() if isinstance(row, OfferedQos) else dict(row) for row in qos]
+        topic = TopicRow(name, kind, rows, known if type_hash is None else type_hash)
+        self._topics[name] = topic
+        self._guarded(lambda file: self._add_channel(file, topic))
+
+    def write(
+        self,
+        topic: str,
+        data: bytes,
+        log_time_ns: int,
+        publish_time_ns: int | None = None,
+        sequence: int = 0,
+    ) -> None:
+        """Add one message: CDR as received, when it was received and sent, its number."""
+        file = self._open_file()
+        if self._is_full(file, log_time_ns):
+            self.split()
+            file = self._open_file()
+        sent = log_time_ns if publish_time_ns is None else publish_time_ns
+        try:
+            file.write(self._channels[topic], log_time_ns, data, sent, sequence & 0xFFFFFFFF)
+        except OSError as error:
+            self._fail(error)
+        self.tick()
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Attach a file; every file of a split bag gets it."""
+        row = (name, media_type, data, time.time_ns())
+        self._attachments.append(row)
+        self._guarded(lambda file: file.attach(*row))
+
+    def tick(self) -> None:
+        """Close a chunk that is old enough; call it now and then while nothing is written."""
+        if self._open_file().chunk_age >= self.options.chunk_period:
+            self._guarded(lambda file: file.close_chunk())
+
+    def split(self) -> None:
+        """Finish the file and go on in a new one."""
+        self._guarded(lambda _: self._finish_file())
+        self._guarded_begin()
+
+    @property
+    def size(self) -> int:
+        """Bytes written so far, in all files."""
+        done = sum((self.folder / row.path).stat().st_size for row, _ in self._finished)
+        return done + (self._file.size if self._file is not None else 0)
+
+    # --- files ------------------------------------------------------------------------------------
+    def _open_file(self) -> McapFile:
+        if self._file is None:
+            raise WriteError(f"{self.folder}: the bag is closed")
+        return self._file
+
+    def _guarded(self, action: Any) -> None:
+        file = self._open_file()
+        try:
+            action(file)
+        except OSError as error:
+            self._fail(error)
+
+    def _guarded_begin(self) -> None:
+        try:
+            self._begin_file()
+        except OSError as error:
+            self._fail(error)
+
+    def _is_full(self, file: McapFile, log_time_ns: int) -> bool:
+        if file.start_ns is None:
+            return False
+        limit = self.options.max_duration
+        too_long = limit > 0 and log_time_ns - file.start_ns >= limit * 1e9
+        return too_long or 0 < self.options.max_size <= file.size
+
+    def _begin_file(self) -> None:
+        name = f"{self.folder.name}_{len(self._finished)}.mcap"
+        library = f"bouncing_disk_ros {self.notes['version']}".strip()
+        options = self.options
+        self._file = McapFile(self.folder / name, options.compression, options.chunk_size, library)
+        self._file.note(NOTE, signed(self.notes))
+        for row in self._attachments:
+            self._file.attach(*row)
+        for topic in self._topics.values():
+            self._add_channel(self._file, topic)
+
+    def _add_channel(self, file: McapFile, topic: TopicRow) -> None:
+        schema = schema_of(topic.type)
+        texts = {
+            "offered_qos_profiles": metadata.qos_text(topic.qos),
+            "topic_type_hash": topic.type_hash,
+        }
+        content = (schema.name, ENCODING, schema.text.encode())
+        self._channels[topic.name] = file.add_channel(topic.name, content, texts)
+
+    def _finish_file(self) -> None:
+        file = self._open_file()
+        file.close_chunk()
+        file.finish(self._last_notes([self._row_of(file)]))
+        self._keep(file)
+
+    def _keep(self, file: McapFile) -> None:
+        file.close()
+        self._finished.append(self._row_of(file))
+        self.lost_on_disk.update(file.unwritten)
+        self._file = None
+
+    @staticmethod
+    def _row_of(file: McapFile) -> tuple[FileRow, dict[str, int]]:
+        counts = file.counts
+        return FileRow(file.path.name, *file.span, sum(counts.values())), counts
+
+    def _last_notes(self, rows: list[tuple[FileRow, dict[str, int]]]) -> dict[str, dict[str, str]]:
+        record = {"serialized_metadata": self._metadata(rows).record()}
+        return {NOTE: signed(self.notes), "rosbag2": record}
+
+    def _metadata(self, rows: list[tuple[FileRow, dict[str, int]]]) -> Metadata:
+        counts: Counter[str] = Counter()
+        for _, some in rows:
+            counts.update(some)
+        topics = [replace(topic, count=counts[name]) for name, topic in self._topics.items()]
+        custom = {f"bouncing_disk_ros.{key}": value for key, value in self.notes.items()}
+        return Metadata([row for row, _ in rows], topics, custom)
+
+    # --- end --------------------------------------------------------------------------------------
+    def close(self) -> None:
+        """Finish the file and write metadata.yaml. A second call does nothing."""
+        if self._closed:
+            return
+        self._guarded(lambda _: self._finish_file())
+        self._closed = True
+        try:
+            metadata.write(self.folder, self._metadata(self._finished))
+        except OSError as error:
+            raise self._error(error) from None
+
+    def _fail(self, error: OSError) -> None:
+        """Close the bag on a disk that takes no more, so that it can be read; raise WriteError."""
+        file, self._closed = self._file, True
+        if file is not None:
+            with contextlib.suppress(OSError):
+                self._rescue(file)
+            if self._file is not None:  # cannot even be cut: unfinished, and still readable
+                self._keep(file)
+        raise self._error(error) from None
+
+    def _rescue(self, file: McapFile) -> None:
+        self.notes["ended"] = "the disk took no more"
+        while True:
+            file.abandon(self._last_notes([self._row_of(file)]))
+            try:
+                metadata.write(self.folder, self._metadata([*self._finished, self._row_of(file)]))
+                break
+            except OSError:
+                if not file.give_up_chunk():
+                    raise
+        self._keep(file)
+
+    def _error(self, error: OSError) -> WriteError:
+        lost = self.lost_on_disk.total()
+        what = f"; {lost} messages that were received are not in it" if lost else ""
+        why = error.strerror or str(error)
+        return WriteError(f"{self.folder}: recording ended: {why}{what}. What is there can be read")
+
+    def __enter__(self) -> Writer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:  # fmt: skip
+        if not isinstance(error, WriteError):
+            self.close()

@@ -1,0 +1,204 @@
+"""What was written is read again: by our reader, by rosbags and by mcap-ros2-support."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import PointCloud2
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag.metadata import qos_from_text
+from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from support.bags import QOS, START_NS, STEP_NS, TYPES, Sent, impact_rows, make, message, messages
+
+WAYS: list[dict[str, Any]] = [
+    {},
+    {"compression": "lz4", "chunk_size": 5000},
+    {"compression": "none", "chunk_size": 1},
+    {"max_size": 6000, "chunk_size": 2000},
+    {"max_duration": 0.03},
+]
+
+
+@pytest.fixture(scope="module")
+def sent() -> list[Sent]:
+    return list(messages(100))
+
+
+@pytest.fixture(params=WAYS, ids=str, scope="module")
+def folder(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, sent: list[Sent]
+) -> Path:
+    return make(tmp_path_factory.mktemp("bags") / "run", sent, **request.param)
+
+
+def test_our_reader_gives_every_message_again(folder: Path, sent: list[Sent]) -> None:
+    with bag.open(folder) as run:
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
+        assert run.complete
+        assert run.message_count == len(sent)
+        assert (run.start_ns, run.end_ns) == (sent[0].log_time_ns, sent[-1].log_time_ns)
+        assert {name: topic.type for name, topic in run.topics.items()} == TYPES
+        assert run.topics["/diagnostics"].count == 0
+        assert run.topics["/disk/phase"].qos == [QOS.as_dict()]
+        assert run.notes == {"format": "1", "version": "1.2.3"}
+        assert run.attachments == {"parameters.yaml": b"friction: 0.6\n"}
+
+
+def test_rosbags_gives_every_message_again(folder: Path, sent: list[Sent]) -> None:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Reader(folder) as reader:
+        found = [(c.topic, time, bytes(data)) for c, time, data in reader.messages()]
+        for connection, _, data in reader.messages():
+            store.deserialize_cdr(data, connection.msgtype)
+        digests = {row.topic: row.digest for row in reader.connections}
+        assert {row.topic: row.msgtype for row in reader.connections} == TYPES
+    assert found == [(row.topic, row.log_time_ns, row.data) for row in sent]
+    assert digests == {topic: schema_of(kind).type_hash for topic, kind in TYPES.items()}
+
+
+def test_mcap_ros2_support_gives_every_message_again(folder: Path, sent: list[Sent]) -> None:
+    found = []
+    for file in sorted(folder.glob("*.mcap"), key=lambda path: int(path.stem.split("_")[-1])):
+        with file.open("rb") as stream:
+            reader = make_reader(stream, True, [DecoderFactory()])
+            found += list(reader.iter_decoded_messages())
+    assert [(c.topic, m.log_time, m.sequence, m.data) for _, c, m, _ in found] == [
+        (row.topic, row.log_time_ns, row.sequence, row.data) for row in sent
+    ]
+    texts = [content.data for _, c, _, content in found if c.topic == "/disk/phase"]
+    assert texts == [f"flight ü {number}" for number in range(len(texts))]
+
+
+def test_the_text_of_the_metadata_is_what_rosbag2_wants(folder: Path) -> None:
+    content = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert content["version"] == 9
+    assert (content["compression_format"], content["compression_mode"]) == ("", "")
+    assert content["message_count"] == sum(row["message_count"] for row in content["files"]) == 100
+    assert [row["path"] for row in content["files"]] == content["relative_file_paths"]
+    for row in content["topics_with_message_count"]:
+        topic = row["topic_metadata"]
+        assert topic["offered_qos_profiles"] == [QOS.as_dict()]
+        assert topic["serialization_format"] == "cdr"
+    for file in folder.glob("*.mcap"):
+        with file.open("rb") as stream:
+            reader = make_reader(stream, validate_crcs=True)
+            summary = reader.get_summary()
+            assert reader.get_header().profile == "ros2"
+            notes = {row.name: row.metadata for row in reader.iter_metadata()}
+        own = yaml.safe_load(notes["rosbag2"]["serialized_metadata"])
+        assert own["relative_file_paths"] == [file.name]
+        assert summary is not None
+        for channel in summary.channels.values():
+            assert qos_from_text(channel.metadata["offered_qos_profiles"]) == [QOS.as_dict()]
+            assert summary.schemas[channel.schema_id].encoding == "ros2msg"
+
+
+def test_a_single_file_is_a_bag_too(tmp_path: Path, sent: list[Sent]) -> None:
+    folder = make(tmp_path / "run", sent)
+    with bag.open(folder / "run_0.mcap") as run:
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
+
+
+def test_rows_of_impacts_are_the_simulator_s(folder: Path, sent: list[Sent]) -> None:
+    clouds = [row for row in sent if row.topic == "/disk/impacts"]
+    expected = [impacts_from_msg(deserialize_message(row.data, PointCloud2)) for row in clouds]
+    with bag.open(folder) as run:
+        rows = run.rows("/disk/impacts")
+        columns = run.columns("/disk/impacts", ["index", "axial_impulse"])
+    assert rows.dtype == IMPACT_DTYPE
+    assert rows.tobytes() == b"".join(some.tobytes() for some in expected)
+    np.testing.assert_array_equal(columns["index"], np.arange(len(rows)))
+    assert list(columns) == ["index", "axial_impulse"]
+
+
+def test_columns_of_messages(folder: Path) -> None:
+    with bag.open(folder) as run:
+        states = run.columns("/joint_states")
+        speeds = run.columns(
+            "/disk/rotor_speed", ["header.stamp", "twist.angular.z", "log_time_ns"]
+        )
+        texts = run.columns("/disk/phase", ["data"])["data"]
+        empty = run.columns("/diagnostics", ["status"])
+    numbers = np.arange(20)
+    np.testing.assert_array_equal(states["position"], [(0.5 * n, 0.0) for n in numbers])
+    assert states["name"][3] == ["a", "b"]
+    assert states["header.stamp"].dtype == np.int64
+    np.testing.assert_array_equal(speeds["header.stamp"], numbers * 10**9 + 7)
+    np.testing.assert_array_equal(speeds["twist.angular.z"], 1.5 * numbers)
+    np.testing.assert_array_equal(speeds["log_time_ns"], START_NS + (5 * numbers + 2) * STEP_NS)
+    assert texts.tolist() == [f"flight ü {number}" for number in numbers]
+    assert len(empty["status"]) == 0
+
+
+def test_a_range_of_time_includes_its_start_only(folder: Path, sent: list[Sent]) -> None:
+    start, end = sent[17].log_time_ns, sent[60].log_time_ns
+    with bag.open(folder) as run:
+        assert [row.log_time_ns for row in run.messages(None, start, end)] == [
+            row.log_time_ns for row in sent[17:60]
+        ]
+        assert len(run.rows("/disk/impacts", start, end)) == 3 * len(
+            [row for row in sent[17:60] if row.topic == "/disk/impacts"]
+        )
+
+
+def test_messages_come_in_the_order_of_reception(tmp_path: Path, sent: list[Sent]) -> None:
+    shuffled = [sent[place] for place in np.random.default_rng(1).permutation(len(sent))]
+    folder = make(tmp_path / "run", shuffled, chunk_size=1000)
+    with bag.open(folder) as run:
+        assert [row.log_time_ns for row in run.messages()] == [row.log_time_ns for row in sent]
+        decoded = [obj.data for _, obj in run.decoded("/disk/phase")]
+    assert decoded == [f"flight ü {number}" for number in range(20)]
+
+
+def test_clouds_whose_frame_changes_are_still_viewed(tmp_path: Path) -> None:
+    clouds = [message("/disk/impacts", number) for number in range(4)]
+    clouds[2].header.frame_id = "another, longer name"
+    with bag.Writer(tmp_path / "run") as writer:
+        writer.add_topic("/c", "sensor_msgs/msg/PointCloud2")
+        for number, cloud in enumerate(clouds):
+            writer.write("/c", serialize_message(cloud), START_NS + number)
+    with bag.open(tmp_path / "run") as run:
+        assert run.rows("/c").tobytes() == impact_rows_of(4)
+
+
+def impact_rows_of(count: int) -> bytes:
+    return b"".join(impact_rows(3 * number, 3).tobytes() for number in range(count))
+
+
+def test_what_cannot_be_asked_is_refused_in_one_line(folder: Path) -> None:
+    with bag.open(folder) as run:
+        with pytest.raises(InputError, match=r"topic: got '/joint_state', allowed: .*Did you mean"):
+            run.columns("/joint_state")
+        with pytest.raises(InputError, match=r"field: got 'positon'.*Did you mean position"):
+            run.columns("/joint_states", ["positon"])
+        with pytest.raises(InputError, match=r"field: got 'indx'.*Did you mean index"):
+            run.columns("/disk/impacts", ["indx"])
+        with pytest.raises(InputError, match="Take `columns`"):
+            run.rows("/joint_states")
+
+
+@pytest.mark.parametrize("topic", TYPES)
+def test_schemas_hold_every_dependency_once(topic: str) -> None:
+    schema = schema_of(TYPES[topic])
+    parts = schema.text.split("=" * 80 + "\nMSG: ")
+    names = [part.splitlines()[0] for part in parts[1:]]
+    assert len(names) == len(set(names))
+    assert schema.type_hash.startswith("RIHS01_")
+
+
+def test_an_unknown_type_is_refused() -> None:
+    with pytest.raises(InputError, match="Install the package nowhere_msgs"):
+        schema_of("nowhere_msgs/msg/Nothing")
