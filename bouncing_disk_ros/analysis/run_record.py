@@ -133,16 +133,21 @@ def lines(summary: Summary) -> list[str]:
         )
     predicted = summary.predicted_speed
     difference = summary.rotor_speed - predicted
+    equation = f"{predicted:.6f} rad/s, difference {difference:+.1e} rad/s"
     p50, p99, largest = (1e3 * value for value in summary.lateness)
     rows = [
         ("impacts", f"{summary.impacts}, {summary.lost} rows lost on the way"),
-        ("axial forcing Γ", f"{summary.axial_forcing:.4f}"),
+        ("axial forcing Γ", _known(summary.axial_forcing, f"{summary.axial_forcing:.4f}")),
         ("orbit found", orbit.name + found),
         ("rotor speed", f"{summary.rotor_speed:.6f} rad/s, mean of {SETTLED_SECONDS:g} s"),
-        ("eq. 4, ωΦ cos(τ_imp + θ)", f"{predicted:.6f} rad/s, difference {difference:+.1e} rad/s"),
+        ("eq. 4, ωΦ cos(τ_imp + θ)", _known(predicted, equation)),
         ("real-time factor", f"{summary.real_time_factor:.4f}"),
         ("lateness of the ticks", f"p50 {p50:.2f} ms, p99 {p99:.2f} ms, largest {largest:.2f} ms"),
         ("energy balance residual", f"{summary.residual:.1e} of the throughput"),
     ]  # fmt: skip
     width = max(len(name) for name, _ in rows)
     return [f"  {name:{width}}  {text}" for name, text in rows]
+
+
+def _known(value: float, text: str) -> str:
+    return "not known" if math.isnan(value) else text

@@ -113,7 +113,8 @@ def _speeds(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_title("Rotor speed", **SETTINGS)
     axes.set_xlabel("simulated time t (s)")
     axes.set_ylabel("angular velocity α̇ (rad/s)")
-    axes.legend(loc="lower right", fontsize=9)
+    if axes.lines:
+        axes.legend(loc="lower right", fontsize=9)
 
 
 def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
