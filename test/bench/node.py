@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -77,18 +78,19 @@ def end(process: Process) -> None:
     assert process.end(signal.SIGINT) == 0, process.output
 
 
-def one_start(start: Starter, cache: Path | None) -> tuple[float, float]:
-    """Seconds from the start of the process to its first publication, and to a state heard."""
+def one_start(start: Starter, cache: Path | None) -> tuple[float, float, float]:
+    """Seconds from a start to the first publication and to a state heard; CPU seconds used."""
     waiter = FirstMessages()
     try:
         begin = time.time_ns()
         env = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
         process = start("simulator", "--ros-args", "-p", PRESET, env=env)
         waiter.wait()
+        cpu = sum(psutil.Process(process.pid).cpu_times()[:2])
         end(process)
     finally:
         waiter.close()
-    return (waiter.published_ns - begin) * 1e-9, (waiter.heard_ns - begin) * 1e-9
+    return (waiter.published_ns - begin) * 1e-9, (waiter.heard_ns - begin) * 1e-9, cpu
 
 
 def measure_starts(start: Starter, fresh: Callable[[], Path]) -> list[Row]:
@@ -99,10 +101,12 @@ def measure_starts(start: Starter, fresh: Callable[[], Path]) -> list[Row]:
         ("cached", CACHED_STARTS, Aim(at_most=1.0)),
         ("uncached", UNCACHED_STARTS, None),
     ):
-        found = [one_start(start, fresh() if what == "uncached" else None) for _ in range(count)]
-        published, heard = zip(*found, strict=True)
+        caches = [fresh() if what == "uncached" else None for _ in range(count)]
+        found = [one_start(start, cache) for cache in caches]
+        published, heard, cpu = zip(*found, strict=True)
         rows.append(row("cold start", f"{what}, to the first publication", "s", published, aim))
         rows.append(row("cold start", f"{what}, to the first state heard by a peer", "s", heard))
+        rows.append(row("cold start", f"{what}, CPU time used until then", "s", cpu))
     return rows
 
 
@@ -140,6 +144,18 @@ def at_rate(start: Starter, rate: float) -> list[Row]:
     return rows
 
 
+def of_machine(start: Starter, rate: float) -> list[Row]:
+    """Lateness of a bare loop, right after: the share of the machine in that of the node."""
+    script = str(Path(__file__).with_name("machine_lateness.py"))
+    process = start.command([sys.executable, script, str(rate), str(SECONDS)])
+    assert process.wait() == 0, process.output
+    values = zip(("p50", "p99", "max"), process.stdout.split(), strict=True)
+    return [
+        row("lateness", f"{key} of a bare sleeping loop, {rate:g} Hz", "ms", [float(value)])
+        for key, value in values
+    ]
+
+
 def measure_rates(start: Starter) -> list[Row]:
-    """All rates in turn."""
-    return [found for rate in RATES for found in at_rate(start, rate)]
+    """All rates in turn, each with what the machine does by itself."""
+    return [r for rate in RATES for part in (at_rate, of_machine) for r in part(start, rate)]
