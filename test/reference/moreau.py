@@ -1,0 +1,159 @@
+"""Moreau time-stepping of the whole model: an independent method, for tests alone.
+
+Written from the model's equations only; it shares nothing with the core. One step of length h of
+the Moreau-Jean scheme (M. Jean, Comput. Methods Appl. Mech. Eng. 177, 1999): forces act over the
+step, the contact is active if the midpoint of the step penetrates, and an active contact obeys 0
+≤ P ⊥ w⁺ + ε w⁻ ≥ 0 for the relative velocities at the two ends of the step, with Coulomb's limit
+μ a_e P for the angular impulse. Impacts are resolved to one step: the error is of first order in
+h and depends on where each event falls within its step. Steps of random length (uniform in h/2 …
+3h/2) make these places independent, so that the errors of many runs are a sample with a mean and
+a variance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import Disk, Motion
+
+SEGMENT = 11  # columns of a segment: see `segments`
+
+
+class State(NamedTuple):
+    """Absolute state of the disk (m, m/s, rad, rad/s)."""
+
+    position: float
+    velocity: float
+    angle: float
+    angular_velocity: float
+
+
+class Crossfade(NamedTuple):
+    """A cross-fade to `target` from `begin` to `end`, s."""
+
+    begin: float
+    end: float
+    target: Motion
+
+
+class Kick(NamedTuple):
+    """Impulses on the disk (N s, N m s) at `time`, s."""
+
+    time: float
+    axial: float
+    angular: float
+
+
+def segments(start: Motion, phase: float, fades: Sequence[Crossfade]) -> NDArray[np.float64]:
+    """Rows (begin, duration or 0, τ, A, ΔA, Φ, ΔΦ, ω, Δω, θ, Δθ) of the platform's motion, first
+    at t = 0."""
+    rows = []
+    now, tau, motion = 0.0, phase, start
+    for fade in fades:
+        omega, change = motion.frequency * math.tau, fade.target.frequency * math.tau
+        rows.append([now, 0.0, tau, *_columns(motion, motion)])
+        tau += omega * (fade.begin - now)
+        rows.append([fade.begin, fade.end - fade.begin, tau, *_columns(motion, fade.target)])
+        tau += 0.5 * (omega + change) * (fade.end - fade.begin)
+        now, motion = fade.end, fade.target
+    rows.append([now, 0.0, tau, *_columns(motion, motion)])
+    return np.array(rows)
+
+
+def _columns(a: Motion, b: Motion) -> list[float]:
+    short = (b.phase_lag - a.phase_lag + math.pi) % math.tau - math.pi  # θ goes the short way
+    omega = a.frequency * math.tau
+    return [
+        *(a.axial_amplitude, b.axial_amplitude - a.axial_amplitude),
+        *(a.angular_amplitude, b.angular_amplitude - a.angular_amplitude),
+        *(omega, b.frequency * math.tau - omega),
+        *(a.phase_lag, short),
+    ]
+
+
+@njit(cache=True)
+def platform(rows, t):  # type: ignore[no-untyped-def]
+    """Return s, ṡ, β, β̇ at time t."""
+    i = len(rows) - 1
+    while i > 0 and rows[i, 0] > t:
+        i -= 1
+    begin, duration, tau, A, dA, F, dF, w, dw, lag, dlag = rows[i]
+    elapsed = t - begin
+    b = b1 = blend_integral = 0.0
+    if duration > 0.0:
+        x = elapsed / duration
+        b = x * x * x * (10.0 + x * (-15.0 + x * 6.0))
+        b1 = 30.0 * x * x * (1.0 - x) * (1.0 - x) / duration
+        blend_integral = duration * x**4 * (2.5 + x * (-3.0 + x))
+    tau += w * elapsed + dw * blend_integral
+    rate = w + dw * b
+    turn, turn_rate = tau + lag + dlag * b, rate + dlag * b1
+    a, phi = A + dA * b, F + dF * b
+    return (
+        a * math.sin(tau),
+        dA * b1 * math.sin(tau) + a * rate * math.cos(tau),
+        phi * math.sin(turn),
+        dF * b1 * math.sin(turn) + phi * turn_rate * math.cos(turn),
+    )
+
+
+@njit(cache=True)
+def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
+    restitution, limit, gravity, brake = constants
+    x, v, angle, spin = state
+    np.random.seed(seed)  # noqa: NPY002 (numba has this one)
+    t, k = 0.0, 0
+    _, s1, _, _ = platform(rows, 0.0)
+    while True:
+        while k < len(kicks) and kicks[k, 0] <= t:
+            v += kicks[k, 1]
+            spin += kicks[k, 2]
+            k += 1
+        if t >= end:
+            return x, v, angle, spin
+        stop = min(end, kicks[k, 0]) if k < len(kicks) else end
+        after = min(t + h * (0.5 + np.random.random()), stop)  # noqa: NPY002
+        dt = after - t
+        v_free, spin_free = v - gravity * dt, spin - brake * dt
+        s_mid = platform(rows, t + 0.5 * dt)[0]
+        _, s1_after, _, b1_after = platform(rows, after)
+        if x + 0.5 * dt * v <= s_mid:  # P/m and the angular impulse/(m a_g²)
+            p = max(0.0, -restitution * (v - s1) - (v_free - s1_after))
+            slip = spin_free - b1_after
+            v_free += p
+            spin_free -= min(max(slip, -limit * p), limit * p)
+        x += 0.5 * dt * (v + v_free)
+        angle += 0.5 * dt * (spin + spin_free)
+        t, v, spin, s1 = after, v_free, spin_free, s1_after
+
+
+def integrate(
+    rows: NDArray[np.float64],
+    kicks: Sequence[Kick],
+    disk: Disk,
+    state: State,
+    end: float,
+    h: float,
+    seed: int,
+) -> State:
+    """State at time `end` (s) by steps of random length around h (s); the same seed, the same
+    steps.
+
+    `rows` come from `segments`; kicks are in order of time and act between two steps.
+    """
+    inertia = disk.mass * disk.gyration_radius**2
+    scaled = [(kick.time, kick.axial / disk.mass, kick.angular / inertia) for kick in kicks]
+    constants = (
+        disk.restitution,
+        disk.friction * disk.friction_radius / disk.gyration_radius**2,
+        disk.gravity + disk.preload / disk.mass,
+        disk.load_torque / inertia,
+    )
+    table = np.array(scaled, dtype=np.float64).reshape(-1, 3)
+    return State(*_integrate(rows, table, constants, tuple(state), end, h, seed))
