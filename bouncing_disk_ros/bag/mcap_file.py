@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Mapping
@@ -125,20 +124,22 @@ class McapFile:
     def abandon(self, notes: Mapping[str, Mapping[str, str]]) -> None:
         """After a failed write: keep what is whole, give up chunks until the index has room.
 
-        Raises OSError when the file cannot even be cut; it is then unfinished, and still readable.
+        Raises OSError when that cannot be: the file cannot be cut, or the index needs more room
+        than half of the chunks. It is then unfinished, holds all whole chunks, and can be read.
         """
         index = self._stream.index
         if index.chunks and not index.chunks[-1].message_index_offsets:
             index.drop_last_chunk()
+        room = index.end - index.chunks[0].chunk_start_offset if index.chunks else 0
         while True:
-            os.ftruncate(self._stream.file.fileno(), index.end)
-            self._stream.file.seek(index.end)
-            self._stream.position = index.end
+            self._stream.cut(index.end)
+            ending = self._ending(notes)
             try:
-                self._stream.write_ending(self._ending(notes))
+                self._stream.write_ending(ending)
                 return
             except OSError:
-                if not index.chunks:
+                self._stream.cut(index.end)
+                if not index.chunks or 2 * len(ending) > room:
                     raise
                 index.drop_last_chunk()
 

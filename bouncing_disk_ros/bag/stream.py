@@ -29,6 +29,12 @@ class RecordStream:
         while view:
             view = view[self.file.write(view) or 0 :]
 
+    def cut(self, end: int) -> None:
+        """Throw away what stands after `end` and go on there."""
+        self.file.truncate(end)
+        self.file.seek(end)
+        self.position = end
+
     def tell(self) -> int:
         """Where the next record goes."""
         return self.position

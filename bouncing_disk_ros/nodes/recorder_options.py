@@ -1,0 +1,85 @@
+"""The table of the recorder's parameters, and which topics they choose."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+
+from bouncing_disk_ros.bag import Options
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.topics import TOPICS
+
+_SPECS = (
+    Spec("output", "", "", "folder of the bag, must be new; may also be the first argument; empty: "
+         "bag_ with date and time", read_only=True),
+    Spec("topics", "", "", "names of the topics, separated by blanks or commas; empty: those of "
+         "this package, unless regex or all is given", read_only=True),
+    Spec("regex", "", "", "regular expression; topics whose whole name matches are recorded as "
+         "well", read_only=True),
+    Spec("exclude", "", "", "regular expression; topics whose whole name matches are not recorded",
+         read_only=True),
+    Spec("all", False, "", "record every topic but hidden ones", read_only=True),
+    Spec("compression", "zstd", "", "compression of the chunks: zstd, lz4 or none", read_only=True),
+    Spec("chunk_size", 1 << 20, "B", "a chunk is closed when it holds this much", low=1,
+         high=1 << 30, read_only=True),
+    Spec("chunk_period", 1.0, "s", "a chunk is closed when it is this old: the most that a killed "
+         "recorder loses", low=0.01, high=3600.0, read_only=True),
+    Spec("max_size", 0.0, "MB", "go on in a new file after this much; 0: one file", low=0.0,
+         high=1e9, read_only=True),
+    Spec("max_duration", 0.0, "s", "go on in a new file after this long; 0: one file", low=0.0,
+         high=1e9, read_only=True),
+    Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; what comes beyond is "
+         "dropped and counted", low=0.001, high=1e6, read_only=True),
+    Spec("start_paused", False, "", "record nothing before ~/resume", read_only=True),
+    Spec("status_period", 5.0, "s", "a line on the log this often; 0: none", low=0.0, high=1e6,
+         read_only=True),
+)  # fmt: skip
+OPTIONS: Mapping[str, Spec] = {spec.name: spec for spec in _SPECS}
+MB = 1_000_000
+
+
+def writer_options(values: Mapping[str, Value]) -> Options:
+    """The part that the writer needs."""
+    return Options(
+        compression=str(values["compression"]),
+        chunk_size=int(values["chunk_size"]),
+        chunk_period=float(values["chunk_period"]),
+        max_size=round(float(values["max_size"]) * MB),
+        max_duration=float(values["max_duration"]),
+    )
+
+
+class Selection:
+    """Which topics are recorded. `known` are the package's own among them, with their types.
+
+    `resolve` gives the full name of a relative one (namespace, remappings).
+    """
+
+    def __init__(self, values: Mapping[str, Value], resolve: Callable[[str], str]) -> None:
+        given = str(values["topics"]).replace(",", " ").split()
+        self._all = bool(values["all"])
+        self._regex = _pattern("regex", str(values["regex"]))
+        self._exclude = _pattern("exclude", str(values["exclude"]))
+        default = not (given or self._all or self._regex)
+        own = {resolve(name): topic for name, topic in TOPICS.items()}
+        self._names = set(own) if default else {resolve(name) for name in given}
+        self.known = {name: topic for name, topic in own.items() if self.wants(name)}
+        self.named = sorted(name for name in self._names if self.wants(name))
+
+    def wants(self, name: str) -> bool:
+        """Whether a topic of this full name is recorded."""
+        if self._exclude is not None and self._exclude.fullmatch(name):
+            return False
+        if name in self._names or (self._regex is not None and self._regex.fullmatch(name)):
+            return True
+        return self._all and not any(part.startswith("_") for part in name.split("/"))
+
+
+def _pattern(field: str, text: str) -> re.Pattern[str] | None:
+    if not text:
+        return None
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise InputError(field, text, "a regular expression", f"{error}.") from None

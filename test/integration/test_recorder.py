@@ -1,0 +1,325 @@
+"""The recorder as a process, with the simulator and with publishers of the test itself."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from array import array
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rclpy
+import yaml
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosbags.rosbag2 import Reader
+from std_msgs.msg import Float64MultiArray, String
+from std_srvs.srv import Trigger
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.run.inputs import from_json, replay
+from support.processes import PATIENCE, Process, Starter
+
+RELIABLE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Talker:
+    """A node of the test that publishes and calls services."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.nodes: list[Node] = []
+        self.node = self.new_node("talker")
+
+    def new_node(self, name: str) -> Node:
+        node = rclpy.create_node(name, context=self.context, use_global_arguments=False)
+        self.nodes.append(node)
+        return node
+
+    def publisher(
+        self, topic: str, kind: type[Any] = String, qos: QoSProfile = RELIABLE,
+        node: Node | None = None,
+    ) -> Publisher:  # fmt: skip
+        """A publisher that the recorder hears."""
+        publisher = (node or self.node).create_publisher(kind, topic, qos)
+        self.wait_for(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def wait_for(self, condition: Callable[[], bool]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end
+            time.sleep(0.01)
+
+    def call(self, name: str) -> str:
+        """Call a service of the recorder; its message."""
+        client = self.node.create_client(Trigger, f"/recorder/{name}")
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self.node)
+        self.wait_for(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        executor.spin_until_future_complete(future, PATIENCE)
+        executor.shutdown()
+        assert future.result().success
+        return str(future.result().message)
+
+    def close(self) -> None:
+        for node in self.nodes:
+            node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def talker(ros_domain: int) -> Iterator[Talker]:
+    talker = Talker()
+    yield talker
+    talker.close()
+
+
+def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
+    """A recorder at work."""
+    options = [part for parameter in parameters for part in ("-p", parameter)]
+    process = start("recorder", str(folder), "--ros-args", *options)
+    process.wait_for("recording to")
+    return process
+
+
+def counts(folder: Path) -> dict[str, int]:
+    with bag.open(folder) as run:
+        return {name: topic.count for name, topic in run.topics.items()}
+
+
+def finish(process: Process, number: int = signal.SIGINT) -> None:
+    assert process.end(number) == 0, process.output
+    assert not process.complaints
+
+
+def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "compression:=lz4")
+    simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    process.wait_for("hearing /disk/impacts")
+    for _ in range(2):  # a snapshot every 5 s: wait for the first of them
+        simulator.wait_for("running at")
+    process.wait_for(r"recording: .* [1-9]\d+ messages")
+    finish(process, signal.SIGTERM)
+    assert "/disk/impacts" in process.stdout
+    with bag.open(tmp_path / "run") as run:
+        assert run.complete
+        rows = run.rows("/disk/impacts")
+        records = [from_json(text) for text in run.columns("/disk/inputs", ["data"])["data"]]
+        parameters = yaml.safe_load(run.attachments["parameters/bouncing_disk.yaml"])
+        assert {"versions.yaml", "recorder.yaml", "preset/pizza_multiple_toss.yaml"} <= set(
+            run.attachments
+        )
+        assert run.notes["lost_impact_rows"] == "0"
+        assert run.topics["/disk/inputs"].qos[0]["durability"] == "transient_local"
+    values = parameters["/bouncing_disk"]["ros__parameters"]
+    assert values["preset"] == "pizza_multiple_toss"
+    assert rows.dtype == IMPACT_DTYPE
+    assert len(rows) > 3
+    np.testing.assert_array_equal(rows["index"], np.arange(len(rows)) + rows["index"][0])
+    again = replay(records, round(float(rows["time"][-1]) * 1e9) + 1)
+    first = int(rows["index"][0])
+    assert again[first : first + len(rows)].tobytes() == rows.tobytes()
+
+
+def test_received_and_lost_make_what_was_sent(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/large /small")
+    large = talker.publisher("/large", Float64MultiArray)
+    small = talker.publisher("/small", String, QoSProfile(depth=1000))
+    rows = array("d", np.random.default_rng(1).normal(size=10_000))  # 80 kB
+    message, text, sent = Float64MultiArray(data=rows), String(data="x" * 100), [0, 0]
+    began = time.monotonic()
+    while (now := time.monotonic() - began) < 2.0:
+        for _ in range(int(now * 500) - sent[0]):
+            large.publish(message)
+            sent[0] += 1
+        for _ in range(int(now * 3000) - sent[1]):
+            small.publish(text)
+            sent[1] += 1
+        time.sleep(0.001)
+    large.wait_for_all_acked()
+    small.wait_for_all_acked()
+    finish(process)
+    with bag.open(tmp_path / "run") as run:
+        for topic, number in (("/large", sent[0]), ("/small", sent[1])):
+            sequences = [row.sequence for row in run.messages(topic)]
+            match = process.wait_for(rf"{topic} +(\d+) recorded, lost on the way: (\d+)")
+            tail = number - sequences[-1]  # after the last one nothing tells of a loss
+            assert sequences[0] == 1
+            assert int(match[1]) + int(match[2]) + tail == number
+            assert len(sequences) == int(match[1])
+        data = next(iter(run.decoded("/large")))[1].data
+    np.testing.assert_array_equal(data, np.array(rows))
+
+
+def test_two_publishers_are_not_counted(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/both")
+    first = talker.publisher("/both")
+    second = talker.publisher("/both", node=talker.new_node("second"))
+    for number in range(20):
+        first.publish(String(data=f"first {number}"))
+        if number % 3 == 0:
+            second.publish(String(data=f"second {number}"))
+    for publisher in (first, second):
+        publisher.wait_for_all_acked()
+    finish(process)
+    assert "lost on the way: not countable: 2 publishers on the topic" in process.stdout
+    assert counts(tmp_path / "run") == {"/both": 27}
+
+
+def test_a_publisher_that_restarts_loses_nothing(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/again")
+    for _ in range(3):
+        publisher = talker.publisher("/again")
+        for number in range(10):
+            publisher.publish(String(data=str(number)))
+        publisher.wait_for_all_acked()
+        talker.node.destroy_publisher(publisher)
+    finish(process)
+    assert "30 recorded, lost on the way: 0" in process.stdout
+
+
+def test_topics_of_every_kind(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    early = talker.node.create_publisher(String, "/all/latched", LATCHED)
+    early.publish(String(data="before the recorder"))
+    process = recorder(start, tmp_path / "run", "regex:=/all/.*", "exclude:=.*/not")
+    talker.node.create_publisher(String, "/all/not", RELIABLE)
+    talker.node.create_publisher(String, "/all/silent", RELIABLE)
+    late = talker.publisher("/all/late")
+    weak = talker.publisher("/all/weak", qos=BEST_EFFORT)
+    empty = talker.publisher("/all/empty", Float64MultiArray)
+    for publisher in (late, weak):
+        publisher.publish(String(data="x"))
+    empty.publish(Float64MultiArray())
+    process.wait_for("hearing /all/silent")
+    process.wait_for("hearing /all/latched")
+    finish(process)
+    found = counts(tmp_path / "run")
+    assert found == {f"/all/{n}": 1 for n in ("latched", "late", "weak", "empty")} | {
+        "/all/silent": 0
+    }
+    with bag.open(tmp_path / "run") as run:
+        assert run.columns("/all/latched")["data"][0] == "before the recorder"
+        assert run.columns("/all/empty")["data"].shape == (1, 0)
+    with Reader(tmp_path / "run") as reader:
+        assert sum(1 for _ in reader.messages()) == 4
+
+
+def test_a_weaker_publisher_is_heard_too(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/mixed")
+    strong = talker.publisher("/mixed")
+    strong.publish(String(data="strong"))
+    strong.wait_for_all_acked()
+    talker.publisher("/mixed", qos=BEST_EFFORT, node=talker.new_node("weak")).publish(
+        String(data="weak")
+    )
+    finish(process)
+    with bag.open(tmp_path / "run") as run:
+        assert run.columns("/mixed")["data"].tolist() == ["strong", "weak"]
+
+
+def test_pause_resume_and_split(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    process = recorder(
+        start, tmp_path / "run", "topics:=/text", "start_paused:=true", "status_period:=0.05"
+    )
+    publisher = talker.publisher("/text")
+
+    def say(text: str, number: int) -> None:
+        publisher.publish(String(data=text))
+        process.wait_for(rf"recording: .* {number} messages")
+
+    assert talker.call("resume") == "recording"
+    say("one", 1)
+    assert talker.call("split") == "a new file is begun"
+    say("two", 2)
+    assert talker.call("pause") == "paused"
+    publisher.publish(String(data="not this"))
+    publisher.wait_for_all_acked()
+    assert talker.call("resume") == "recording"
+    say("three", 3)
+    finish(process)
+    assert "3 recorded, lost on the way: 0" in process.stdout
+    assert sorted(file.name for file in (tmp_path / "run").glob("*.mcap")) == [
+        "run_0.mcap", "run_1.mcap"]  # fmt: skip
+    with bag.open(tmp_path / "run") as run:
+        assert run.columns("/text")["data"].tolist() == ["one", "two", "three"]
+    with bag.open(tmp_path / "run" / "run_0.mcap") as run:
+        assert run.columns("/text")["data"].tolist() == ["one"]
+
+
+def test_a_killed_recorder_leaves_a_bag(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/text", "chunk_period:=0.2")
+    publisher = talker.publisher("/text")
+    file = tmp_path / "run" / "run_0.mcap"
+    size = file.stat().st_size
+    number = 0
+    while file.stat().st_size < size + 1000:  # some chunks are written
+        publisher.publish(String(data=f"{number:5}"))
+        number += 1
+        time.sleep(0.001)
+    process.kill()
+    with bag.open(tmp_path / "run") as run:
+        rows = run.columns("/text", ["data", "log_time_ns"])
+        assert not run.complete
+    saved = len(rows["data"])
+    assert rows["data"].tolist() == [f"{n:5}" for n in range(saved)]
+    assert saved > 0
+    code, mended = start.finish("bag_recover", str(tmp_path / "run"))
+    assert code == 0, mended.output
+    assert f"{saved} messages saved" in mended.stdout
+    with Reader(tmp_path / "run_recovered") as reader:
+        assert sum(1 for _ in reader.messages()) == saved
+
+
+def test_a_full_disk_ends_the_recorder_with_a_reason(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    inner = f"ulimit -f 500; exec {sys.executable} -m bouncing_disk_ros recorder {folder}"
+    options = "--ros-args -p topics:=/large -p compression:=none -p chunk_size:=50000"
+    process = start.command(["bash", "-c", f"{inner} {options}"])
+    process.wait_for("recording to")
+    publisher = talker.publisher("/large", Float64MultiArray)
+    message = Float64MultiArray(data=array("d", range(10_000)))
+    while process.running:
+        publisher.publish(message)
+        time.sleep(0.005)
+    assert process.wait() == 1
+    assert "recording ended: File too large" in process.stderr
+    assert "received but not recorded" in process.stdout
+    assert "Traceback" not in process.output
+    with bag.open(folder) as run:
+        assert run.complete
+        assert run.message_count > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["/proc/none/run"], "output: got '/proc/none/run', allowed: the name of a new folder"),
+        (["--ros-args", "-p", "compression:=rar"], "compression: got 'rar', allowed: zstd, lz4"),
+        (["--ros-args", "-p", "compresion:=lz4"], "Did you mean compression?"),
+        (["--ros-args", "-p", "regex:='('"], "allowed: a regular expression"),
+    ],
+)
+def test_bad_input_is_one_line(start: Starter, arguments: list[str], line: str) -> None:
+    code, process = start.finish("recorder", *arguments)
+    assert code == 2
+    assert line in process.stderr
+    assert len(process.complaints) == 1

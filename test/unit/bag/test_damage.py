@@ -1,0 +1,307 @@
+"""Cut, damaged and unfinished bags: what is whole is read, nothing is read wrong."""
+
+from __future__ import annotations
+
+import pickle
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+from rosbags.rosbag2 import Reader
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes import bag_recover
+from support.bags import START_NS, TYPES, Sent, make, messages, write
+
+CHUNK = 1500
+
+
+@pytest.fixture(scope="module")
+def sent() -> list[Sent]:
+    return list(messages(120))
+
+
+@pytest.fixture(scope="module", params=["zstd", "none"])
+def whole(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, sent: list[Sent]
+) -> bytes:
+    folder = tmp_path_factory.mktemp("bag") / "run"
+    make(folder, sent, chunk_size=CHUNK, compression=request.param)
+    return (folder / "run_0.mcap").read_bytes()
+
+
+def put(folder: Path, content: bytes) -> Path:
+    """A folder with one file of this content and no metadata.yaml."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    (folder / "run_0.mcap").write_bytes(content)
+    return folder
+
+
+def read(path: Path) -> tuple[list[tuple[object, ...]], dict[str, bytes], dict[str, str]]:
+    with bag.open(path) as run:
+        return [tuple(row) for row in run.messages()], run.attachments, run.notes
+
+
+def rosbags_count(folder: Path) -> int:
+    with Reader(folder) as reader:
+        return sum(1 for _ in reader.messages())
+
+
+def test_a_cut_file_gives_all_whole_chunks(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
+    expected = [tuple(row) for row in sent]
+    counts = []
+    for length in sorted(random.Random(1).sample(range(200, len(whole)), 25)):
+        folder = put(tmp_path / "run", whole[:length])
+        with bag.open(folder) as run:
+            assert not run.complete
+            found = [tuple(row) for row in run.messages()]
+        assert found == expected[: len(found)]
+        counts.append(len(found))
+        shutil.rmtree(tmp_path / "mended", ignore_errors=True)
+        report = bag.recover(folder, tmp_path / "mended")
+        assert report.saved == len(found)
+        with bag.open(tmp_path / "mended") as run:
+            assert run.complete
+            assert [tuple(row) for row in run.messages()] == found
+    assert rosbags_count(tmp_path / "mended") == counts[-1]
+    assert counts == sorted(counts)
+    assert counts[-1] > 100
+
+
+def test_a_killed_writer_leaves_all_but_the_open_chunk(tmp_path: Path, sent: list[Sent]) -> None:
+    writer = bag.Writer(tmp_path / "run", bag.Options(chunk_period=1e-9))
+    write(writer, sent)
+    shutil.copytree(tmp_path / "run", tmp_path / "killed")
+    writer.close()
+    with bag.open(tmp_path / "killed") as run:
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
+        assert set(run.topics) == set(TYPES)  # also the one without messages
+        assert "metadata.yaml is missing" in run.remarks[0]
+    report = bag.recover(tmp_path / "killed")
+    assert (report.saved, report.lost, report.exact) == (len(sent), 0, True)
+    assert rosbags_count(tmp_path / "killed_recovered") == len(sent)
+
+
+def test_a_flipped_bit_is_never_read_wrong(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
+    right = read(put(tmp_path / "run", whole))
+    dice, refused, lines = random.Random(2), 0, list[str]()
+    for _ in range(150):
+        place, bit = dice.randrange(len(whole)), dice.randrange(8)
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << bit
+        folder = put(tmp_path / "run", bytes(damaged))
+        try:
+            found = read(folder)
+        except (bag.BagError, InputError) as error:
+            refused += 1
+            lines.append(str(error))
+            continue
+        assert found == right, f"bit {bit} of byte {place}"
+    assert refused > 10
+    assert not any("\n" in line for line in lines)
+
+
+def test_recovery_from_a_flipped_bit_loses_one_chunk(
+    tmp_path: Path, whole: bytes, sent: list[Sent]
+) -> None:
+    expected, dice = {tuple(row) for row in sent}, random.Random(3)
+    for _ in range(40):
+        damaged = bytearray(whole)
+        damaged[dice.randrange(len(whole))] ^= 1 << dice.randrange(8)
+        folder = put(tmp_path / "run", bytes(damaged))
+        shutil.rmtree(tmp_path / "mended", ignore_errors=True)
+        report = bag.recover(folder, tmp_path / "mended")
+        found = read(tmp_path / "mended")[0]
+        assert set(found) <= expected
+        assert report.saved == len(found)
+        assert len(found) >= len(sent) - 30  # the messages of a chunk and some
+        if report.exact:
+            assert report.saved + report.lost == len(sent)
+
+
+def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
+    damaged = bytearray(whole)
+    damaged[len(whole) // 3 : len(whole) // 3 + 40] = bytes(40)
+    folder = put(tmp_path / "run", bytes(damaged))
+    with bag.open(folder) as run, pytest.raises(bag.BagError, match="bag_recover"):
+        list(run.messages())
+    report = bag.recover(folder)
+    assert report.lost > 0
+    assert any("run_0.mcap: bytes" in line for line in report.lines)
+    assert f"{report.lost} lost" in report.summary
+    with bag.open(report.output) as run:
+        assert f"{report.lost} lost" in run.notes["recovered"]
+
+
+def test_the_command_recovers(
+    tmp_path: Path, whole: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = put(tmp_path / "run", whole[: len(whole) // 2])
+    assert bag_recover.main([str(folder)]) == 0
+    assert "messages saved" in capsys.readouterr().out
+    assert bag_recover.main([str(folder)]) == 2  # the output is there already
+    assert "a new folder" in capsys.readouterr().err
+    assert bag_recover.main([str(tmp_path / "nothing")]) == 2
+    (tmp_path / "junk.mcap").write_bytes(b"no bag at all" * 100)
+    assert bag_recover.main([str(tmp_path / "junk.mcap")]) == 1
+    assert "not an .mcap file" in capsys.readouterr().err
+
+
+FULL = """
+import pickle, resource, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[3])
+from bouncing_disk_ros import bag
+from support.bags import messages, write
+limit = int(sys.argv[2])
+options = bag.Options(chunk_size=2000, compression="none")
+writer = bag.Writer(Path(sys.argv[1]), options)
+sent = list(messages(1000))
+Path(sys.argv[1] + ".sent").write_bytes(pickle.dumps([tuple(row) for row in sent]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+try:
+    write(writer, sent)
+    writer.close()
+except bag.WriteError as error:
+    print(error)
+    print(writer.lost_on_disk.total())
+"""
+
+
+def fill(tmp_path: Path, limit: int) -> tuple[Path, list[tuple[object, ...]], int]:
+    """Write a bag to a disk that takes no file above `limit`; folder, what was sent, what lost."""
+    folder = tmp_path / "run"
+    support = str(Path(__file__).resolve().parents[2])
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(folder), str(limit), support],
+        capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    line, lost = done.stdout.splitlines()
+    assert "recording ended: File too large" in line
+    return folder, pickle.loads((tmp_path / "run.sent").read_bytes()), int(lost)
+
+
+@pytest.mark.parametrize("limit", [170_000, 201_111, 252_345])
+def test_a_full_disk_ends_in_a_whole_bag(tmp_path: Path, limit: int) -> None:
+    folder, sent, lost = fill(tmp_path, limit)
+    with bag.open(folder) as run:
+        assert run.complete
+        found = [tuple(row) for row in run.messages()]
+        assert run.notes["ended"] == "the disk took no more"
+    assert found == sent[: len(found)]
+    assert len(found) > 100
+    assert 0 < lost <= len(sent) - len(found)
+    assert rosbags_count(folder) == len(found)
+
+
+@pytest.mark.parametrize("limit", [32_000, 36_000])
+def test_a_disk_too_full_for_the_index_leaves_all_whole_chunks(tmp_path: Path, limit: int) -> None:
+    folder, sent, _ = fill(tmp_path, limit)
+    with bag.open(folder) as run:
+        found = [tuple(row) for row in run.messages()]
+    assert found == sent[: len(found)]
+    assert len(found) > 3
+    report = bag.recover(folder)
+    assert (report.saved, rosbags_count(report.output)) == (len(found), len(found))
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"output: got .*Not a directory"):
+        bag.Writer(tmp_path / "file" / "run")
+    bag.Writer(tmp_path / "run").close()
+    with pytest.raises(InputError, match="File exists"):
+        bag.Writer(tmp_path / "run")
+    with pytest.raises(InputError, match="compression: got 'rar', allowed: zstd, lz4, none"):
+        bag.Options(compression="rar")
+
+
+def foreign(path: Path, sent: list[Sent], **options: object) -> Path:
+    """A file as other programs write it, with mcap's own writer."""
+    with path.open("wb") as stream:
+        writer = McapWriter(stream, compression=CompressionType.ZSTD, **options)  # type: ignore[arg-type, unused-ignore]
+        writer.start("ros2")
+        channels = {}
+        for topic, kind in TYPES.items():
+            text = schema_of(kind).text.encode()
+            schema = writer.register_schema(kind, "ros2msg", text)
+            channels[topic] = writer.register_channel(topic, "cdr", schema)
+        for row in sent:
+            writer.add_message(channels[row.topic], row.log_time_ns, row.data, row.publish_time_ns,
+                               row.sequence)  # fmt: skip
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("chunked", [True, False])
+def test_files_of_other_writers_are_read_and_mended(
+    tmp_path: Path, sent: list[Sent], chunked: bool
+) -> None:
+    path = foreign(tmp_path / "other.mcap", sent, use_chunking=chunked)
+    expected = [tuple(row) for row in sent]
+    assert read(path) == (expected, {}, {})
+    path.write_bytes(path.read_bytes()[: -400 if chunked else -2000])
+    report = bag.recover(path)
+    assert read(report.output)[0] == expected[: report.saved]
+    assert report.saved > (0 if chunked else 50) or chunked
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "bag").mkdir()
+    return tmp_path / "bag"
+
+
+def test_other_storages_are_refused_with_the_converting_command(folder: Path) -> None:
+    (folder / "bag_0.db3").write_bytes(b"SQLite")
+    with pytest.raises(InputError, match=r"got 'bag_0.db3'.*ros2 bag convert -i .*bag -o out.yaml"):
+        bag.open(folder)
+    yaml = (
+        "rosbag2_bagfile_information: {storage_identifier: sqlite3, relative_file_paths: [a.db3]}"
+    )
+    (folder / "metadata.yaml").write_text(yaml)
+    with pytest.raises(InputError, match=r"bag storage: got 'sqlite3', allowed: mcap"):
+        bag.open(folder)
+    (folder / "run.bag").write_bytes(b"#ROSBAG V2.0")
+    with pytest.raises(InputError, match="rosbags-convert"):
+        bag.open(folder / "run.bag")
+
+
+def test_what_is_no_bag_is_refused(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"It holds no .mcap file"):
+        bag.open(folder)
+    with pytest.raises(InputError, match=r"There is nothing of that name"):
+        bag.open(folder / "nothing")
+    (folder / "a.mcap").write_bytes(b"")
+    with pytest.raises(InputError, match=r"a readable .mcap file"):
+        bag.open(folder)
+
+
+def test_a_bag_of_a_newer_format_is_refused(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run", notes={"format": "99"}) as writer:
+        writer.add_topic("/a", "std_msgs/msg/String")
+        writer.write("/a", b"\0\1\0\0\2\0\0\0a\0", START_NS)
+    with pytest.raises(InputError, match=r"bag format: got 99, allowed: 1 to 1.*update"):
+        bag.open(tmp_path / "run")
+
+
+def test_a_file_that_metadata_yaml_does_not_name_is_read_and_told(
+    tmp_path: Path, sent: list[Sent]
+) -> None:
+    folder = make(tmp_path / "run", sent[:50])
+    more = make(tmp_path / "more", sent[50:])
+    shutil.copy(more / "more_0.mcap", folder / "run_1.mcap")
+    with bag.open(folder) as run:
+        assert len(list(run.messages())) == len(sent)
+        assert "run_1.mcap: metadata.yaml does not name it" in run.remarks[0]
+    (folder / "run_0.mcap").unlink()
+    with bag.open(folder) as run:
+        assert "run_0.mcap is missing" in run.remarks
