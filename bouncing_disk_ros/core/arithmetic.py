@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from numba import njit
+from numba import njit, types
 
 Kernel: TypeAlias = Callable[..., Any]
 
@@ -132,6 +132,12 @@ def sincos(x: float) -> tuple[float, float]:
     p = c if swap else s
     q = s if swap else c
     return (-p if quadrant & 2 else p), (-q if (quadrant + 1) & 2 else q)
+
+
+@entry(types.UniTuple(types.float64, 2)(types.float64))
+def sine_and_cosine(x: float) -> tuple[float, float]:
+    """`sincos` for Python: cached, so that a start does not compile it."""
+    return sincos(x)
 
 
 @kernel

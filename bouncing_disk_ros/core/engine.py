@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, platform, stepper
-from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
 from bouncing_disk_ros.core.layout import (
     BOOKS,
     CHATTER_ENDS,
@@ -89,7 +89,7 @@ class Engine:
         self.m = platform.steady(motion, time_ns, cycles, tau)
         s[:] = np.zeros(1, STATE_DTYPE)
         s["ns"], s["cycles"], s["tau"], s["rows"], s["phase"] = time_ns, cycles, tau, rows, FLIGHT
-        s["sine"], s["cosine"] = sincos(tau)
+        s["sine"], s["cosine"] = sine_and_cosine(tau)
         turns = round(initial.angle / TWO_PI)
         s["turns"], s["angle"] = turns, initial.angle - turns * TWO_PI
         s["gap"], s["omega"] = initial.height, initial.angular_velocity

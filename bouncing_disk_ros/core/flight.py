@@ -118,6 +118,8 @@ def first_impact(
     begin, end = above_platform(motion.top, jet[0] + gap, jet[1] + u, g)
     k = g + motion.s2
     d = start
+    if start == 0.0 and gap == 0.0 and u > 0.0 and begin <= 2.0 * u / k < end:
+        d = end  # a safe step already ends above the platform
     h, h1, h2, h3, h4 = gap, u, -(g + jet[2]), -jet[3], -jet[4]
     if d > 0.0:
         h, h1, h2, h3, h4 = gap_after(motion, elapsed, s, c, g, gap, u, d)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, sine_and_cosine
 from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
 from bouncing_disk_ros.core.model import Motion
 
@@ -164,7 +164,7 @@ def _set_bounds(m: NDArray[np.void]) -> None:
         dw * spread[2] + dlag * spread[3],
     )
     r["omega"] = TWO_PI * r["f"]
-    r["lag_sine"], r["lag_cosine"] = sincos(float(r["lag"]))
+    r["lag_sine"], r["lag_cosine"] = sine_and_cosine(float(r["lag"]))
     r["omega_max"] = w
     r["top"] = a[0] * _ROOM
     r["s2"], r["s3"], r["s4"] = (x * _ROOM for x in s)
