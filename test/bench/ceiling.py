@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from bench.axial import RESTITUTION, period_one
 from bench.table import Aim, Row, row
-
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 

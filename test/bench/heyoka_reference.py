@@ -13,8 +13,9 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from bench.axial import GRAVITY, RESTITUTION, Regime
 from numpy.typing import NDArray
+
+from bench.axial import GRAVITY, RESTITUTION, Regime
 
 HAIR = 1e-12
 

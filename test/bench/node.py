@@ -12,12 +12,12 @@ from typing import Any
 
 import psutil
 import rclpy
-from bench.table import Aim, Row, row
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
+from bench.table import Aim, Row, row
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import TOPICS
 from support.processes import Process, Starter

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from bench.axial import (
     FREQUENCY,
     GRAVITY,
@@ -20,8 +22,6 @@ from bench.axial import (
 from bench.c_reference import CReference
 from bench.heyoka_reference import HeyokaReference
 from bench.table import Aim, Row, row
-from numpy.typing import NDArray
-
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 

@@ -11,9 +11,9 @@ import os
 from pathlib import Path
 
 import pytest
+
 from bench import ceiling, node, per_impact
 from bench.table import table, write
-
 from support.processes import Starter
 
 OUTPUT = Path(__file__).resolve().parents[2] / "output" / "bench.json"

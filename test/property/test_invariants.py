@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from property.runs import Run, runs
 
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -24,6 +23,7 @@ from bouncing_disk_ros.core.model import (
     Sample,
 )
 from bouncing_disk_ros.core.simulation import Simulation
+from property.runs import Run, runs
 
 FEW = settings(max_examples=60)
 PERIODS = 6.0

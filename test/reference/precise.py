@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import mpmath
 from mpmath import mp, mpf
-from reference.cases import NS, Fade, Kick
 
 from bouncing_disk_ros.core.model import Disk, Motion
+from reference.cases import NS, Fade, Kick
 
 mp.dps = 60
 Real = Any  # mpf: mpmath has no types

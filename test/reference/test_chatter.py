@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 from mpmath import mpf
 from numpy.typing import NDArray
-from reference.cases import NS, axial_amplitude
-from reference.precise import Chatter, Path, chatter
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase, Sample
 from bouncing_disk_ros.core.simulation import Simulation
+from reference.cases import NS, axial_amplitude
+from reference.precise import Chatter, Path, chatter
 
 ROUNDINGS = 8.0
 EPS = float(np.finfo(float).eps)

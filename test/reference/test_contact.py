@@ -16,11 +16,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
-from reference.cases import NS, SLOW, axial_amplitude
-from reference.precise import Constants, Contact, Path, Turning
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
+from reference.cases import NS, SLOW, axial_amplitude
+from reference.precise import Constants, Contact, Path, Turning
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 8.0

@@ -18,12 +18,12 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
-from reference import precise
-from reference.cases import NS, SLOW, Case, Fade, axial_amplitude, effective_gravity
-from reference.precise import Landing, Path, landing
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
+from reference import precise
+from reference.cases import NS, SLOW, Case, Fade, axial_amplitude, effective_gravity
+from reference.precise import Landing, Path, landing
 
 ROUNDINGS = 8.0
 EPS = float(np.finfo(float).eps)

@@ -15,10 +15,10 @@ import math
 import numpy as np
 from hypothesis import HealthCheck, assume, given, note, settings
 from numpy.typing import NDArray
-from reference import moreau
-from reference.cases import NS, SLOW, Case, runs
 
 from bouncing_disk_ros.core.model import Sample
+from reference import moreau
+from reference.cases import NS, SLOW, Case, runs
 
 PERIODS = 2.0
 STEP = 1 / 2000  # h₀, periods

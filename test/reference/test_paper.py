@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reference.cases import NS, axial_amplitude
 from scipy.optimize import brentq, minimize_scalar
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
+from reference.cases import NS, axial_amplitude
 
 LOWEST = 1.5 * math.pi
 EPS = float(np.finfo(float).eps)
