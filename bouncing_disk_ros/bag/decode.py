@@ -64,7 +64,7 @@ class CloudRows:
         self._frame, self._layout = b"", b""  # the bytes that two clouds of one layout share
         self._places = (0, 0)  # of height and of the points
         self._dtype: np.dtype[np.void] | None = None
-        self._parts: list[bytes] = []
+        self._points = bytearray()
 
     def add(self, data: bytes) -> int:
         """Take the points of one message; how many they are."""
@@ -82,7 +82,7 @@ class CloudRows:
         step = self._dtype.itemsize
         if row_step != width * step or length != height * row_step:
             return self._learn(data)
-        self._parts.append(data[points_at : points_at + length])
+        self._points += memoryview(data)[points_at : points_at + length]
         return int(height * width)
 
     def _learn(self, data: bytes) -> int:
@@ -103,14 +103,14 @@ class CloudRows:
             self._places = (height_at, points_at)
             self._frame = data[12:height_at]
             self._layout = data[height_at + 8 : points_at - 8]
-        self._parts.append(cloud.data.tobytes())
+        self._points += cloud.data.tobytes()
         return int(cloud.width * cloud.height)
 
     def array(self) -> NDArray[np.void]:
         """All points, in the order of the messages; writable, and nobody else's."""
         if self._dtype is None:
             return np.zeros(0, np.dtype([]))
-        return np.frombuffer(bytearray(b"".join(self._parts)), self._dtype)
+        return np.frombuffer(self._points, self._dtype)
 
 
 def _height(data: bytes) -> int:

@@ -18,6 +18,11 @@ class SequenceLoss:
         self.why_not = ""
         self._last: int | None = None
 
+    @property
+    def begun(self) -> bool:
+        """Whether there is a number to go on from."""
+        return self._last is not None
+
     def gap(self, sequence: int) -> int:
         """How many numbers lie between the last one and this; below 0: another publisher."""
         if sequence == UNKNOWN:

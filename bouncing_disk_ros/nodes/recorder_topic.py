@@ -51,7 +51,7 @@ class RecordedTopic:
         self.registered = False
         self._node, self._put = node, put
         self._class = message_class(kind)
-        self._gids: frozenset[bytes] = frozenset()
+        self._numbered: set[bytes] = set()  # whose numbers are being followed
         self._subscription: Subscription | None = None
         self._wanted = (True, False) if qos is None else (qos.reliable, qos.latched)
         infos = self.publishers()
@@ -61,15 +61,11 @@ class RecordedTopic:
 
     # --- the graph --------------------------------------------------------------------------------
     def publishers(self) -> list[Any]:
-        """Who publishes now; takes note of a change."""
-        infos = self._node.get_publishers_info_by_topic(self.name)
-        gids = frozenset(bytes(info.endpoint_gid) for info in infos)
-        if gids - self._gids:  # somebody new: its numbers are others
-            self.loss.restart()
-        self._gids = gids or self._gids
-        if len(gids) > 1:
-            self.loss.why_not = f"{len(gids)} publishers on the topic"
-        return list(infos)
+        """Who publishes now; with two of them losses cannot be counted."""
+        infos = list(self._node.get_publishers_info_by_topic(self.name))
+        if len(infos) > 1:
+            self.loss.why_not = f"{len(infos)} publishers on the topic"
+        return infos
 
     def follow(self) -> list[Any]:
         """Weaken the subscription where a new publisher would not match it; the publishers."""
@@ -123,10 +119,12 @@ class RecordedTopic:
     def _take(self, data: bytes, info: Mapping[str, int]) -> None:
         now = info["received_timestamp"] or time.time_ns()
         number = info["publication_sequence_number"]
-        if self.loss.gap(number) != 0:
-            self.publishers()  # a gap, or somebody new
-            if self.loss.gap(number) < 0:
+        gap = self.loss.gap(number)
+        if gap != 0 or not self.loss.begun:
+            gids = {bytes(info.endpoint_gid) for info in self.publishers()}
+            if gap < 0 or gids - self._numbered:  # somebody new: its numbers are others
                 self.loss.restart()
+                self._numbered = gids
         taken = self._put(self, data, now, info["source_timestamp"] or now, number)
         if taken is not None:
             self.loss.take(number)
