@@ -83,7 +83,7 @@ class At(NamedTuple):
 class Path:
     """The platform's motion from t = 0, with cross-fades."""
 
-    def __init__(self, motion: Motion, phase: float, fades: Sequence[Fade] = ()) -> None:
+    def __init__(self, motion: Motion, phase: Real, fades: Sequence[Fade] = ()) -> None:
         self._pieces: list[tuple[Real, Real, Real, Motion, Motion]] = []
         now, tau = mpf(0), mpf(phase)
         for fade in fades:

@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from mpmath import mpf
+from mpmath import mp, mpf
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase, Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import NS, axial_amplitude
-from reference.precise import Chatter, Path, chatter
+from reference.precise import Chatter, Constants, Landing, Path, Real, chatter, landing
 
 ROUNDINGS = 8.0
 EPS = float(np.finfo(float).eps)
@@ -166,3 +166,44 @@ def test_rows_count_what_the_reporting_speed_hides() -> None:
             assert len(rows) == 1
     assert all(end == ends[0] for end in ends)
     assert len(set(counts)) == 1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_chatter_that_meets_separation(seed: int) -> None:
+    """Rule 7: where a falls to 0 before the tail ends, it is bounce by bounce, and then a flight.
+
+    Every row until the first long flight against 60 digits. The nearer separation, the more the
+    rounding of a phase counts: the tolerance is what one of 2π ulp at the start makes of the row.
+    """
+    random = np.random.default_rng(seed)
+    body = disk(random.choice([0.1, 0.5, 0.8]))
+    gravity = body.gravity + body.preload / body.mass
+    forcing, early = random.uniform(0.33, 1.5), 10 ** random.uniform(-3, -0.3)
+    motion = Motion(axial_amplitude(forcing, FREQUENCY, body), 0.0, FREQUENCY, 0.0)
+    phase = math.asin(1 / (math.pi * forcing)) - early
+    load = gravity - motion.axial_amplitude * OMEGA**2 * math.sin(phase)
+    u = random.uniform(0.8, 1.5) * early / OMEGA * load * (1 - body.restitution) / 2
+    rows, _ = kicked(motion, body, 0.0, phase, u).advance(NS)
+    single = rows[: int(np.argmax(np.append(rows["kind"], ImpactKind.CHATTER_TAIL) > 0))]
+    shifted = mpf(phase) + mpf(float(np.spacing(math.tau)))
+    exact = bounces(Path(motion, phase), body, mpf(u), len(single))
+    near = bounces(Path(motion, shifted), body, mpf(u), len(single))
+    assert len(exact) > 1
+    for n, (row, end, other) in enumerate(zip(single, exact, near, strict=False), start=1):
+        rounding = abs(float(other.impact_velocity / end.impact_velocity - 1)) + n * EPS
+        assert row["axial_impact_velocity"] == pytest.approx(
+            float(end.impact_velocity), rel=ROUNDINGS * rounding
+        )
+
+
+def bounces(path: Path, body: Disk, u: Real, most: int) -> list[Landing]:
+    """Impacts after a launch with u, up to the first that ends a flight of a quarter period."""
+    k, t, found = Constants(body), mpf(0), list[Landing]()
+    while len(found) < most:
+        end = landing(path, k.gravity, t, mpf(0), u)
+        assert end is not None
+        found.append(end)
+        if end.duration * path.omega > mp.pi / 2:
+            break
+        t, u = t + end.duration, -k.restitution * end.impact_velocity
+    return found
