@@ -16,7 +16,7 @@ import yaml
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
-from bouncing_disk_ros.nodes import demo, echo_impacts, perform
+from bouncing_disk_ros.nodes import demo, echo_impacts, perform, recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.topics import SERVICES, TOPICS
@@ -31,6 +31,7 @@ TABLES = {
     "perform": perform.OPTIONS,
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
+    "recorder": recorder_options.OPTIONS,
 }
 
 
