@@ -137,6 +137,11 @@ class Engine:
         if n:
             rows.append(self._written(n))
 
+    def change_motion(self, motion: NDArray[np.void]) -> None:
+        """Put another motion in force under the halted disk."""
+        self.m = motion
+        stepper.take_motion(self.state, motion)
+
     def kick(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
         stepper.kick(self.state, self.m, self.k, self._books, axial_impulse, angular_impulse)

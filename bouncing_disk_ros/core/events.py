@@ -19,7 +19,6 @@ from bouncing_disk_ros.core.impact import (
     UNDECIDED,
     chatter_duration,
     chatter_friction,
-    nothing_left,
 )
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
@@ -33,12 +32,15 @@ from bouncing_disk_ros.core.layout import (
     SLIP_ENDS,
     STEADY,
     STICKING,
+    STILLED,
 )
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet
 
 # A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick
 # until then.
 _LAST_SLIP = 1e-8
+# A bounce that lasts less than this (rad) does not move the forcing phase: it is contact.
+_NO_BOUNCE = 1e-17
 # Events are looked for a little past the boundary, s; the exact comparison is made with their
 # instant.
 _PAST_BOUNDARY = 2e-9
@@ -97,22 +99,17 @@ def _chatter(
     # cheap refusal: T ω is far from small for all but the last bounces
     if a <= 0.0 or u * motion.omega_max > 1e-2 * a:
         return NOTHING, 0.0, 0.0
+    if 2.0 * u * motion.omega_max <= _NO_BOUNCE * a:
+        return CHATTER_ENDS, 0.0, STILLED
     t, exact = chatter_duration(motion, disk, s, u)
-    if t <= 0.0:
-        return NOTHING, 0.0, 0.0
-    over = nothing_left(motion, t)
-    if not over and (not exact or t + _PAST_BOUNDARY > horizon):
+    if not exact or t + _PAST_BOUNDARY > horizon:
         return NOTHING, 0.0, 0.0
     b = angular_jet(motion, state.sine, state.cosine, since)
     rho = b[2] + disk.lag
     total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
     friction, sign = chatter_friction(disk, a, rho, state.omega - b[1], total, t)
     if friction == UNDECIDED:
-        if not over:
-            return NOTHING, 0.0, 0.0
-        friction = ALL_STICK
-    if over:
-        t = min(t, max(horizon - _PAST_BOUNDARY, 0.0))
+        return NOTHING, 0.0, 0.0
     return CHATTER_ENDS, t, 0.0 if friction == ALL_STICK else sign
 
 

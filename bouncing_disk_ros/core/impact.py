@@ -16,9 +16,6 @@ UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
 _PHASE_ROUNDING = ROUNDING
 # Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
 _STRAIGHT = 4e-6
-# Below this duration (rad of forcing phase) what is left of a chatter changes nothing that a
-# float64 can hold.
-_NOTHING_LEFT = 1e-17
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
 _MARGIN = 1e-3
 
@@ -54,12 +51,6 @@ def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[fl
         and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
     )
     return t - s[3] * t * t / (3.0 * a), exact
-
-
-@kernel
-def nothing_left(motion: Record, t: float) -> bool:
-    """Whether a chatter that still lasts t seconds is over for every purpose."""
-    return t * motion.omega_max <= _NOTHING_LEFT
 
 
 @kernel

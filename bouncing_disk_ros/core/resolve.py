@@ -18,6 +18,7 @@ from bouncing_disk_ros.core.layout import (
     SLIDING,
     SLIP,
     SLIP_ENDS,
+    STILLED,
     W_ANGULAR,
     W_AXIAL,
 )
@@ -101,6 +102,8 @@ def _end_chatter(
     impact with its time are geometric series, whose corrections are below rounding where the
     completion is allowed.
     """
+    if state.event_value == STILLED:
+        return _still(state, motion, disk, books, rows, n, open_row)
     t, sign, u, e = state.event_delay, state.event_value, state.u, disk.restitution
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
@@ -135,6 +138,19 @@ def _end_chatter(
     if row.count == 0:
         begin_row(row, state, motion, disk, u, slip)
     add_impulses(row, state, motion, disk, push, twist)
+    n = close_row(open_row, rows, n, state, CHATTER_TAIL)
+    settle(state, motion, disk)
+    return n
+
+
+@kernel
+def _still(
+    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+) -> int:
+    """Take a bounce too short to move the forcing phase as contact; its energy is lost."""
+    climb = axial_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))[1]
+    book(books, W_AXIAL, -disk.mass * climb * state.u)
+    book(books, L_AXIAL, 0.5 * disk.mass * state.u * state.u)
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
     settle(state, motion, disk)
     return n

@@ -24,12 +24,11 @@ from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
 
 
 class Simulation:
-    """The disk on its platform, exact and deterministic.
+    """The disk on its platform, exact and deterministic; SI units, times in whole nanoseconds.
 
     The same inputs at the same instants of simulated time give bit-identical impacts for any
     pattern of calls of `advance`, on every x86-64. Arguments are trusted to be in range (see
-    `parameters`). Units are SI, times are whole nanoseconds of simulated time. Not safe for use by
-    two threads at once.
+    `parameters`). Not safe for use by two threads at once.
     """
 
     def __init__(
@@ -142,11 +141,12 @@ class Simulation:
         engine, now = self._engine, self._time_ns
         engine.halt(now, parts)
         if engine.fading and int(engine.m["end_ns"][0]) == now:
-            engine.m = platform.steady(self._target, now, *engine.clock)
+            engine.change_motion(platform.steady(self._target, now, *engine.clock))
             self._note_motion(self._target, self._target)
         if not engine.fading and self._pending and self._pending[0].begin_ns == now:
             fade = self._pending.pop(0)
-            engine.m = platform.fade(self._target, fade.target, now, fade.end_ns, *engine.clock)
+            plan = (self._target, fade.target, now, fade.end_ns)
+            engine.change_motion(platform.fade(*plan, *engine.clock))
             self._note_motion(self._target, fade.target)
         while self._kicks and self._kicks[0].at_ns == now:
             kick = self._kicks.pop(0)

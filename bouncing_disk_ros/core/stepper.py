@@ -95,6 +95,18 @@ def kick(
     s.omega += angular / k.inertia
 
 
+@entry(types.void(STATE, MOTION))
+def take_motion(state: Record, motion: Record) -> None:
+    """A new motion of the platform for a halted state: a disk that sticks still sticks.
+
+    The new motion's β̇ is the old one's but for rounding, and rounding must not make it slip.
+    """
+    s = state[0]
+    if s.phase == STICKING:
+        since = elapsed(motion[0], s.ns, s.sub)
+        s.omega = angular_jet(motion[0], s.sine, s.cosine, since)[1]
+
+
 @entry(types.void(STATE, MOTION, DISK))
 def resume(state: Record, motion: Record, disk: Record) -> None:
     """After the inputs of one instant: contact, flight or an impact at once (rules 1, 4 and 10)."""

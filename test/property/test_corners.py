@@ -352,6 +352,33 @@ def test_9_an_elastic_disk_bounces_for_ever() -> None:
     np.testing.assert_allclose(flight, 0.4, rtol=1e-12)
 
 
+@pytest.mark.parametrize("restitution", [1.0, 1 - 1e-9, 5e-324])
+@pytest.mark.parametrize("impulse", [1e-20, 1e-300])
+def test_9_a_bounce_too_short_to_move_the_phase_is_contact(
+    restitution: float, impulse: float
+) -> None:
+    disk = PIZZA._replace(restitution=restitution)
+    sim = Simulation(motion(0.2), disk, InitialState())
+    sim.kick(SECOND, impulse, 0.0)
+    rows_until(sim, 2 * SECOND)
+    assert sim.sample().phase in CONTACT
+    dropped = Simulation(Motion(0.1, 0.5, 1.0, 0.0), disk._replace(restitution=5e-324),
+                         InitialState(0.1, None, forcing_phase=1.0))  # fmt: skip
+    assert len(rows_until(dropped, 2 * SECOND)) == 1
+    assert dropped.sample().phase in CONTACT
+
+
+@pytest.mark.parametrize("lag", [0.1, 0.7, 2.0, -1.3])
+def test_4_a_disk_that_sticks_goes_through_a_cross_fade_without_slipping(lag: float) -> None:
+    m = motion(0.2, 0.02, lag)
+    sim = Simulation(m, PIZZA, InitialState(0.0, None, 0.02 * W * math.cos(1.5 * math.pi + lag)))
+    sim.command([(2 * SECOND, m._replace(angular_amplitude=0.03, frequency=2.9))], SECOND)
+    for end in (SECOND, 2 * SECOND):
+        for instant in (end - 1, end, end + 1):
+            rows_until(sim, instant)
+            assert sim.sample().phase == Phase.STICKING
+
+
 # 10: order at one instant ----------------------------------------------------------------------
 
 
