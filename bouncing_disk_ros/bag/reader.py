@@ -22,9 +22,8 @@ from bouncing_disk_ros.bag import decode
 from bouncing_disk_ros.bag.chunks import messages
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.locate import files_of
-from bouncing_disk_ros.bag.metadata import qos_from_text
 from bouncing_disk_ros.bag.source import Block, Source
-from bouncing_disk_ros.bag.topic import Message, Topic
+from bouncing_disk_ros.bag.topic import Message, Topic, topics_of
 from bouncing_disk_ros.errors import InputError, closest
 
 
@@ -38,28 +37,24 @@ class Bag:
     def __init__(self, path: str | Path) -> None:
         found = files_of(Path(path))
         self.path, self.remarks = Path(path), list(found.remarks)
-        self._sources = [Source(file) for file in found.files]
+        self._sources: list[Source] = []
+        try:
+            self._open(found.files)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, files: list[Path]) -> None:
+        for file in files:
+            self._sources.append(Source(file))
         self.remarks += [remark for source in self._sources for remark in source.remarks]
-        self.topics: dict[str, Topic] = {}
-        for source in self._sources:
-            self._add_topics(source)
+        self.topics = topics_of(self._sources)
         self._decoders: dict[str, Callable[[bytes], Any]] = {}
         self.notes = self._notes()
         version = int(self.notes.get(FORMAT_KEY, 0))
         if version > FORMAT_VERSION:
             hint = "It was made by a newer version of this package: update it."
             raise InputError("bag format", version, f"1 to {FORMAT_VERSION}", hint)
-
-    def _add_topics(self, source: Source) -> None:
-        for number, channel in source.channels.items():
-            schema = source.schemas.get(channel.schema_id)
-            name = schema.name if schema else ""
-            topic = self.topics.setdefault(channel.topic, Topic(channel.topic, name))
-            topic.count += source.counts[number]
-            topic.qos = topic.qos or qos_from_text(channel.metadata.get("offered_qos_profiles", ""))
-            topic.type_hash = topic.type_hash or channel.metadata.get("topic_type_hash", "")
-            if schema:
-                topic.definition, topic.encoding = schema.data.decode(), schema.encoding
 
     def _notes(self) -> dict[str, str]:
         notes: dict[str, str] = {}

@@ -22,8 +22,8 @@ from bouncing_disk_ros.bag.formats import FORMAT_KEY, NOTE, BagError, checked, s
 from bouncing_disk_ros.bag.index import HEAD, MAGIC, content_stream
 from bouncing_disk_ros.bag.locate import files_of
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow, qos_from_text
-from bouncing_disk_ros.bag.scan import Damage, Piece
-from bouncing_disk_ros.bag.source import BLOCK, Source, count_lost
+from bouncing_disk_ros.bag.scan import Damage, Piece, count_lost
+from bouncing_disk_ros.bag.source import BLOCK, Source
 from bouncing_disk_ros.bag.stream import RecordStream
 from bouncing_disk_ros.errors import InputError
 

@@ -148,3 +148,17 @@ def _span(data: memoryview, position: int) -> tuple[int, int] | None:
         return None
     start, end, *_ = CHUNK_HEAD.unpack_from(data, position + HEAD.size)
     return (start, end) if 0 < start <= end < 1 << 63 else None
+
+
+def count_lost(damage: Damage, piece: Piece) -> None:
+    """Add to the damage what the message index of the lost chunk counts."""
+    channel, length = struct.unpack_from("<HI", piece.record, HEAD.size)
+    damage.counts[channel] += length // 16
+
+
+def told(name: str, damage: Damage) -> str:
+    """A damage in words."""
+    what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
+    return (
+        f"{name}: bytes {damage.offset} to {damage.offset + damage.length}: {damage.reason}: {what}"
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import mmap
+import os
 import struct
 import zlib
 from collections import Counter
@@ -27,11 +28,12 @@ from mcap.records import (
 from bouncing_disk_ros.bag.chunks import MESSAGE_HEAD, records, unpacked
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.index import HEAD, MAGIC, Index, content_stream
-from bouncing_disk_ros.bag.scan import Damage, Piece, walk
+from bouncing_disk_ros.bag.scan import Damage, Piece, count_lost, told, walk
 from bouncing_disk_ros.errors import InputError
 
 BLOCK = 1 << 20
 """Messages outside of chunks are taken together in blocks of about this size."""
+LET_GO = 64 << 20
 _FOOTER = HEAD.size + 20
 
 
@@ -60,12 +62,20 @@ class Source:
         self._attachments: list[tuple[int, int]] = []
         self._metadata: list[tuple[int, int]] = []
         try:
-            with path.open("rb") as file:
-                self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            self._file = path.open("rb")
+        except OSError as error:
+            raise InputError("bag", str(path), "a readable .mcap file", str(error)) from None
+        try:
+            self._map = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
         except (OSError, ValueError) as error:  # ValueError: it is empty
+            self._file.close()
             raise InputError("bag", str(path), "a readable .mcap file", str(error)) from None
         self._data = memoryview(self._map)
-        self.indexed = self._load()
+        try:
+            self.indexed = self._load()
+        except BaseException:
+            self.close()
+            raise
 
     def _load(self) -> bool:
         """Whether the file's own index could be taken."""
@@ -133,7 +143,7 @@ class Source:
         self._forget()
         index = Index()
         index.schemas, index.channels = self.schemas, self.channels
-        for piece in walk(self._data):
+        for piece in self.pieces():
             if isinstance(piece, Damage):
                 self.damages.append(piece)
             else:
@@ -177,15 +187,20 @@ class Source:
     # --- content ----------------------------------------------------------------------------------
     def pieces(self) -> Iterator[Piece | Damage]:
         """Everything in the file from its beginning, whatever its index says."""
-        return walk(self._data)
+        passed = 0
+        for piece in walk(self._data):
+            yield piece
+            if piece.offset - passed > LET_GO:  # else the whole file stays in memory
+                passed = piece.offset
+                self._map.madvise(mmap.MADV_DONTNEED)
 
     def read(self, block: Block) -> bytes:
         """The records of a block, checked; BagError when it is damaged."""
-        place = self._data[block.offset : block.offset + block.length]
+        place = memoryview(os.pread(self._file.fileno(), block.length, block.offset))
         if block.plain:
             return bytes(place)
         try:
-            if place[0] != Opcode.CHUNK:
+            if len(place) != block.length or place[0] != Opcode.CHUNK:
                 raise BagError("damaged: no chunk stands where the index says")
             return unpacked(place[HEAD.size :])
         except BagError as error:
@@ -216,6 +231,7 @@ class Source:
         with contextlib.suppress(BufferError):  # an iterator in use still looks at it
             self._data.release()
             self._map.close()
+        self._file.close()
 
 
 def contents(index: Index, inner: bytes) -> tuple[Counter[int], int, int]:
@@ -230,17 +246,3 @@ def contents(index: Index, inner: bytes) -> tuple[Counter[int], int, int]:
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             index.add(inner[position : position + whole], 0)
     return counts, min(times, default=0), max(times, default=0)
-
-
-def count_lost(damage: Damage, piece: Piece) -> None:
-    """Add to the damage what the message index of the lost chunk counts."""
-    channel, length = struct.unpack_from("<HI", piece.record, HEAD.size)
-    damage.counts[channel] += length // 16
-
-
-def told(name: str, damage: Damage) -> str:
-    """A damage in words."""
-    what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
-    return (
-        f"{name}: bytes {damage.offset} to {damage.offset + damage.length}: {damage.reason}: {what}"
-    )

@@ -16,6 +16,7 @@ from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes import bag_recover
 from support.bags import START_NS, TYPES, Sent, make, messages, write
@@ -128,8 +129,10 @@ def test_recovery_from_a_flipped_bit_loses_one_chunk(
 
 
 def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
-    damaged = bytearray(whole)
-    damaged[len(whole) // 3 : len(whole) // 3 + 40] = bytes(40)
+    source = Source(put(tmp_path / "run", whole) / "run_0.mcap")
+    place, damaged = source.blocks[3].offset + 100, bytearray(whole)
+    source.close()
+    damaged[place : place + 40] = bytes(40)
     folder = put(tmp_path / "run", bytes(damaged))
     with bag.open(folder) as run, pytest.raises(bag.BagError, match="bag_recover"):
         list(run.messages())

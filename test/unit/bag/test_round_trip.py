@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 import yaml
 from mcap.reader import make_reader
@@ -202,3 +204,23 @@ def test_schemas_hold_every_dependency_once(topic: str) -> None:
 def test_an_unknown_type_is_refused() -> None:
     with pytest.raises(InputError, match="Install the package nowhere_msgs"):
         schema_of("nowhere_msgs/msg/Nothing")
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_memory_stays_small_however_large_the_bag(tmp_path: Path, whole: bool) -> None:
+    process, size = psutil.Process(), 80_000
+    content = b"\0\1\0\0" + bytes(size)
+    with bag.Writer(tmp_path / "run", bag.Options(compression="none")) as writer:
+        writer.add_topic("/large", "std_msgs/msg/Float64MultiArray")
+        for number in range(1500):  # 120 MB
+            writer.write("/large", content, START_NS + number)
+    file = tmp_path / "run" / "run_0.mcap"
+    if not whole:
+        os.truncate(file, file.stat().st_size - 100)
+    before = process.memory_full_info().uss
+    with bag.open(file) as run:
+        count = sum(1 for _ in run.messages())
+        grown = process.memory_full_info().uss - before
+    assert count == 1500
+    # by the index: some chunks of 1 MiB; by a walk: LET_GO between two releases
+    assert grown < (20e6 if whole else 90e6)
