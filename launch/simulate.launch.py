@@ -62,4 +62,5 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, simulator, transforms, viewer])
+    # the simulator last: a viewer that is not installed ends the launch before anything runs
+    return LaunchDescription([*arguments, transforms, viewer, simulator])

@@ -27,8 +27,9 @@ from bouncing_disk_ros.run.session import Session
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 TICK_SECONDS = (0.001, 0.01)
 """Bounds of the period of the loop; within them it is that of the samples."""
-CLOCK_SEARCH_SECONDS = 1.0
-"""How long a node that shall publish /clock looks for another publisher of it."""
+CLOCK_SEARCH_SECONDS = 3.5
+"""How long a node that shall publish /clock looks for another publisher of it: discovery
+has been seen to take up to 3.1 s."""
 
 
 class SimulatorNode(LifecycleNode):
@@ -51,6 +52,7 @@ class SimulatorNode(LifecycleNode):
         self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
+        self._starting = False
         try:
             self._set_up()
             if self._values["autostart"]:
@@ -77,9 +79,11 @@ class SimulatorNode(LifecycleNode):
         self.create_timer(1.0, self._on_second, clock=self._steady)
 
     def _autostart(self) -> None:
+        self._starting = True
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() != SUCCESS:
                 raise self._error or RuntimeError("the simulator could not be started")
+        self._starting = False
 
     # --- lifecycle --------------------------------------------------------------------------------
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -88,7 +92,8 @@ class SimulatorNode(LifecycleNode):
             self._refuse_second_clock()
         except InputError as error:
             self._error = error
-            self.get_logger().error(error.line)
+            if not self._starting:  # else whoever starts it is told
+                self.get_logger().error(error.line)
             return FAILURE
         return self._transition(self._make_run, state)
 
@@ -204,8 +209,12 @@ class SimulatorNode(LifecycleNode):
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """As rclpy's, but that every refusal is one clear line, and counted."""
-        refusal = self._door.refusal(parameter_list) if self._door is not None else None
-        return refusal or super().set_parameters_atomically(list(parameter_list))
+        if self._door is None:
+            return super().set_parameters_atomically(list(parameter_list))
+        changes = self._door.news(parameter_list)
+        if not changes:  # rclpy would refuse an empty list
+            return SetParametersResult(successful=True)
+        return self._door.refusal(changes) or super().set_parameters_atomically(changes)
 
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:

@@ -80,7 +80,8 @@ def msg_to_programme(msg: JointTrajectory) -> ProgrammeRequest:
 
 def value_to_programme(name: str, value: float) -> ProgrammeRequest:
     """One value now (platform/<name>) as the programme it stands for."""
-    return ProgrammeRequest((name,), (PointRequest((value,), 0),), field=f"platform/{name}")
+    point = PointRequest((value,), 0)
+    return ProgrammeRequest((name,), (point,), field=f"platform/{name}", is_value=True)
 
 
 def kick_to_msg(request: KickRequest) -> WrenchStamped:
@@ -211,7 +212,7 @@ def fill_joint_state(msg: JointState, sample: Sample, stamp_ns: int) -> JointSta
     velocity[0], velocity[1] = sample.axial_velocity, sample.angular_velocity
     velocity[2], velocity[3] = sample.platform_velocity, sample.platform_angular_velocity
     effort[0], effort[1] = sample.axial_force, sample.friction_torque
-    effort[2], effort[3] = -sample.axial_force, -sample.friction_torque
+    effort[2], effort[3] = 0.0 - sample.axial_force, 0.0 - sample.friction_torque  # no -0.0
     return msg
 
 

@@ -88,6 +88,17 @@ class ParameterDoor:
         node.add_on_set_parameters_callback(self._validate)
         node.add_post_set_parameters_callback(self._applied)
 
+    def news(self, changes: Sequence[Parameter]) -> list[Parameter]:
+        """The changes without read-only parameters that stay as they are (as in a loaded dump)."""
+        return [change for change in cast(changes) if not self._stays(change)]
+
+    def _stays(self, change: Parameter) -> bool:
+        node, name = self._node, change.name
+        if not (node.has_parameter(name) and node.describe_parameter(name).read_only):
+            return False
+        present = node.get_parameter(name)
+        return bool(present.type_ is change.type_ and present.value == change.value)
+
     def refusal(self, changes: Sequence[Parameter]) -> SetParametersResult | None:
         """Why a change cannot be made (counted), or None."""
         try:
@@ -99,6 +110,9 @@ class ParameterDoor:
 
     def _check(self, changes: Sequence[Parameter]) -> None:
         for change in changes:
+            if change.type_ is Parameter.Type.NOT_SET and change.name in TABLE:
+                allowed = TABLE[change.name].allowed
+                raise InputError(change.name, None, allowed, "It cannot be deleted.")
             if change.name == "use_sim_time" and change.value is not False:
                 raise InputError("use_sim_time", change.value, "false", "The simulator makes time.")
             if not (is_foreign(change.name) and self._node.has_parameter(change.name)):

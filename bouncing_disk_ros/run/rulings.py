@@ -36,6 +36,7 @@ class ProgrammeRequest:
     points: tuple[PointRequest, ...]
     stamp_ns: int = 0
     field: str = "platform/command"
+    is_value: bool = False  # one value of a topic of its own, not a point of a programme
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,8 @@ def _target(request: ProgrammeRequest, i: int, latest: Motion) -> Motion:
         raise InputError(f"{field}.positions", given, f"{len(names)}, one for each joint name")
     values: dict[str, float] = {}
     for name, position in zip(names, point.positions, strict=True):
-        values[name] = _checked_value(field, name, position)
+        where = request.field if request.is_value else f"{field} {name}"
+        values[name] = _checked_value(where, name, position)
     return latest._replace(**values)
 
 
@@ -152,9 +154,7 @@ def _checked_value(field: str, name: str, given: float) -> float:
         value = float(TABLE[name].checked(given))
     except InputError as error:
         hint = "To stop the platform, set the amplitudes to 0." if name == "frequency" else ""
-        raise InputError(
-            f"{field} {name} ({MOTION_UNITS[name]})", given, error.allowed, hint
-        ) from None
+        raise InputError(f"{field} ({MOTION_UNITS[name]})", given, error.allowed, hint) from None
     return math.remainder(value, math.tau) if name == "phase_lag" else value
 
 

@@ -185,8 +185,12 @@ WRONG: list[tuple[str, Any, str]] = [
     ("platform/command", trajectory(["frequency"], ([1.0], 0), velocities=[1.0]), "velocities"),
     ("platform/command", trajectory(["frequency"], ([1.0], 0), effort=[1.0]), "effort"),
     ("platform/command", old(trajectory(["frequency"], ([1.0], 0))), "header.stamp"),
-    ("platform/axial_amplitude", Float64(data=-0.5), "platform/axial_amplitude points[0]"),
-    ("platform/frequency", Float64(data=NAN), "platform/frequency points[0]"),
+    (
+        "platform/axial_amplitude",
+        Float64(data=-0.5),
+        "refused: platform/axial_amplitude (m): got -0.5",
+    ),
+    ("platform/frequency", Float64(data=NAN), "platform/frequency (Hz): got nan"),
     ("disk/impulse", wrench("z", NAN), "wrench.force.z: got nan"),
     ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
     ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
@@ -509,6 +513,15 @@ def test_a_wrong_start_is_one_line_and_code_2(
     assert "Traceback" not in process.output
     process.wait_for(f"^simulator: (error: )?{line}")
     assert len([text for text in process.stderr.splitlines() if not text.startswith("usage")]) == 1
+
+
+def test_a_second_clock_is_refused_in_one_line(start: Starter) -> None:
+    simulator(start, "publish_clock:=true").wait_for("running at")
+    second = ("--ros-args", "-p", "publish_clock:=true", "-r", "__ns:=/second")
+    code, process = start.finish("simulator", *second)
+    assert code == 2
+    (line,) = process.stderr.splitlines()
+    assert line.startswith("simulator: publish_clock: got True, allowed: false: /clock has a publ")
 
 
 def test_help_shows_every_parameter_topic_and_service(start: Starter) -> None:

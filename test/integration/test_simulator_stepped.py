@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.conversions import time_to_ns
 from bouncing_disk_ros.run import inputs
 from bouncing_disk_ros.run.clock import NS
@@ -173,6 +174,21 @@ def test_wrong_parameters_change_nothing(make: Make, name: str, value: Any, reas
     )
     assert result is None or not result.successful
     assert state_of(simulator) == before
+
+
+def test_a_dump_can_be_loaded_again_without_a_refusal(make: Make) -> None:
+    node = make().node
+    dump = [node.get_parameter(name) for name in (*TABLE, "start_type_description_service")]
+    assert all(node.set_parameters_atomically([each]).successful for each in dump)
+    assert node.set_parameters_atomically([Parameter("mass", value=1.0)]).reason.startswith("mass")
+
+
+def test_a_parameter_cannot_be_deleted(make: Make) -> None:
+    simulator = make()
+    for name in ("friction", "mass", "preset"):
+        result = simulator.node.set_parameters_atomically([Parameter(name)])
+        assert result.reason.endswith("It cannot be deleted.")
+        assert simulator.node.has_parameter(name)
 
 
 def test_parameters_act_where_they_are_set(make: Make) -> None:

@@ -35,7 +35,10 @@ class Peer:
     """Hears every topic of the simulator in a namespace: `heard[topic]` is the list of messages."""
 
     def __init__(
-        self, namespace: str = "", node: str = "bouncing_disk", without: tuple[str, ...] = ("/clock",)
+        self,
+        namespace: str = "",
+        node: str = "bouncing_disk",
+        without: tuple[str, ...] = ("/clock",),
     ) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)

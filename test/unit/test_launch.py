@@ -82,6 +82,12 @@ def test_viewers_start_only_when_asked_for(described: list[Any]) -> None:
     assert Path(others["rviz2"].arguments[1]).is_file()
 
 
+def test_simulator_comes_last_so_that_a_missing_viewer_leaves_none_behind(
+    described: list[Any],
+) -> None:
+    assert described[-1].package == "bouncing_disk_ros"
+
+
 def test_every_argument_is_declared_once_and_used(described: list[Any]) -> None:
     declared = [e for e in described if e.kind == "DeclareLaunchArgument"]
     names = [e.args[0] for e in declared]

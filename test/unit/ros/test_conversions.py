@@ -76,7 +76,7 @@ def test_one_value_is_a_programme_of_one_point() -> None:
     request = c.value_to_programme("frequency", 2.5)
     assert request.names == ("frequency",)
     assert request.points == (PointRequest((2.5,), 0),)
-    assert request.field == "platform/frequency"
+    assert (request.field, request.is_value) == ("platform/frequency", True)
     assert request.stamp_ns == 0
 
 
@@ -181,6 +181,11 @@ def test_a_sample_becomes_four_joints() -> None:
         "platform_axial": (0.1, 0.2, -2.5),
         "platform_rotation": (0.3, 0.4, 0.75),
     }
+
+
+def test_no_force_is_shown_without_a_sign() -> None:
+    msg = c.sample_to_msg(SAMPLE._replace(axial_force=0.0, friction_torque=0.0), 0)
+    assert [math.copysign(1.0, effort) for effort in msg.effort] == [1.0] * 4
 
 
 def test_a_reused_message_equals_a_new_one() -> None:
