@@ -155,6 +155,27 @@ def test_6_a_load_beyond_friction_turns_the_disk_for_ever() -> None:
     assert sample.friction_torque == pytest.approx(INERTIA * GRIP, rel=1e-14)
 
 
+# 9 ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("restitution", [5e-324, 1e-310, 1e-160, 1.0 - 2**-53, 1.0])
+@pytest.mark.parametrize("kick", [5e-324, 1e-160, 1e-20, 1e-14])
+def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
+    restitution: float, kick: float
+) -> None:
+    """A flight that does not move the forcing phase is no flight: contact, and no endless loop."""
+    disk = PIZZA._replace(restitution=restitution)
+    run = Simulation(forced(0.3), disk, InitialState(forcing_phase=1.0))
+    run.kick(SECOND, kick, 0.0)
+    _, behind = run.advance(2 * SECOND, max_events=100_000)
+    sample = run.sample()
+    assert sample.gap < 1e-12
+    assert not behind or run.time_ns >= SECOND
+    run = Simulation(forced(0.3), disk, InitialState(height=0.1, forcing_phase=1.0))
+    rows, _ = run.advance(SECOND, max_events=1000)
+    assert len(rows) > 0
+
+
 # 10 --------------------------------------------------------------------------------------------
 
 
