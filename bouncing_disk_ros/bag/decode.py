@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.errors import InputError, closest
@@ -27,6 +26,10 @@ def decoder(kind: str, definition: str, encoding: str) -> Callable[[bytes], Any]
     if encoding != "ros2msg":
         allowed = "ros2msg (that is what rosbag2 writes for .msg types)"
         raise InputError(f"definition of {kind}", encoding, allowed)
+    try:  # here: who only records or recovers can do without it
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    except ImportError:
+        raise BagError("decoding messages needs rosbags: pip install rosbags") from None
     store = get_typestore(Stores.EMPTY)
     try:
         store.register(get_types_from_msg(definition, kind))
