@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase, Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import NS, axial_amplitude
-from reference.precise import Chatter, Constants, Landing, Path, Real, chatter, landing
+from reference.precise import Chatter, Constants, Landing, chatter, landing
+from reference.precise_path import Path, Real
 
 ROUNDINGS = 8.0
 EPS = float(np.finfo(float).eps)

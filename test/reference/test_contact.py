@@ -20,7 +20,9 @@ from mpmath import mpf
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import NS, SLOW, axial_amplitude
-from reference.precise import Constants, Contact, Path, Turning
+from reference.precise import Constants
+from reference.precise_contact import Contact, Turning
+from reference.precise_path import Path
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 8.0

@@ -23,7 +23,8 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from reference import precise
 from reference.cases import NS, SLOW, Case, Fade, axial_amplitude, effective_gravity
-from reference.precise import Landing, Path, landing
+from reference.precise import Landing, landing
+from reference.precise_path import Path
 
 ROUNDINGS = 8.0
 EPS = float(np.finfo(float).eps)

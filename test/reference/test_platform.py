@@ -20,7 +20,7 @@ from mpmath import mpf
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import NS, SLOW, Fade
-from reference.precise import Path
+from reference.precise_path import Path
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 8.0
