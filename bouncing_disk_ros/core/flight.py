@@ -128,7 +128,7 @@ def first_impact(
             return d, h1
         h = max(h, 0.0)
         if one_root_ahead(h, h1, k):
-            return _impact_ahead(motion, elapsed, s, c, g, gap, u, d, (h, h1, h2, h3, h4))
+            return _impact_ahead(motion, elapsed, s, c, g, gap, u, d, (h, h1, h2, h3, h4), horizon)
         if h == 0.0 and h1 == 0.0:
             step = 1e-9 / motion.omega_max
         else:
@@ -153,12 +153,22 @@ def _impact_ahead(
     u: float,
     d: float,
     jet: Jet,
+    horizon: float,
 ) -> tuple[float, float]:
-    """The root that is proven to lie ahead, by steps of fifth order, and the slope there."""
+    """The root that is proven to lie ahead, by steps of fifth order, and the slope there.
+
+    (inf, 0) past the horizon, where the gap is not even evaluated: a cross-fade ends there.
+    """
     bound = motion.s4 * motion.omega_max
     for _ in range(12):
         step, slope = polished(jet)
         d += step
+        if d > horizon:
+            jet = gap_after(motion, elapsed, s, c, g, gap, u, horizon)
+            if jet[0] > 0.0:
+                return math.inf, 0.0
+            d = horizon
+            continue
         x = step * step
         fall = abs(jet[1])
         # what the Taylor polynomial and the series of its inverse leave out is below rounding

@@ -379,6 +379,17 @@ def test_4_a_disk_that_sticks_goes_through_a_cross_fade_without_slipping(lag: fl
             assert sim.sample().phase == Phase.STICKING
 
 
+def test_a_fade_of_a_nanosecond_under_a_falling_disk_stays_finite() -> None:
+    """The landing lies ten million fades ahead: the blend must not be evaluated there."""
+    disk = Disk(0.5, 1.0, 0.3, 0.1, 0.1, G)
+    sim = Simulation(Motion(0.0, 0.0, 2.0, 0.0), disk, InitialState(0.0134, -1.1))
+    sim.command([(1, Motion(0.0, 0.0, 3.0, 1.0))], crossfade_ns=1)
+    rows = rows_until(sim, SECOND // 50)
+    speed = math.sqrt(1.1**2 + 2 * G * 0.0134)
+    assert rows["axial_impact_velocity"][0] == pytest.approx(-speed, rel=1e-13)
+    assert rows["time"][0] == pytest.approx((speed - 1.1) / G, rel=1e-13)
+
+
 # 10: order at one instant ----------------------------------------------------------------------
 
 
