@@ -95,15 +95,27 @@ class Peer:
         msg = programme_to_msg(ProgrammeRequest(names, requests, stamp_ns))
         self.publish("platform/command", msg)
 
-    def call(self, kind: type[Any], name: str, request: Any = None) -> Any:
-        """Call a service of the simulator."""
+    def call(
+        self, kind: type[Any], name: str, request: Any = None, *, repeatable: bool = False
+    ) -> Any:
+        """Call a service of the simulator.
+
+        The middleware may drop the answer to a client it has only just discovered; a call that does
+        no harm twice is then repeated.
+        """
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(
                 kind, f"{self._simulator}/{name}"
             )
         self.spin_until(client.service_is_ready)
-        future = client.call_async(kind.Request() if request is None else request)
+        asked = kind.Request() if request is None else request
+        future = client.call_async(asked)
+        if repeatable:
+            end = time.monotonic() + PATIENCE / 3
+            self.spin_until(lambda: future.done() or time.monotonic() > end)
+            if not future.done():
+                future = client.call_async(asked)
         self.spin_until(future.done)
         return future.result()
 
@@ -116,7 +128,8 @@ class Peer:
         request.parameters = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
         ]
-        return self.call(SetParametersAtomically, "set_parameters_atomically", request).result
+        name = "set_parameters_atomically"
+        return self.call(SetParametersAtomically, name, request, repeatable=True).result
 
     def now_ns(self) -> int:
         """ROS time."""
