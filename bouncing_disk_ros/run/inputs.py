@@ -17,13 +17,14 @@ core gives every impact again, bit for bit.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, InitialState, Motion
+from bouncing_disk_ros.core.engine import joined as joined  # re-exported for readers of records
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 
@@ -99,12 +100,6 @@ def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np
     if until_ns is not None:
         rows += advance_to(simulation, until_ns)
     return joined(rows)
-
-
-def joined(rows: Sequence[NDArray[Any]]) -> NDArray[np.void]:
-    """Arrays of IMPACT_DTYPE rows as one (np.concatenate would pack the rows anew)."""
-    data = bytearray(b"".join(some.tobytes() for some in rows))
-    return np.frombuffer(data, dtype=IMPACT_DTYPE)
 
 
 def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[Any]]:

@@ -13,9 +13,9 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.core.engine import joined
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.run.clock import NS, Grid
-from bouncing_disk_ros.run.inputs import joined
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import MAX_ROWS
 
@@ -126,7 +126,7 @@ class Loop:
         """Hand over the impacts gathered so far."""
         rows = self.session.take_rows()
         if rows:
-            self._sink.impacts(rows[0] if len(rows) == 1 else joined(rows))
+            self._sink.impacts(joined(rows))
 
 
 class Steps:
