@@ -48,9 +48,14 @@ setup(
         "lz4",  # chunks of bags, with mcap
         "matplotlib",
         "mcap",
+        "netCDF4",  # results exported
         "numba",
         "numpy",
+        "plotly",  # interactive plots of HTML reports
         "rosbags",  # decodes messages by the definitions in a bag
+        "tqdm",  # progress of long studies
+        "xarray",  # results with axes, units and attributes
+        "zarr",  # results of studies while they grow
         "zstandard",  # chunks of bags, with mcap
     ],
     extras_require={
@@ -58,6 +63,7 @@ setup(
         # must not ask for them. Always ros-jazzy-*: ros-* carries other distributions' versions.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
+            "distributed",  # studies on many machines, tried on this one
             "hypothesis",
             "mcap-ros2-support",  # reads our bags, as a tool that is not ours
             "mpmath",
@@ -75,8 +81,9 @@ setup(
             "ruff",
             "types-PyYAML",
         ],
+        "cluster": ["distributed"],  # studies on many machines
         "bench": ["heyoka"],
-        "interop": ["cyclonedds"],
+        "interop": ["cyclonedds", "rerun-sdk"],
     },
     entry_points={
         "console_scripts": [

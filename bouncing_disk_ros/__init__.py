@@ -9,6 +9,7 @@ The rooms, from the top; imports point down only:
 | `ros` | the door between messages and numbers: conversions, QoS, parameters | `run`, `core` |
 | `plots` | results in, figures out | `analysis`, `core` |
 | `run` | one run without ROS: clocks, rulings on commands, the record of inputs | `core` |
+| `study` | long work in chunks: stored as it grows, resumed, on many cores | `analysis`, `core` |
 | `analysis` | arrays in, results out | `core` |
 | `bag` | bytes and messages, never physics: write, read and mend bags | mcap, rosbags |
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |

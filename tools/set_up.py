@@ -28,8 +28,8 @@ SUPPORTED = ((3, 11), (3, 12), (3, 13))
 INGREDIENTS = ("constraints.txt", "setup.py")
 #: part of .venv -> extras of setup.py, megabytes to download, megabytes on disk (measured)
 PARTS = {
-    "run": (("ros",), 160, 610),
-    "test": (("test", "ci"), 70, 270),
+    "run": (("ros",), 210, 880),
+    "test": (("test", "ci"), 75, 300),
     "bench": (("bench",), 105, 240),
     "interop": (("interop",), 10, 30),
 }
