@@ -1,0 +1,119 @@
+"""What a study is: named axes, fields over them, and a function that computes one region."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.parameters import Value
+
+Arrays = Mapping[str, NDArray[np.generic]]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One coordinate of the result: its values, with the names that a plot shows."""
+
+    values: NDArray[np.generic]  # (n,)
+    units: str
+    long_name: str
+    symbol: str = ""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One array of the result. `fill` stands where nothing was computed yet."""
+
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    symbol: str = ""
+    fill: float | int = math.nan
+    flags: Mapping[int, str] | None = None  # meaning of each whole number (CF flag_values)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One chunk of the result: where it lies along each axis."""
+
+    number: int
+    slices: Mapping[str, slice]
+
+    def select(self, dims: tuple[str, ...]) -> tuple[slice, ...]:
+        """The place of this region in an array over `dims`."""
+        return tuple(self.slices.get(dim, slice(None)) for dim in dims)
+
+
+class Study(ABC):
+    """One computation, decided by its parameters alone.
+
+    A study is picklable: workers of other processes and machines are sent the study and a region.
+    Results must not depend on how it is cut into regions, nor on their order, unless `sequential`.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    sequential: ClassVar[bool] = False
+    """Whether each region starts from the result of the one before."""
+    revision: ClassVar[int] = 1
+    """Grows when the same parameters give other numbers: an older store is then not resumed."""
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        self.parameters = dict(parameters)
+
+    @property
+    @abstractmethod
+    def axes(self) -> Mapping[str, Axis]:
+        """The coordinates."""
+
+    @property
+    @abstractmethod
+    def fields(self) -> Mapping[str, Field]:
+        """The arrays, each over some of the axes."""
+
+    @property
+    @abstractmethod
+    def chunks(self) -> Mapping[str, int]:
+        """Length of a region along each axis that is cut; one region is a second of work or so."""
+
+    def context(self) -> Arrays:
+        """What all regions need and is computed once, stored with the result; may be empty."""
+        return {}
+
+    @abstractmethod
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        """The fields over one region. `before`: those of the region before, if `sequential`."""
+
+    def finish(self, result: xr.Dataset) -> xr.Dataset:
+        """Add what is derived from the whole result (fractions, extremal points), not stored."""
+        return result
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """Length of each axis."""
+        return {name: len(axis.values) for name, axis in self.axes.items()}
+
+    def region_counts(self) -> tuple[int, ...]:
+        """Number of regions along each axis that is cut."""
+        shape = self.shape
+        return tuple(-(-shape[dim] // length) for dim, length in self.chunks.items())
+
+    def regions(self) -> Iterator[Region]:
+        """All regions, the last axis fastest."""
+        shape, lengths = self.shape, self.chunks
+        places = itertools.product(*(range(count) for count in self.region_counts()))
+        for number, place in enumerate(places):
+            slices = {
+                dim: slice(i * length, min((i + 1) * length, shape[dim]))
+                for i, (dim, length) in zip(place, lengths.items(), strict=True)
+            }
+            yield Region(number, slices)

@@ -1,0 +1,175 @@
+"""The store of a study: a Zarr group that xarray opens, with a mark for each finished region."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import NDArray
+
+import bouncing_disk_ros
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
+
+FORMAT = 1
+DONE = "region_done"
+CONTEXT = "context"
+_PACKAGE = "bouncing_disk_ros"
+
+
+class Store:
+    """The growing result of one study in a folder; a region is marked after it was written."""
+
+    def __init__(self, path: Path, study: Study) -> None:
+        """Make the store, or open the one that an earlier run of the same study left there."""
+        self.path, self._study = path, study
+        try:
+            self._group = self._opened() if path.exists() else self._made()
+        except OSError as error:
+            raise InputError("output", str(path), "a folder that can be written", str(error)) from (
+                error
+            )
+        self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
+
+    def _identity(self) -> dict[str, Any]:
+        study = self._study
+        return {
+            "format": FORMAT,
+            "study": study.name,
+            "revision": study.revision,
+            "parameters": json.loads(json.dumps(study.parameters)),
+        }
+
+    def _opened(self) -> zarr.Group:
+        try:
+            group = zarr.open_group(str(self.path), mode="r+")
+            found = dict(group.attrs).get("identity")
+        except (FileNotFoundError, ValueError, zarr.errors.GroupNotFoundError):
+            found = None
+        hint = "Choose another output, or remove it."
+        if found is None:
+            raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
+                             "this study", f"It holds something else. {hint}")  # fmt: skip
+        wanted = self._identity()
+        if found != wanted:
+            differs = _difference(found, wanted)
+            raise InputError("output", str(self.path), "a new folder, or an unfinished result with "
+                             "the same parameters", f"There {differs}. {hint}")  # fmt: skip
+        return group
+
+    def _made(self) -> zarr.Group:
+        """A new store: made beside its place, so that a half-made one is never found."""
+        study = self._study
+        draft = self.path.with_name(f".{self.path.name}.draft")
+        shutil.rmtree(draft, ignore_errors=True)
+        group = zarr.open_group(str(draft), mode="w")
+        group.attrs.update(
+            {
+                "identity": self._identity(),
+                "title": study.title,
+                "source": f"{_PACKAGE} {bouncing_disk_ros.__version__}",
+                **{f"parameter_{name}": value for name, value in study.parameters.items()},
+            }
+        )
+        for name, axis in study.axes.items():
+            field = Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
+            self._array(group, name, field, {})[:] = axis.values
+        for name, field in study.fields.items():
+            self._array(group, name, field, study.chunks)
+        count = int(np.prod(study.region_counts()))
+        group.create_array(
+            DONE, shape=(count,), chunks=(1,), dtype="uint8", fill_value=0,
+            dimension_names=("region",),
+        )  # fmt: skip
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        draft.rename(self.path)
+        return zarr.open_group(str(self.path), mode="r+")
+
+    def _array(
+        self, group: zarr.Group, name: str, field: Field, lengths: Mapping[str, int]
+    ) -> zarr.Array:
+        shape = tuple(self._study.shape[dim] for dim in field.dims)
+        chunks = tuple(
+            min(lengths.get(dim, size), size) for dim, size in zip(field.dims, shape, strict=True)
+        )
+        fill = field.fill if np.dtype(field.dtype).kind == "f" else int(np.nan_to_num(field.fill))
+        attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
+        if field.symbol:
+            attributes["symbol"] = field.symbol
+        if field.flags:
+            attributes["flag_values"] = list(field.flags)
+            attributes["flag_meanings"] = " ".join(field.flags.values())
+        return group.create_array(
+            name, shape=shape, chunks=chunks, dtype=field.dtype, fill_value=fill,
+            dimension_names=field.dims, attributes=attributes,
+        )  # fmt: skip
+
+    def is_done(self, region: Region) -> bool:
+        """Whether this region is in the store."""
+        return bool(self._done[region.number])
+
+    @property
+    def regions_done(self) -> int:
+        """How many regions are in the store."""
+        return int(self._done.sum())
+
+    def write(self, region: Region, arrays: Arrays) -> None:
+        """Put a region into the store, then mark it."""
+        for name, field in self._study.fields.items():
+            self._group[name][region.select(field.dims)] = arrays[name]
+        self._group[DONE][region.number] = 1
+        self._done[region.number] = 1
+
+    def read(self, region: Region) -> Arrays:
+        """A region that is in the store."""
+        return {
+            name: np.asarray(self._group[name][region.select(field.dims)])
+            for name, field in self._study.fields.items()
+        }
+
+    def context(self) -> Arrays:
+        """What all regions need: from the store, or computed now and kept there."""
+        if CONTEXT in self._group:
+            held = self._group[CONTEXT]
+            return {name: np.asarray(held[name][...]) for name in held.attrs["names"]}
+        arrays = self._study.context()
+        draft = self._group.require_group(f"{CONTEXT}_draft", overwrite=True)
+        for name, array in arrays.items():
+            draft.create_array(name, data=np.asarray(array))
+        draft.attrs["names"] = list(arrays)
+        (self.path / f"{CONTEXT}_draft").rename(self.path / CONTEXT)
+        return arrays
+
+
+def open_result(path: str | Path) -> xr.Dataset:
+    """A result as stored, whole or not: arrays are read when they are used."""
+    return xr.open_zarr(str(path), consolidated=False, chunks=None)
+
+
+def export(result: xr.Dataset, path: Path) -> None:
+    """Write a result as NetCDF; nested attributes become JSON texts. Raises OSError."""
+    plain = result.drop_vars(DONE, errors="ignore")
+    plain.attrs = {name: _plain(value) for name, value in plain.attrs.items()}
+    plain.to_netcdf(path, engine="netcdf4")
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, bool):
+        return int(value)
+    return value if isinstance(value, (int, float, str)) else json.dumps(value)
+
+
+def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """The first difference of two identities, in words."""
+    for key in ("format", "study", "revision"):
+        if found.get(key) != wanted[key]:
+            return f"the {key} is {found.get(key)}, not {wanted[key]}"
+    before, now = found["parameters"], wanted["parameters"]
+    name = next(name for name in {**before, **now} if before.get(name) != now.get(name))
+    return f"{name} is {before.get(name)}, not {now.get(name)}"

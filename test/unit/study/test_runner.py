@@ -1,0 +1,179 @@
+"""Studies in chunks: results do not depend on the cutting; interrupted work goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study import Arrays, Axis, Field, Progress, Region, Study, export, run
+
+
+class Products(Study):
+    """x times y times a factor, which is the context; counts how often it computes."""
+
+    name = "products"
+    title = "Products of two numbers"
+    computed: ClassVar[list[int]] = []
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        rows, columns = int(self.parameters["rows"]), int(self.parameters["columns"])
+        return {
+            "y": Axis(np.arange(rows, dtype=float), "m", "height", "y"),
+            "x": Axis(np.arange(columns, dtype=float), "m", "width", "x"),
+        }
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        return {
+            "product": Field(("y", "x"), "float64", "m²", "product", "xy"),
+            "label": Field(("y", "x"), "int32", "1", "whole part", fill=-1, flags={-1: "open"}),
+        }
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        length = int(self.parameters["length"])
+        return {"y": length, "x": length}
+
+    def context(self) -> Arrays:
+        Products.computed.append(-1)
+        return {"factor": np.array(float(self.parameters["factor"]))}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        Products.computed.append(region.number)
+        y = self.axes["y"].values[region.slices["y"]].astype(float)
+        x = self.axes["x"].values[region.slices["x"]].astype(float)
+        product = np.multiply.outer(y, x) * float(context["factor"])
+        return {"product": product, "label": product.astype(np.int32)}
+
+    def finish(self, result: xr.Dataset) -> xr.Dataset:
+        return result.assign_attrs(total=float(result["product"].sum()))
+
+
+class Sums(Products):
+    """A running sum along y: each region starts from the one before."""
+
+    name = "sums"
+    sequential = True
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        return {"y": int(self.parameters["length"])}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        Products.computed.append(region.number)
+        begin = 0.0 if before is None else np.asarray(before["product"])[-1]
+        y = self.axes["y"].values[region.slices["y"]].astype(float)
+        product = begin + np.cumsum(np.repeat(y[:, None], self.shape["x"], 1), axis=0)
+        return {"product": product, "label": product.astype(np.int32)}
+
+
+VALUES: dict[str, Value] = {"rows": 7, "columns": 5, "length": 2, "factor": 0.5}
+
+
+@pytest.fixture(autouse=True)
+def _count_afresh() -> None:
+    Products.computed.clear()
+
+
+def whole(result: xr.Dataset | None) -> xr.Dataset:
+    assert result is not None
+    return result
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 7])
+@pytest.mark.parametrize("workers", [1, 3])
+def test_result_does_not_depend_on_cutting_or_workers(
+    tmp_path: Path, length: int, workers: int
+) -> None:
+    study = Products({**VALUES, "length": length})
+    result = whole(run(study, tmp_path / "r.zarr", workers=workers))
+    expected = 0.5 * np.multiply.outer(np.arange(7.0), np.arange(5.0))
+    assert np.array_equal(result["product"], expected)
+    assert np.array_equal(result["label"], expected.astype(int))
+    assert result.attrs["total"] == expected.sum()
+    assert result["product"].attrs["units"] == "m²"
+    assert result.attrs["parameter_factor"] == 0.5
+
+
+@pytest.mark.parametrize("kind", [Products, Sums])
+def test_interrupted_run_goes_on_without_computing_twice(tmp_path: Path, kind: type[Study]) -> None:
+    study, path = kind(VALUES), tmp_path / "r.zarr"
+    seen: list[Progress] = []
+    assert run(study, path, on_progress=seen.append, stopped=lambda: len(seen) > 2) is None
+    assert 0 < seen[-1].done < seen[-1].total
+    result = whole(run(kind(VALUES), path, on_progress=seen.append))
+    assert seen[-1].done == seen[-1].total
+    assert seen[-1].resumed > 0
+    regions = [number for number in Products.computed if number >= 0]
+    assert sorted(regions) == list(range(seen[-1].total))
+    assert Products.computed.count(-1) == 1, "the context is computed once"
+    at_once = whole(run(kind(VALUES), tmp_path / "other.zarr"))
+    assert np.array_equal(result["product"], at_once["product"])
+
+
+def test_finished_run_is_only_read(tmp_path: Path) -> None:
+    run(Products(VALUES), tmp_path / "r.zarr")
+    Products.computed.clear()
+    whole(run(Products(VALUES), tmp_path / "r.zarr"))
+    assert Products.computed == []
+
+
+def test_error_in_a_region_is_raised_and_the_rest_is_kept(tmp_path: Path) -> None:
+    class Failing(Products):
+        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+            if region.number == 3:
+                raise ZeroDivisionError
+            return super().compute(region, context, before)
+
+    seen: list[Progress] = []
+    with pytest.raises(ZeroDivisionError):
+        run(Failing(VALUES), tmp_path / "r.zarr", on_progress=seen.append)
+    again: list[Progress] = []
+    whole(run(Products(VALUES), tmp_path / "r.zarr", on_progress=again.append))
+    assert again[0].done == seen[-1].done >= 1
+
+
+def test_store_of_other_parameters_is_refused_with_the_difference(tmp_path: Path) -> None:
+    run(Products(VALUES), tmp_path / "r.zarr")
+    with pytest.raises(InputError, match=r"There factor is 0\.5, not 0\.25"):
+        run(Products({**VALUES, "factor": 0.25}), tmp_path / "r.zarr")
+    with pytest.raises(InputError, match="the study is products, not sums"):
+        run(Sums(VALUES), tmp_path / "r.zarr")
+
+
+def test_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("keep")
+    with pytest.raises(InputError, match="It holds something else"):
+        run(Products(VALUES), tmp_path / "mine")
+    assert (tmp_path / "mine" / "notes.txt").read_text() == "keep"
+
+
+def test_output_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="output"):
+        run(Products(VALUES), tmp_path / "file" / "r.zarr")
+
+
+def test_export_keeps_units_and_parameters(tmp_path: Path) -> None:
+    result = whole(run(Products(VALUES), tmp_path / "r.zarr"))
+    export(result, tmp_path / "r.nc")
+    with xr.open_dataset(tmp_path / "r.nc", engine="netcdf4") as read:
+        assert np.array_equal(read["product"], result["product"])
+        assert read["product"].attrs["units"] == "m²"
+        assert read.attrs["parameter_rows"] == 7
+        assert read["x"].attrs["long_name"] == "width"
+
+
+def test_scheduler_that_does_not_answer_is_one_line(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match="scheduler: got 'nonsense'"):
+        run(Products(VALUES), tmp_path / "r.zarr", scheduler="nonsense")
