@@ -1,0 +1,135 @@
+"""How tangled the boundary of basins is: basin entropy, uncertainty exponent, box dimension.
+
+All three look at a map of labels (rows, columns) and count squares of k × k pixels, or pairs of
+pixels k apart, for several k. Sources: A. Daza et al., "Basin entropy" (Sci. Rep. 6, 31416, 2016);
+C. Grebogi, S. McDonald, E. Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.errors import InputError
+
+Labels = NDArray[np.integer]
+FRACTAL = math.log(2.0)
+"""A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
+FEWEST_SIZES = 3
+
+
+class BasinEntropy(NamedTuple):
+    """Basin entropy of a map, in nats."""
+
+    basin: float  # S_b, mean over all squares
+    boundary: float  # S_bb, mean over the squares that hold more than one label; nan: there is none
+    squares: int
+    boundary_squares: int
+
+
+class PowerLaw(NamedTuple):
+    """A count that goes as size^exponent: what was counted, and the fit through it."""
+
+    exponent: float
+    uncertainty: float  # standard error of the exponent by the scatter about the line
+    sizes: NDArray[np.int64]  # (n,) pixels
+    counts: NDArray[np.float64]  # (n,)
+
+
+def basin_entropy(labels: Labels, size: int = 5) -> BasinEntropy:
+    """Entropy of the labels within squares of `size` pixels; what is left at the edges is cut."""
+    blocks = _blocks(_checked(labels, size), size)
+    total = len(blocks)
+    entropy = np.zeros(total)
+    mixed = blocks.min(axis=1) != blocks.max(axis=1)
+    part = blocks[mixed]
+    sums = np.zeros(len(part))
+    for label in np.unique(part):
+        p = np.mean(part == label, axis=1)
+        sums -= np.where(p > 0.0, p * np.log(np.where(p > 0.0, p, 1.0)), 0.0)
+    entropy[mixed] = sums
+    boundary = float(sums.mean()) if len(sums) else math.nan
+    return BasinEntropy(float(entropy.mean()), boundary, total, int(mixed.sum()))
+
+
+def uncertainty_exponent(
+    labels: Labels, distances: Sequence[int] = (), *, periodic: bool = False
+) -> PowerLaw:
+    """α of f(d) ~ d^α, the share f of pixels with another label at d pixels along an axis.
+
+    A pixel (not nearer to an edge than the largest distance) counts when a neighbour at distance d
+    to either side, along rows or columns, has another label: then an error of d can change the
+    final state. The boundary has the dimension 2 − α: α = 1 for a smooth line.
+    `periodic`: the columns close to a ring (the forcing phase). Exponent nan: no boundary.
+    """
+    sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
+    _checked(labels, int(sizes.max()))
+    edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
+    ring = np.pad(labels, ((0, 0), (edge, edge)), "wrap") if periodic else labels
+    height, width = ring.shape
+    middle = ring[edge : height - edge, edge : width - edge]
+    shares = []
+    for d in (int(size) for size in sizes):
+        differs = np.zeros(middle.shape, bool)
+        for shift in (-d, d):
+            down = slice(edge + shift, height - edge + shift)
+            along = slice(edge + shift, width - edge + shift)
+            differs |= ring[down, edge : width - edge] != middle
+            differs |= ring[edge : height - edge, along] != middle
+        shares.append(differs.mean())
+    return _power_law(sizes, np.array(shares))
+
+
+def box_dimension(labels: Labels, sizes: Sequence[int] = ()) -> PowerLaw:
+    """Box-counting dimension D of the boundary: N(k) ~ k^−D squares that the boundary meets.
+
+    The boundary is taken as the corners at which four pixels with different labels meet. The
+    exponent given is D itself: 1 for a smooth line. nan: no boundary.
+    """
+    _checked(labels, 1)
+    corners = (labels[:-1, :-1], labels[1:, :-1], labels[:-1, 1:], labels[1:, 1:])
+    met = np.maximum.reduce(corners) != np.minimum.reduce(corners)
+    chosen = np.array(sizes or _sizes(met.shape), np.int64)
+    counts = []
+    for size in (int(value) for value in chosen):
+        share = np.mean(_blocks(met, size).any(axis=1))
+        counts.append(share * met.size / size**2)  # of the whole map, its cut edges included
+    law = _power_law(chosen, np.array(counts))
+    return law._replace(exponent=-law.exponent)
+
+
+def _checked(labels: Labels, size: int) -> Labels:
+    if labels.ndim != 2 or min(labels.shape) < 2 * size + 1:
+        allowed = f"a map of at least {2 * size + 1} × {2 * size + 1} labels"
+        raise InputError("labels", "an array of shape " + str(labels.shape), allowed)
+    return labels
+
+
+def _sizes(shape: tuple[int, ...]) -> list[int]:
+    """Powers of two from 1 pixel to a sixteenth of the map."""
+    largest = max(min(shape) // 16, 4)
+    return [2**k for k in range(int(math.log2(largest)) + 1)]
+
+
+def _blocks(labels: NDArray[Any], size: int) -> NDArray[Any]:
+    """The squares of a map as rows: (number of squares, size²)."""
+    rows, columns = (length // size for length in labels.shape)
+    cut = labels[: rows * size, : columns * size].reshape(rows, size, columns, size)
+    return np.ascontiguousarray(cut.transpose(0, 2, 1, 3)).reshape(rows * columns, size * size)
+
+
+def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLaw:
+    """Least squares through the logarithms."""
+    known = counts > 0.0
+    if known.sum() < FEWEST_SIZES:
+        return PowerLaw(math.nan, math.nan, sizes, counts)
+    x, y = np.log(sizes[known].astype(float)), np.log(counts[known])
+    x0 = x - x.mean()
+    slope = float(x0 @ y / (x0 @ x0))
+    rest = y - y.mean() - slope * x0
+    error = math.sqrt(float(rest @ rest) / max(1, len(x) - 2) / float(x0 @ x0))
+    return PowerLaw(slope, error, sizes, counts)
