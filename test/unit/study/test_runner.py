@@ -2,80 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study import Arrays, Axis, Field, Progress, Region, Study, export, run
-
-
-class Products(Study):
-    """x times y times a factor, which is the context; counts how often it computes."""
-
-    name = "products"
-    title = "Products of two numbers"
-    computed: ClassVar[list[int]] = []
-
-    @property
-    def axes(self) -> Mapping[str, Axis]:
-        rows, columns = int(self.parameters["rows"]), int(self.parameters["columns"])
-        return {
-            "y": Axis(np.arange(rows, dtype=float), "m", "height", "y"),
-            "x": Axis(np.arange(columns, dtype=float), "m", "width", "x"),
-        }
-
-    @property
-    def fields(self) -> Mapping[str, Field]:
-        return {
-            "product": Field(("y", "x"), "float64", "m²", "product", "xy"),
-            "label": Field(("y", "x"), "int32", "1", "whole part", fill=-1, flags={-1: "open"}),
-        }
-
-    @property
-    def chunks(self) -> Mapping[str, int]:
-        length = int(self.parameters["length"])
-        return {"y": length, "x": length}
-
-    def context(self) -> Arrays:
-        Products.computed.append(-1)
-        return {"factor": np.array(float(self.parameters["factor"]))}
-
-    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
-        Products.computed.append(region.number)
-        y = self.axes["y"].values[region.slices["y"]].astype(float)
-        x = self.axes["x"].values[region.slices["x"]].astype(float)
-        product = np.multiply.outer(y, x) * float(context["factor"])
-        return {"product": product, "label": product.astype(np.int32)}
-
-    def finish(self, result: xr.Dataset) -> xr.Dataset:
-        return result.assign_attrs(total=float(result["product"].sum()))
-
-
-class Sums(Products):
-    """A running sum along y: each region starts from the one before."""
-
-    name = "sums"
-    sequential = True
-
-    @property
-    def chunks(self) -> Mapping[str, int]:
-        return {"y": int(self.parameters["length"])}
-
-    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
-        Products.computed.append(region.number)
-        begin = 0.0 if before is None else np.asarray(before["product"])[-1]
-        y = self.axes["y"].values[region.slices["y"]].astype(float)
-        product = begin + np.cumsum(np.repeat(y[:, None], self.shape["x"], 1), axis=0)
-        return {"product": product, "label": product.astype(np.int32)}
-
-
-VALUES: dict[str, Value] = {"rows": 7, "columns": 5, "length": 2, "factor": 0.5}
+from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run
+from support.studies import VALUES, Products, Sums
 
 
 @pytest.fixture(autouse=True)

@@ -1,0 +1,39 @@
+"""Studies on a Dask cluster of this machine: the same numbers, also when a worker dies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.study import run
+from support.studies import VALUES, Murderous, Products
+
+distributed = pytest.importorskip("distributed")
+TEST = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def scheduler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[str]:
+    """The address of a scheduler with two worker processes that know the tests' studies."""
+    monkeypatch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        local_directory=str(tmp_path), silence_logs=50,
+    ) as cluster:  # fmt: skip
+        yield cluster.scheduler_address
+
+
+def test_cluster_gives_the_same_and_a_lost_worker_costs_its_region_only(
+    scheduler: str, tmp_path: Path
+) -> None:
+    here = run(Products(VALUES), tmp_path / "here.zarr")
+    values = {**VALUES, "mark": str(tmp_path / "mark")}
+    there = run(Murderous(values), tmp_path / "there.zarr", scheduler=scheduler)
+    assert here is not None
+    assert there is not None
+    assert (tmp_path / "mark").exists(), "no worker was killed"
+    assert np.array_equal(here["product"], there["product"])
+    assert np.array_equal(here["label"], there["label"])
