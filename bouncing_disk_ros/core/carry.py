@@ -6,10 +6,10 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
 from bouncing_disk_ros.core.clock import elapsed
-from bouncing_disk_ros.core.contact import slip_out_sign
+from bouncing_disk_ros.core.contact import load, slip_out_sign
 from bouncing_disk_ros.core.energy import Books, book_axial, book_sliding, book_sticking
-from bouncing_disk_ros.core.flight import gap_after, never_leaves
-from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STEADY, STICKING, UNKNOWN
+from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
@@ -93,11 +93,9 @@ def settle(state: Record, motion: Record, disk: Record) -> None:
     state.u = 0.0
     state.event = UNKNOWN
     since = elapsed(motion, state.ns, state.sub)
-    _, _, s2, s3, s4 = axial_jet(motion, state.sine, state.cosine, since)
-    a = disk.g + s2
-    if motion.kind == STEADY and never_leaves(motion, disk.g):
-        a = max(a, 0.0)
-    elif a < 0.0 or (a == 0.0 and (s3 < 0.0 or (s3 == 0.0 and s4 < 0.0))):
+    s = axial_jet(motion, state.sine, state.cosine, since)
+    a, pressed = load(motion, disk.g, s)
+    if not pressed:
         state.phase = FLIGHT
         return
     _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)

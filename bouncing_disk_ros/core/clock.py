@@ -114,16 +114,10 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
 
 
 @kernel
-def clock_after(
-    motion: Record, ns: int, sub: float, cycles: int, tau: float, d: float
-) -> tuple[int, float, int, float]:
-    """(ns, sub, cycles, τ) d seconds on; steady: the phase leads, in a fade: the time leads."""
-    if motion.kind != STEADY:
-        ns1, sub1 = later(ns, sub, d)
-        cycles1, tau1 = phase_of(motion, ns1, sub1)
-        return ns1, sub1, cycles1, tau1
-    grown = tau + phase_advance(motion, 0.0, d)
-    turns = math.floor(grown / TWO_PI)
+def phase_after(tau: float, advance: float) -> tuple[float, float]:
+    """Whole turns and the phase in [0, 2π) after τ has grown by `advance` ≥ 0, rad."""
+    grown = tau + advance
+    turns: float = math.floor(grown / TWO_PI)
     if turns > 1.0:
         h, e = two_product(turns, TWO_PI)
         grown = ((grown - h) - e) - turns * 2.4492935982947064e-16
@@ -135,6 +129,19 @@ def clock_after(
     elif grown >= TWO_PI:
         grown -= TWO_PI
         turns += 1.0
+    return turns, grown
+
+
+@kernel
+def clock_after(
+    motion: Record, ns: int, sub: float, cycles: int, tau: float, d: float
+) -> tuple[int, float, int, float]:
+    """(ns, sub, cycles, τ) d seconds on; steady: the phase leads, in a fade: the time leads."""
+    if motion.kind != STEADY:
+        ns1, sub1 = later(ns, sub, d)
+        cycles1, tau1 = phase_of(motion, ns1, sub1)
+        return ns1, sub1, cycles1, tau1
+    turns, grown = phase_after(tau, phase_advance(motion, 0.0, d))
     cycles1 = cycles + int(turns)
     ns1, sub1 = instant_of(motion, cycles1, grown)
     return ns1, sub1, cycles1, grown

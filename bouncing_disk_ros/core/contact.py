@@ -11,14 +11,26 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
-from bouncing_disk_ros.core.flight import gap_after, separation_phase
+from bouncing_disk_ros.core.flight import gap_after, never_leaves, separation_phase
 from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, phase_advance
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
 LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
 Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
 NO_SLIP = (0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def load(motion: Record, g: float, s: Jet) -> tuple[float, bool]:
+    """a = g + s̈, and whether a disk with gap = 0 and u = 0 is in contact, not in flight (rule 1).
+
+    `s` is the platform's position with its derivatives.
+    """
+    a = g + s[2]
+    if motion.kind == STEADY and never_leaves(motion, g):
+        return max(a, 0.0), True
+    return a, not (a < 0.0 or (a == 0.0 and (s[3] < 0.0 or (s[3] == 0.0 and s[4] < 0.0))))
 
 
 @kernel

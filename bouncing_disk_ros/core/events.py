@@ -16,8 +16,10 @@ from bouncing_disk_ros.core.contact import (
 from bouncing_disk_ros.core.flight import first_impact, separation_phase
 from bouncing_disk_ros.core.impact import (
     ALL_STICK,
+    BOUNCES,
+    STILL,
     UNDECIDED,
-    chatter_duration,
+    chatter_end,
     chatter_friction,
 )
 from bouncing_disk_ros.core.layout import (
@@ -39,8 +41,6 @@ from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet
 # A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick
 # until then.
 _LAST_SLIP = 1e-8
-# A bounce that lasts less than this (rad) does not move the forcing phase: it is contact.
-_NO_BOUNCE = 1e-17
 # Events are looked for a little past the boundary, s; the exact comparison is made with their
 # instant.
 _PAST_BOUNDARY = 2e-9
@@ -94,20 +94,16 @@ def _chatter(
     state: Record, motion: Record, disk: Record, s: Jet, since: float, horizon: float
 ) -> tuple[int, float, float]:
     """Complete chattering in closed form, where that is exact and friction's part decided."""
-    a = disk.g + s[2]
     u = state.u
-    # cheap refusal: T ω is far from small for all but the last bounces
-    if a <= 0.0 or u * motion.omega_max > 1e-2 * a:
-        return NOTHING, 0.0, 0.0
-    if 2.0 * u * motion.omega_max <= _NO_BOUNCE * a:
+    end, t = chatter_end(motion, disk, s, u)
+    if end == STILL:
         return CHATTER_ENDS, 0.0, STILLED
-    t, exact = chatter_duration(motion, disk, s, u)
-    if not exact or t + _PAST_BOUNDARY > horizon:
+    if end == BOUNCES or t + _PAST_BOUNDARY > horizon:
         return NOTHING, 0.0, 0.0
     b = angular_jet(motion, state.sine, state.cosine, since)
     rho = b[2] + disk.lag
     total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
-    friction, sign = chatter_friction(disk, a, rho, state.omega - b[1], total, t)
+    friction, sign = chatter_friction(disk, disk.g + s[2], rho, state.omega - b[1], total, t)
     if friction == UNDECIDED:
         return NOTHING, 0.0, 0.0
     return CHATTER_ENDS, t, 0.0 if friction == ALL_STICK else sign

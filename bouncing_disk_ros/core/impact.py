@@ -11,9 +11,12 @@ from bouncing_disk_ros.core.platform import Jet, Record
 from bouncing_disk_ros.core.roots import ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
+BOUNCES, COMPLETES, STILL = 0, 1, 2
 # A completion is taken only where what its series leaves out moves the forcing phase by less than
 # this, rad.
 _PHASE_ROUNDING = ROUNDING
+# A bounce that lasts less than this (rad) does not move the forcing phase: it is contact.
+_NO_BOUNCE = 1e-17
 # Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
 _STRAIGHT = 4e-6
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
@@ -51,6 +54,23 @@ def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[fl
         and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
     )
     return t - s[3] * t * t / (3.0 * a), exact
+
+
+@kernel
+def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, float]:
+    """Whether a disk that leaves the platform with u > 0 chatters to its end, and how long, s.
+
+    BOUNCES: the next impact is to be found by itself; COMPLETES: the rest of the chatter may be
+    taken in closed form; STILL: the bounce is too short to have a duration.
+    """
+    a = disk.g + s[2]
+    # cheap refusal: T ω is far from small for all but the last bounces
+    if a <= 0.0 or u * motion.omega_max > 1e-2 * a:
+        return BOUNCES, 0.0
+    if 2.0 * u * motion.omega_max <= _NO_BOUNCE * a:
+        return STILL, 0.0
+    t, exact = chatter_duration(motion, disk, s, u)
+    return (COMPLETES if exact else BOUNCES), t
 
 
 @kernel

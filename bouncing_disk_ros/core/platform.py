@@ -144,7 +144,7 @@ def _derivative_bounds(
     )
 
 
-_ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
+ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
 
 
 def _set_bounds(m: NDArray[np.void]) -> None:
@@ -166,9 +166,9 @@ def _set_bounds(m: NDArray[np.void]) -> None:
     r["omega"] = TWO_PI * r["f"]
     r["lag_sine"], r["lag_cosine"] = sine_and_cosine(float(r["lag"]))
     r["omega_max"] = w
-    r["top"] = a[0] * _ROOM
-    r["s2"], r["s3"], r["s4"] = (x * _ROOM for x in s)
-    r["b2"], r["b3"], r["b4"] = (x * _ROOM for x in b)
+    r["top"] = a[0] * ROOM
+    r["s2"], r["s3"], r["s4"] = (x * ROOM for x in s)
+    r["b2"], r["b3"], r["b4"] = (x * ROOM for x in b)
 
 
 def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np.void]:

@@ -1,0 +1,152 @@
+"""The next-collision map: from one impact to the next, under a steady platform motion.
+
+Dimensionless: time unit 1/ω, length unit πg/ω², axial velocity unit πg/ω. Gravity is then 1/π, the
+platform is s = Γ sin τ, and the map depends on the forcing Γ and the restitution ε alone. Its state
+is (τ, w): forcing phase in [0, 2π) and w_A < 0 just before an impact. The functions are those of
+the stepper, given a named tuple in place of its records: numba leaves out what a steady motion does
+not need.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
+from bouncing_disk_ros.core.clock import phase_after
+from bouncing_disk_ros.core.contact import load, load_returns
+from bouncing_disk_ros.core.flight import first_impact, separation_phase
+from bouncing_disk_ros.core.impact import BOUNCES, chatter_end
+from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.platform import ROOM, Jet, Record, axial_jet
+
+MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
+"""How the next impact came about: after a flight; after a complete chatter, a ride on the platform
+to separation and a flight; not at all, for contact lasts for good (Γ ≤ 1/π)."""
+
+GRAVITY = 1.0 / math.pi
+"""g in the map's units."""
+TAU, W, DELAY, KIND = range(4)
+"""Columns of what `axial_orbit` writes."""
+
+
+class MapMotion(NamedTuple):
+    """The platform in the map's units, with the fields of layout.MOTION_DTYPE that kernels read."""
+
+    kind: int
+    duration: float
+    a: float
+    da: float
+    p: float
+    dp: float
+    f: float
+    df: float
+    lag: float
+    dlag: float
+    lag_sine: float
+    lag_cosine: float
+    omega: float
+    omega_max: float
+    top: float
+    s2: float
+    s3: float
+    s4: float
+    b2: float
+    b3: float
+    b4: float
+
+
+class MapDisk(NamedTuple):
+    """The disk in the map's units, with the fields of layout.DISK_DTYPE that kernels read."""
+
+    restitution: float
+    g: float
+    grip: float  # 1/Γ_T; 0: no friction
+    lag: float  # of a load torque: none
+
+
+@kernel
+def axial_motion(forcing: float) -> MapMotion:
+    """A platform that moves up and down only: s = Γ sin τ, ω = 1."""
+    top = forcing * ROOM
+    return MapMotion(
+        STEADY, math.inf, forcing, 0.0, 0.0, 0.0, 1.0 / (2.0 * math.pi), 0.0, 0.0, 0.0, 0.0, 1.0,
+        1.0, 1.0, top, top, top, top, 0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+
+@kernel
+def launched_impact(
+    motion: Record, disk: Record, tau: float, s: float, c: float, jet: Jet
+) -> tuple[float, float]:
+    """Delay and w_A of the first impact after a launch with gap = 0 and u = 0 at τ (rule 2)."""
+    start = load_returns(motion, disk, 0.0, tau, math.inf)
+    return first_impact(motion, 0.0, s, c, jet, disk.g, 0.0, 0.0, start, math.inf)
+
+
+@kernel
+def next_impact(
+    tau: float, w: float, forcing: float, restitution: float
+) -> tuple[int, float, float, float]:
+    """(kind, τ, w, delay): the impact that follows the one with (τ, w); delay in rad.
+
+    τ in [0, 2π), w < 0, Γ ≥ 0, 0 ≤ ε ≤ 1, not checked. MAP_REST has nan for τ, w and inf for the
+    delay.
+    """
+    motion = axial_motion(forcing)
+    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
+    s, c = sincos(tau)
+    jet = axial_jet(motion, s, c, 0.0)
+    u = -restitution * w
+    waited = 0.0
+    kind = MAP_IMPACT
+    if u > 0.0:
+        end, waited = chatter_end(motion, disk, jet, u)
+        if end == BOUNCES:
+            d, w1 = first_impact(motion, 0.0, s, c, jet, GRAVITY, 0.0, u, 0.0, math.inf)
+            return MAP_IMPACT, phase_after(tau, d)[1], w1, d
+        tau = phase_after(tau, waited)[1]
+        s, c = sincos(tau)
+        jet = axial_jet(motion, s, c, 0.0)
+    if load(motion, GRAVITY, jet)[1]:
+        leave = separation_phase(motion, GRAVITY)
+        if leave < 0.0:
+            return MAP_REST, math.nan, math.nan, math.inf
+        kind = MAP_CONTACT
+        waited += wrapped(leave - tau)
+        tau = leave
+        s, c = sincos(tau)
+        jet = axial_jet(motion, s, c, 0.0)
+    d, w1 = launched_impact(motion, disk, tau, s, c, jet)
+    return kind, phase_after(tau, d)[1], w1, waited + d
+
+
+@entry(
+    types.int64(
+        types.float64,
+        types.float64,
+        types.float64,
+        types.float64,
+        types.int64,
+        types.Array(types.float64, 2, "C"),
+    )
+)
+def axial_orbit(
+    tau: float, w: float, forcing: float, restitution: float, impacts: int, out: Record
+) -> int:
+    """Write the next impacts after (τ, w) into out (impacts, 4): columns TAU, W, DELAY, KIND.
+
+    Returns their number; fewer than asked where contact lasts for good, with a last row of kind
+    MAP_REST.
+    """
+    for i in range(impacts):
+        kind, tau, w, delay = next_impact(tau, w, forcing, restitution)
+        out[i, TAU] = tau
+        out[i, W] = w
+        out[i, DELAY] = delay
+        out[i, KIND] = kind
+        if kind == MAP_REST:
+            return i + 1
+    return impacts
