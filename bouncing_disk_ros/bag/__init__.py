@@ -9,7 +9,8 @@ from bouncing_disk_ros.bag.formats import FORMAT_VERSION, BagError
 from bouncing_disk_ros.bag.metadata import OfferedQos
 from bouncing_disk_ros.bag.options import Options, WriteError
 from bouncing_disk_ros.bag.reader import Bag
-from bouncing_disk_ros.bag.recover import Report, recover
+from bouncing_disk_ros.bag.recover import recover
+from bouncing_disk_ros.bag.report import Report
 from bouncing_disk_ros.bag.topic import Message, Topic
 from bouncing_disk_ros.bag.writer import Writer
 

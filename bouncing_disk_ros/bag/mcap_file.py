@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +11,9 @@ from mcap.records import Channel, McapRecord, Metadata, Schema
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
+from bouncing_disk_ros.bag.latched import MARK, without_repeats
+from bouncing_disk_ros.bag.metadata import FileRow, TopicRow, qos_text
+from bouncing_disk_ros.bag.schema import ENCODING, schema_of
 from bouncing_disk_ros.bag.stream import RecordStream
 
 PROFILE = "ros2"
@@ -33,24 +35,29 @@ class McapFile:
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self.start_ns: int | None = None
-        self.written: Counter[int] = Counter()
         self._chunk_began: float | None = None
 
     # --- content ----------------------------------------------------------------------------------
-    def add_channel(
-        self, topic: str, schema: tuple[str, str, bytes], metadata: Mapping[str, str]
-    ) -> int:
-        """Register a topic with its schema (name, encoding, text); the number of its channel."""
-        name, encoding, text = schema
-        if name not in self._schemas:
-            number = self._writer.register_schema(name, encoding, text)
-            self._schemas[name] = Schema(number, text, encoding, name)
-            self._define(self._schemas[name])
-        number = self._schemas[name].id
-        channel = self._writer.register_channel(topic, "cdr", number, dict(metadata))
-        self._channels[channel] = Channel(channel, topic, "cdr", dict(metadata), number)
-        self._define(self._channels[channel])
-        return channel
+    def add_channel(self, topic: TopicRow, *, repeats: bool = False) -> int:
+        """Register a topic, or a place for repeats of its messages; the number of the channel."""
+        schema = self._schema(topic.type)
+        texts = {"topic_type_hash": topic.type_hash}
+        if repeats:
+            texts[MARK] = "latched"
+        else:
+            texts["offered_qos_profiles"] = qos_text(topic.qos)
+        number = self._writer.register_channel(topic.name, "cdr", schema.id, texts)
+        self._channels[number] = Channel(number, topic.name, "cdr", texts, schema.id)
+        self._define(self._channels[number])
+        return number
+
+    def _schema(self, kind: str) -> Schema:
+        if kind not in self._schemas:
+            text = schema_of(kind).text.encode()
+            number = self._writer.register_schema(kind, ENCODING, text)
+            self._schemas[kind] = Schema(number, text, ENCODING, kind)
+            self._define(self._schemas[kind])
+        return self._schemas[kind]
 
     def _define(self, record: McapRecord) -> None:
         """Write a definition at once, beside the copy that mcap puts into the next chunk.
@@ -67,7 +74,6 @@ class McapFile:
         """Add one message to the open chunk."""
         if self.start_ns is None:
             self.start_ns = log_time_ns
-        self.written[channel] += 1
         position = self._stream.position
         self._writer.add_message(channel, log_time_ns, data, publish_time_ns, sequence)
         if self._stream.position != position:  # the chunk was full
@@ -101,21 +107,16 @@ class McapFile:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages of each topic that stand in the file."""
-        counts = self._stream.index.channel_counts
-        return {channel.topic: counts[number] for number, channel in self._channels.items()}
+        """Messages of each topic that stand in the file, without repeats of earlier ones."""
+        counts, own = self._stream.index.channel_counts, without_repeats(self._channels)
+        return {channel.topic: counts[number] for number, channel in own.items()}
 
     @property
-    def span(self) -> tuple[int, int]:
-        """First and last time of reception in the file."""
-        return self._stream.index.span
-
-    @property
-    def unwritten(self) -> dict[str, int]:
-        """Messages of each topic that were given to this file and do not stand in it."""
-        counts = self._stream.index.channel_counts
-        rows = {c.topic: self.written[n] - counts[n] for n, c in self._channels.items()}
-        return {topic: missing for topic, missing in rows.items() if missing}
+    def filled(self) -> tuple[FileRow, dict[str, int]]:
+        """The file as metadata.yaml names it, and `counts`."""
+        counts = self.counts
+        row = FileRow(self.path.name, *self._stream.index.span, sum(counts.values()))
+        return row, counts
 
     def finish(self, notes: Mapping[str, Mapping[str, str]]) -> None:
         """Write notes, index and footer. `close` it after that."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from bouncing_disk_ros.bag.formats import NOTE
 from bouncing_disk_ros.errors import InputError
 
 VERSION = 9
@@ -134,6 +136,19 @@ class Metadata:
             "custom_data": {str(key): str(value) for key, value in self.custom.items()},
             "ros_distro": ROS_DISTRO,
         }
+
+
+def summed(
+    files: Iterable[tuple[FileRow, Mapping[str, int]]], topics: Iterable[TopicRow],
+    notes: Mapping[str, str],
+) -> Metadata:  # fmt: skip
+    """Metadata of files with the messages of each topic in each, and our notes as custom data."""
+    rows, counts = [], Counter[str]()
+    for row, some in files:
+        rows.append(row)
+        counts.update(some)
+    custom = {f"{NOTE}.{key}": value for key, value in notes.items()}
+    return Metadata(rows, [replace(topic, count=counts[topic.name]) for topic in topics], custom)
 
 
 def _file_content(file: FileRow) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.bag import decode
 from bouncing_disk_ros.bag.chunks import messages
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
+from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import files_of
 from bouncing_disk_ros.bag.source import Block, Source
 from bouncing_disk_ros.bag.topic import Message, Topic, topics_of
@@ -47,6 +48,8 @@ class Bag:
     def _open(self, files: list[Path]) -> None:
         for file in files:
             self._sources.append(Source(file))
+        for source in self._sources[1:]:
+            source.channels = without_repeats(source.channels)
         self.remarks += [remark for source in self._sources for remark in source.remarks]
         self.topics = topics_of(self._sources)
         self._decoders: dict[str, Callable[[bytes], Any]] = {}

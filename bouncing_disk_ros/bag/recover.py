@@ -8,44 +8,25 @@ from __future__ import annotations
 import contextlib
 import zlib
 from collections import Counter
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Chunk, Header, McapRecord, MessageIndex
+from mcap.records import Channel, Chunk, Header, McapRecord, MessageIndex
 from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunks import MESSAGE_HEAD, records
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, NOTE, BagError, checked, signed
 from bouncing_disk_ros.bag.index import HEAD, MAGIC, content_stream
+from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import files_of
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow, qos_from_text
+from bouncing_disk_ros.bag.report import Report
 from bouncing_disk_ros.bag.scan import Damage, Piece, count_lost
 from bouncing_disk_ros.bag.source import BLOCK, Source
 from bouncing_disk_ros.bag.stream import RecordStream
 from bouncing_disk_ros.errors import InputError
-
-
-@dataclass
-class Report:
-    """What recovery saved and what it could not save, in words and in numbers."""
-
-    output: Path
-    saved: int = 0
-    lost: int = 0
-    exact: bool = True  # else more may be lost than `lost`
-    lines: list[str] = field(default_factory=list)
-
-    @property
-    def summary(self) -> str:
-        """One line."""
-        lost = f"{self.lost} lost" if self.lost else "nothing was lost"
-        if not self.exact:
-            more = "what was cut off or unreadable is lost, how much is unknown"
-            lost = f"{lost}, and {more}" if self.lost else more
-        return f"{self.output}: {self.saved} messages saved, {lost}"
 
 
 def recover(bag: str | Path, output: str | Path | None = None) -> Report:
@@ -64,7 +45,7 @@ def recover(bag: str | Path, output: str | Path | None = None) -> Report:
         raise InputError("output", str(folder), allowed, f"{error.strerror}.") from None
     report = Report(folder, lines=list(found.remarks))
     files = [
-        _File(file, folder / f"{folder.name}_{place}.mcap", report)
+        _File(file, folder / f"{folder.name}_{place}.mcap", report, place == 0)
         for place, file in enumerate(found.files)
     ]
     notes = {key: value for file in files for key, value in file.notes.items()}
@@ -72,28 +53,24 @@ def recover(bag: str | Path, output: str | Path | None = None) -> Report:
     notes.setdefault(FORMAT_KEY, "1")
     for file in files:
         file.finish(notes)
-    metadata.write(folder, _metadata([file.row for file in files], _topics(files), notes))
+    metadata.write(folder, _metadata(files, notes))
     return report
 
 
-def _topics(files: list[_File]) -> list[TopicRow]:
-    rows: dict[str, TopicRow] = {}
+def _metadata(files: list[_File], notes: dict[str, str]) -> Metadata:
+    topics: dict[str, TopicRow] = {}
     for file in files:
-        for row in file.topics:
-            rows.setdefault(row.name, TopicRow(row.name, row.type, row.qos, row.type_hash))
-            rows[row.name].count += row.count
-    return list(rows.values())
-
-
-def _metadata(files: list[FileRow], topics: list[TopicRow], notes: dict[str, str]) -> Metadata:
-    return Metadata(files, topics, {f"{NOTE}.{key}": value for key, value in notes.items()})
+        topics = file.topics | topics
+    rows = [(file.row, file.counts) for file in files]
+    return metadata.summed(rows, topics.values(), notes)
 
 
 class _File:
-    """The recovery of one file."""
+    """The recovery of one file; only of the first do repeats of latched messages count."""
 
-    def __init__(self, path: Path, target: Path, report: Report) -> None:
+    def __init__(self, path: Path, target: Path, report: Report, is_first: bool) -> None:
         self.notes: dict[str, str] = {}
+        self._is_first = is_first
         self._report, self._name = report, path.name
         self._source = Source(path)
         self._stream = RecordStream(target)
@@ -194,32 +171,48 @@ class _File:
 
     # --- telling ----------------------------------------------------------------------------------
     @property
-    def topics(self) -> list[TopicRow]:
-        """The topics of the file with the messages saved."""
-        counts, rows = self.index.channel_counts, []
-        for number, channel in self.index.channels.items():
+    def _counted(self) -> dict[int, Channel]:
+        channels = self.index.channels
+        return channels if self._is_first else without_repeats(channels)
+
+    def _only_counted(self, counts: Counter[int]) -> Counter[int]:
+        repeats = self.index.channels.keys() - self._counted.keys()
+        return Counter({number: n for number, n in counts.items() if number not in repeats})
+
+    @property
+    def topics(self) -> dict[str, TopicRow]:
+        """The topics of the file by name."""
+        rows: dict[str, TopicRow] = {}
+        for channel in self._counted.values():
             schema = self.index.schemas.get(channel.schema_id)
             qos = qos_from_text(channel.metadata.get("offered_qos_profiles", ""))
             type_hash = channel.metadata.get("topic_type_hash", "")
-            name = schema.name if schema else ""
-            rows.append(TopicRow(channel.topic, name, qos, type_hash, counts[number]))
+            row = TopicRow(channel.topic, schema.name if schema else "", qos, type_hash)
+            rows.setdefault(channel.topic, row)
         return rows
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Messages saved of each topic."""
+        counts = Counter[str]()
+        for number, count in self._only_counted(self.index.channel_counts).items():
+            counts[self.index.channels[number].topic] += count
+        return counts
 
     @property
     def row(self) -> FileRow:
         """The file as metadata.yaml names it."""
-        count = self.index.channel_counts.total()
-        return FileRow(self._stream.path.name, *self.index.span, count)
+        return FileRow(self._stream.path.name, *self.index.span, self.counts.total())
 
     def _tell(self) -> None:
-        report, saved = self._report, self.index.channel_counts
+        report, saved = self._report, self._only_counted(self.index.channel_counts)
         report.saved += saved.total()
         for damage in self._lost:
             report.lines.append(self._told(damage))
         if self._source.indexed:
-            report.lost += (self._source.counts - saved).total()
+            report.lost += (self._only_counted(self._source.counts) - saved).total()
             return
-        report.lost += sum(damage.counts.total() for damage in self._lost)
+        report.lost += sum(self._only_counted(damage.counts).total() for damage in self._lost)
         if any(damage.length and not damage.counts for damage in self._lost):
             report.exact = False
 
@@ -237,8 +230,7 @@ class _File:
 
     def finish(self, notes: dict[str, str]) -> None:
         """Write notes, index and footer."""
-        topics = metadata.Metadata([self.row], self.topics, {})
-        record = {"serialized_metadata": topics.record()}
+        record = {"serialized_metadata": _metadata([self], {}).record()}
         self._write(MetadataRecord(NOTE, signed(notes)), MetadataRecord("rosbag2", record))
         self._stream.write_ending(self.index.closing())
         self._stream.file.close()

@@ -12,18 +12,18 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, signed
+from bouncing_disk_ros.bag.latched import Latched
 from bouncing_disk_ros.bag.mcap_file import McapFile
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
 from bouncing_disk_ros.bag.options import Options, WriteError
-from bouncing_disk_ros.bag.schema import ENCODING, schema_of
+from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 
 
@@ -45,7 +45,9 @@ class Writer:
         self.notes: dict[str, str] = {FORMAT_KEY: str(FORMAT_VERSION), "version": version}
         self.notes.update(notes or {})
         self.lost_on_disk: Counter[str] = Counter()
+        self._given: Counter[str] = Counter()
         self._topics: dict[str, TopicRow] = {}
+        self._latched: dict[str, Latched] = {}
         self._attachments: list[tuple[str, str, bytes, int]] = []
         self._finished: list[tuple[FileRow, dict[str, int]]] = []
         self._channels: dict[str, int] = {}
@@ -77,7 +79,19 @@ class Writer:
         rows = [row.as_dict() if isinstance(row, OfferedQos) else dict(row) for row in qos]
         topic = TopicRow(name, kind, rows, known if type_hash is None else type_hash)
         self._topics[name] = topic
-        self._guarded(lambda file: self._add_channel(file, topic))
+
+        def add() -> None:
+            self._channels[name] = self._open_file().add_channel(topic)
+
+        self._guarded(add)
+
+    def repeat(self, topic: str, depth: int, begins: Callable[[bytes], bool] | None = None) -> None:
+        """Repeat the last `depth` messages of a latched topic where a new file begins.
+
+        A message of which `begins` is true makes those before it unnecessary. Call it again to
+        change the depth. The topic needs its quality of service: it tells `rosbags` repeats apart.
+        """
+        self._latched.setdefault(topic, Latched(depth, begins)).deepen(depth)
 
     def write(
         self,
@@ -88,32 +102,38 @@ class Writer:
         sequence: int = 0,
     ) -> None:
         """Add one message: CDR as received, when it was received and sent, its number."""
+        self._given[topic] += 1
         file = self._open_file()
         if self._is_full(file, log_time_ns):
             self.split()
             file = self._open_file()
         sent = log_time_ns if publish_time_ns is None else publish_time_ns
+        number = sequence & 0xFFFFFFFF
         try:
-            file.write(self._channels[topic], log_time_ns, data, sent, sequence & 0xFFFFFFFF)
+            if self._latched and file.start_ns is None:
+                self._repeat_latched(file, log_time_ns)
+            file.write(self._channels[topic], log_time_ns, data, sent, number)
         except OSError as error:
             self._fail(error)
+        if topic in self._latched:
+            self._latched[topic].take(data, sent, number)
         self.tick()
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Attach a file; every file of a split bag gets it."""
         row = (name, media_type, data, time.time_ns())
         self._attachments.append(row)
-        self._guarded(lambda file: file.attach(*row))
+        self._guarded(lambda: self._open_file().attach(*row))
 
     def tick(self) -> None:
         """Close a chunk that is old enough; call it now and then while nothing is written."""
         if self._open_file().chunk_age >= self.options.chunk_period:
-            self._guarded(lambda file: file.close_chunk())
+            self._guarded(lambda: self._open_file().close_chunk())
 
     def split(self) -> None:
         """Finish the file and go on in a new one."""
-        self._guarded(lambda _: self._finish_file())
-        self._guarded_begin()
+        self._guarded(self._finish_file)
+        self._guarded(self._begin_file)
 
     @property
     def size(self) -> int:
@@ -127,16 +147,9 @@ class Writer:
             raise WriteError(f"{self.folder}: the bag is closed")
         return self._file
 
-    def _guarded(self, action: Any) -> None:
-        file = self._open_file()
+    def _guarded(self, action: Callable[[], object]) -> None:
         try:
-            action(file)
-        except OSError as error:
-            self._fail(error)
-
-    def _guarded_begin(self) -> None:
-        try:
-            self._begin_file()
+            action()
         except OSError as error:
             self._fail(error)
 
@@ -156,52 +169,40 @@ class Writer:
         for row in self._attachments:
             self._file.attach(*row)
         for topic in self._topics.values():
-            self._add_channel(self._file, topic)
+            self._channels[topic.name] = self._file.add_channel(topic)
 
-    def _add_channel(self, file: McapFile, topic: TopicRow) -> None:
-        schema = schema_of(topic.type)
-        texts = {
-            "offered_qos_profiles": metadata.qos_text(topic.qos),
-            "topic_type_hash": topic.type_hash,
-        }
-        content = (schema.name, ENCODING, schema.text.encode())
-        self._channels[topic.name] = file.add_channel(topic.name, content, texts)
+    def _repeat_latched(self, file: McapFile, log_time_ns: int) -> None:
+        """Begin a file with what is latched, received as it were with the file's first message."""
+        for name, latched in self._latched.items():
+            if latched.messages:
+                channel = file.add_channel(self._topics[name], repeats=True)
+                for kept in latched.messages:
+                    file.write(channel, log_time_ns, *kept)
 
     def _finish_file(self) -> None:
         file = self._open_file()
         file.close_chunk()
-        file.finish(self._last_notes([self._row_of(file)]))
+        file.finish(self._last_notes(file))
         self._keep(file)
 
     def _keep(self, file: McapFile) -> None:
         file.close()
-        self._finished.append(self._row_of(file))
-        self.lost_on_disk.update(file.unwritten)
+        self._finished.append(file.filled)
         self._file = None
 
-    @staticmethod
-    def _row_of(file: McapFile) -> tuple[FileRow, dict[str, int]]:
-        counts = file.counts
-        return FileRow(file.path.name, *file.span, sum(counts.values())), counts
-
-    def _last_notes(self, rows: list[tuple[FileRow, dict[str, int]]]) -> dict[str, dict[str, str]]:
-        record = {"serialized_metadata": self._metadata(rows).record()}
+    def _last_notes(self, file: McapFile) -> dict[str, dict[str, str]]:
+        record = {"serialized_metadata": self._metadata([file.filled]).record()}
         return {NOTE: signed(self.notes), "rosbag2": record}
 
-    def _metadata(self, rows: list[tuple[FileRow, dict[str, int]]]) -> Metadata:
-        counts: Counter[str] = Counter()
-        for _, some in rows:
-            counts.update(some)
-        topics = [replace(topic, count=counts[name]) for name, topic in self._topics.items()]
-        custom = {f"bouncing_disk_ros.{key}": value for key, value in self.notes.items()}
-        return Metadata([row for row, _ in rows], topics, custom)
+    def _metadata(self, files: list[tuple[FileRow, dict[str, int]]]) -> Metadata:
+        return metadata.summed(files, self._topics.values(), self.notes)
 
     # --- end --------------------------------------------------------------------------------------
     def close(self) -> None:
         """Finish the file and write metadata.yaml. A second call does nothing."""
         if self._closed:
             return
-        self._guarded(lambda _: self._finish_file())
+        self._guarded(self._finish_file)
         self._closed = True
         try:
             metadata.write(self.folder, self._metadata(self._finished))
@@ -216,14 +217,15 @@ class Writer:
                 self._rescue(file)
             if self._file is not None:  # cannot even be cut: unfinished, and still readable
                 self._keep(file)
+        self.lost_on_disk = self._given - sum((Counter(n) for _, n in self._finished), Counter())
         raise self._error(error) from None
 
     def _rescue(self, file: McapFile) -> None:
         self.notes["ended"] = "the disk took no more"
         while True:
-            file.abandon(self._last_notes([self._row_of(file)]))
+            file.abandon(self._last_notes(file))
             try:
-                metadata.write(self.folder, self._metadata([*self._finished, self._row_of(file)]))
+                metadata.write(self.folder, self._metadata([*self._finished, file.filled]))
                 break
             except OSError:
                 if not file.give_up_chunk():

@@ -24,7 +24,7 @@ from bouncing_disk_ros.nodes.recorder_attachments import (
     versions,
 )
 from bouncing_disk_ros.nodes.recorder_options import MB, OPTIONS, Selection, writer_options
-from bouncing_disk_ros.nodes.recorder_topic import RecordedTopic, offered
+from bouncing_disk_ros.nodes.recorder_topic import RecordedTopic, is_snapshot, offered
 from bouncing_disk_ros.nodes.tool import FailedError, options
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -87,6 +87,8 @@ class Recorder(Node):
             infos = topic.follow()
             if infos and not topic.registered:
                 self._register(topic, infos)
+            if topic.registered:
+                self._repeat(topic, len(infos))
         self._parameters.look()
 
     def _hear(self, name: str, kind: str) -> None:
@@ -110,7 +112,18 @@ class Recorder(Node):
         type_hash = announced if announced.startswith("RIHS01_") else None
         writer = self._recording.writer
         self._recording.do(lambda: writer.add_topic(topic.name, topic.type, qos, type_hash))
+        self._repeat(topic, len(infos))
         self.get_logger().info(f"hearing {topic.name} ({topic.type})")
+
+    def _repeat(self, topic: RecordedTopic, publishers: int) -> None:
+        """Have later files of the bag begin with what is latched on a topic."""
+        depth = topic.latched_depth(publishers) if self._values["repeat_latched"] else 0
+        if depth > topic.repeated:
+            topic.repeated = depth
+            known = self._selection.known.get(topic.name)
+            begins = is_snapshot if known and known.name == "disk/inputs" else None
+            writer = self._recording.writer
+            self._recording.do(lambda: writer.repeat(topic.name, depth, begins))
 
     def _put(
         self, topic: RecordedTopic, data: bytes, received: int, sent: int, number: int

@@ -29,6 +29,8 @@ _SPECS = (
          high=1e9, read_only=True),
     Spec("max_duration", 0.0, "s", "go on in a new file after this long; 0: one file", low=0.0,
          high=1e9, read_only=True),
+    Spec("repeat_latched", True, "", "begin every further file with the latched messages in force, "
+         "so that it can be used alone", read_only=True),
     Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; what comes beyond is "
          "dropped and counted", low=0.001, high=1e6, read_only=True),
     Spec("start_paused", False, "", "record nothing before ~/resume", read_only=True),

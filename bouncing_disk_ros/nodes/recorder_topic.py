@@ -20,11 +20,13 @@ from rclpy.qos import (
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
 
 from bouncing_disk_ros.bag import OfferedQos
 from bouncing_disk_ros.bag.loss import IndexLoss, SequenceLoss
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.run.inputs import from_json
 from bouncing_disk_ros.topics import Qos
 
 BEST_EFFORT_DEPTH = 1000
@@ -49,6 +51,8 @@ class RecordedTopic:
         self.loss = SequenceLoss()
         self.rows = IndexLoss() if has_index else None
         self.registered = False
+        self.repeated = 0  # how many of its last messages a new file repeats
+        self._depth = 1 if qos is None else qos.depth
         self._node, self._put = node, put
         self._class = message_class(kind)
         self._numbered: set[bytes] = set()  # whose numbers are being followed
@@ -78,6 +82,10 @@ class RecordedTopic:
                 self.loss.restart()
                 self._subscribe()
         return infos
+
+    def latched_depth(self, publishers: int) -> int:
+        """How many messages a late joiner needs: of an unknown topic one of each publisher."""
+        return max(self._depth, publishers) if self._wanted[1] else 0
 
     def _subscribe(self) -> None:
         reliable, latched = self._wanted
@@ -182,3 +190,10 @@ def offered(info: Any) -> OfferedQos:
         liveliness=LivelinessPolicy(profile.liveliness).name.lower(),
         liveliness_lease_duration=split(profile.liveliness_lease_duration),
     )
+
+
+def is_snapshot(data: bytes) -> bool:
+    """Whether a message of disk/inputs holds a full state: replay needs none before it."""
+    with contextlib.suppress(InputError):
+        return bool(from_json(deserialize_message(data, String).data)["kind"] == "snapshot")
+    return False

@@ -33,6 +33,13 @@ BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
+def wait_until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
 class Talker:
     """A node of the test that publishes and calls services."""
 
@@ -53,21 +60,15 @@ class Talker:
     ) -> Publisher:  # fmt: skip
         """A publisher that the recorder hears."""
         publisher = (node or self.node).create_publisher(kind, topic, qos)
-        self.wait_for(lambda: publisher.get_subscription_count() > 0)
+        wait_until(lambda: publisher.get_subscription_count() > 0)
         return publisher
-
-    def wait_for(self, condition: Callable[[], bool]) -> None:
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end
-            time.sleep(0.01)
 
     def call(self, name: str) -> str:
         """Call a service of the recorder; its message."""
         client = self.node.create_client(Trigger, f"/recorder/{name}")
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self.node)
-        self.wait_for(client.service_is_ready)
+        wait_until(client.service_is_ready)
         future = client.call_async(Trigger.Request())
         executor.spin_until_future_complete(future, PATIENCE)
         executor.shutdown()
@@ -132,6 +133,32 @@ def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
     again = replay(records, round(float(rows["time"][-1]) * 1e9) + 1)
     first = int(rows["index"][0])
     assert again[first : first + len(rows)].tobytes() == rows.tobytes()
+
+
+def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "max_duration:=2.0")
+    simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    simulator.wait_for("running at")
+    third = tmp_path / "run" / "run_2.mcap"
+    wait_until(third.is_file)
+    finish(process)
+    own = ("/disk/inputs", "/disk/phase", "/platform/motion")
+    with bag.open(tmp_path / "run" / "run_1.mcap") as run:
+        assert all(run.topics[name].count for name in own)
+        rows = run.rows("/disk/impacts")
+        records = [from_json(text) for text in run.columns("/disk/inputs", ["data"])["data"]]
+    assert records[0]["kind"] == "snapshot"
+    assert len(rows) > 0
+    again = replay(records, round(float(rows["time"][-1]) * 1e9) + 1)
+    first = int(np.searchsorted(again["index"], rows["index"][0]))
+    assert again[first : first + len(rows)].tobytes() == rows.tobytes()
+    with bag.open(tmp_path / "run") as run:  # the records are gapless and nothing comes twice
+        texts = run.columns("/disk/inputs", ["data"])["data"]
+        number = run.message_count
+    index = [from_json(text)["index"] for text in texts]
+    assert index == list(range(index[0], index[0] + len(index)))
+    with Reader(tmp_path / "run") as reader:
+        assert sum(1 for _ in reader.messages()) == reader.message_count == number
 
 
 def test_received_and_lost_make_what_was_sent(
