@@ -6,7 +6,7 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
 from bouncing_disk_ros.core.clock import elapsed
-from bouncing_disk_ros.core.contact import load, slip_out_sign
+from bouncing_disk_ros.core.contact import load, slide, slip_sign
 from bouncing_disk_ros.core.energy import Books, book_axial, book_sliding, book_sticking
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
@@ -74,13 +74,13 @@ def carry(
             state.omega = b1[1]
         else:
             sign = state.slip_sign
-            fall = gap_after(motion, before, state.sine, state.cosine, disk.g, 0.0, 0.0, d)
-            pushed, q = -fall[0], -fall[1]  # ∫∫(g + s̈)dt dt and ∫(g + s̈)dt, with all their digits
+            s, c = state.sine, state.cosine
+            turned, omega, pushed, q = slide(motion, disk, before, s, c, sign, state.omega, d)
             slip = state.omega - b0[1]
             book_axial(books, disk, s0, s1)
             book_sliding(books, motion, disk, sign, slip, before, state.tau, d, q, pushed, b0, b1)
-            turn(state, (state.omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed)
-            state.omega -= sign * disk.grip * q + disk.lag * d
+            turn(state, turned)
+            state.omega = omega
         state.gap = 0.0
         state.u = 0.0
     set_clock(state, ns, sub, cycles, tau)
@@ -101,14 +101,12 @@ def settle(state: Record, motion: Record, disk: Record) -> None:
     _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
     slip = state.omega - b1
     rho = b2 + disk.lag
-    if slip == 0.0 and disk.grip > 0.0 and abs(rho) <= disk.grip * a:
+    sign = slip_sign(disk, a, slip, rho)
+    if sign == 0.0:
         state.phase = STICKING
         return
     state.phase = SLIDING
-    if slip == 0.0:
-        state.slip_sign = slip_out_sign(rho)
-    else:
-        state.slip_sign = 1.0 if slip > 0.0 else -1.0
+    state.slip_sign = sign
 
 
 @kernel
@@ -121,8 +119,9 @@ def stick_or_reverse(state: Record, motion: Record, disk: Record) -> None:
     _, _, s2, _, _ = axial_jet(motion, state.sine, state.cosine, since)
     _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
     rho = b2 + disk.lag
-    if abs(rho) <= disk.grip * (disk.g + s2):
+    sign = slip_sign(disk, disk.g + s2, 0.0, rho)
+    if sign == 0.0:
         state.phase = STICKING
         state.omega = b1
     else:
-        state.slip_sign = slip_out_sign(rho)
+        state.slip_sign = sign

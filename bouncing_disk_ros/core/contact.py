@@ -213,6 +213,37 @@ def _periods_without_root(motion: Record, disk: Record, sign: float, start: floa
 
 
 @kernel
+def slip_sign(disk: Record, a: float, slip: float, rho: float) -> float:
+    """0 where a disk in contact with w_T = `slip` sticks, else the sign with which it slides."""
+    if slip != 0.0:
+        return 1.0 if slip > 0.0 else -1.0
+    if disk.grip > 0.0 and abs(rho) <= disk.grip * a:
+        return 0.0
+    return slip_out_sign(rho)
+
+
+@kernel
+def slide(
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    s: float,
+    c: float,
+    sign: float,
+    omega: float,
+    d: float,
+) -> tuple[float, float, float, float]:
+    """Angle turned and α̇ after d seconds of sliding; ∫∫(g + s̈)dt dt and ∫(g + s̈)dt (phase 4).
+
+    s, c are sin τ, cos τ at the start; the integrals keep all their digits.
+    """
+    fall = gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)
+    pushed, q = -fall[0], -fall[1]
+    turned = (omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed
+    return turned, omega - (sign * disk.grip * q + disk.lag * d), pushed, q
+
+
+@kernel
 def slip_out_sign(rho: float) -> float:
     """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
     return -1.0 if rho > 0.0 else 1.0

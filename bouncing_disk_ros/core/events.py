@@ -15,12 +15,9 @@ from bouncing_disk_ros.core.contact import (
 )
 from bouncing_disk_ros.core.flight import first_impact, separation_phase
 from bouncing_disk_ros.core.impact import (
-    ALL_STICK,
     BOUNCES,
     STILL,
-    UNDECIDED,
-    chatter_end,
-    chatter_friction,
+    chatter_verdict,
 )
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
@@ -59,9 +56,9 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
     if state.phase == FLIGHT:
         kind, d, value = _after_flight(state, motion, disk, since, horizon)
     elif state.phase == STICKING:
-        kind, d, value = _after_sticking(state, motion, disk, since, horizon)
+        kind, d, value = after_sticking(state, motion, disk, since, horizon)
     else:
-        kind, d, value = _after_sliding(state, motion, disk, since, horizon)
+        kind, d, value = after_sliding(state, motion, disk, since, horizon)
     _store(state, motion, disk, kind, d, value)
     late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
     if state.event == NOTHING or late:
@@ -95,24 +92,20 @@ def _chatter(
 ) -> tuple[int, float, float]:
     """Complete chattering in closed form, where that is exact and friction's part decided."""
     u = state.u
-    end, t = chatter_end(motion, disk, s, u)
+    sine, cosine = state.sine, state.cosine
+    end, t, sign = chatter_verdict(motion, disk, since, sine, cosine, s, u, state.omega)
     if end == STILL:
         return CHATTER_ENDS, 0.0, STILLED
     if end == BOUNCES or t + _PAST_BOUNDARY > horizon:
         return NOTHING, 0.0, 0.0
-    b = angular_jet(motion, state.sine, state.cosine, since)
-    rho = b[2] + disk.lag
-    total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
-    friction, sign = chatter_friction(disk, disk.g + s[2], rho, state.omega - b[1], total, t)
-    if friction == UNDECIDED:
-        return NOTHING, 0.0, 0.0
-    return CHATTER_ENDS, t, 0.0 if friction == ALL_STICK else sign
+    return CHATTER_ENDS, t, sign
 
 
 @kernel
-def _after_sticking(
+def after_sticking(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> tuple[int, float, float]:
+    """Next event of a disk that sticks: (kind, delay, value)."""
     leave = separation(motion, disk, since, state.tau, horizon)
     fail, sign = stick_fails(motion, disk, since, state.tau, min(horizon, leave))
     if leave != math.inf and (leave - fail) * motion.omega_max <= _LAST_SLIP:
@@ -125,9 +118,10 @@ def _after_sticking(
 
 
 @kernel
-def _after_sliding(
+def after_sliding(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> tuple[int, float, float]:
+    """Next event of a disk that slides: (kind, delay, value)."""
     leave = separation(motion, disk, since, state.tau, horizon)
     b = angular_jet(motion, state.sine, state.cosine, since)
     w = max(state.slip_sign * (state.omega - b[1]), 0.0)

@@ -7,7 +7,7 @@ grip·(1 + ε)w.
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel
-from bouncing_disk_ros.core.platform import Jet, Record
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet
 from bouncing_disk_ros.core.roots import ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
@@ -31,6 +31,13 @@ def friction_change(slip: float, most: float) -> float:
     if slip < -most:
         return most
     return -slip
+
+
+@kernel
+def speed_after(omega: float, platform: float, most: float) -> float:
+    """α̇ after an impact whose friction changes it by at most `most` towards the platform's β̇."""
+    slip = omega - platform
+    return platform if abs(slip) <= most else omega + friction_change(slip, most)
 
 
 @kernel
@@ -71,6 +78,61 @@ def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, fl
         return STILL, 0.0
     t, exact = chatter_duration(motion, disk, s, u)
     return (COMPLETES if exact else BOUNCES), t
+
+
+@kernel
+def chatter_verdict(
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    sine: float,
+    cosine: float,
+    s: Jet,
+    u: float,
+    omega: float,
+) -> tuple[int, float, float]:
+    """`chatter_end` with friction, which must be decided too; and the sign of w_T (0: sticks)."""
+    end, t = chatter_end(motion, disk, s, u)
+    if end != COMPLETES:
+        return end, t, 0.0
+    b = angular_jet(motion, sine, cosine, elapsed)
+    rho = b[2] + disk.lag
+    total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
+    friction, sign = chatter_friction(disk, disk.g + s[2], rho, omega - b[1], total, t)
+    if friction == UNDECIDED:
+        return BOUNCES, t, 0.0
+    return COMPLETES, t, 0.0 if friction == ALL_STICK else sign
+
+
+@kernel
+def chatter_sums(disk: Record, s: Jet, u: float) -> tuple[float, float]:
+    """Σ F̂ₙ(tₙ − t₀) over m and Σ dₙ² of a whole chatter tail with flights dₙ = εⁿ 2u/a."""
+    e = disk.restitution
+    d0 = 2.0 * u / (disk.g + s[2])
+    return u * d0 / ((1.0 - e) * (1.0 - e)), d0 * d0 / (1.0 - e * e)
+
+
+@kernel
+def chatter_rotation(
+    disk: Record,
+    sign: float,
+    omega: float,
+    b: Jet,
+    b_end: Jet,
+    push: float,
+    sums: tuple[float, float],
+    t: float,
+) -> tuple[float, float]:
+    """Angle turned in a whole chatter tail that lasts t, and α̇ at its end.
+
+    `sign` as `chatter_verdict` gives it, b and b_end the platform's rotation at both ends, `push`
+    Σ F̂ over m, `sums` those of `chatter_sums`.
+    """
+    moment, squares = sums
+    if sign == 0.0:
+        return b_end[0] - b[0] - 0.5 * (b[2] + disk.lag) * squares, b_end[1]
+    turned = (omega - 0.5 * disk.lag * t) * t - sign * disk.grip * moment * disk.restitution
+    return turned, omega - sign * disk.grip * push - disk.lag * t
 
 
 @kernel

@@ -7,7 +7,12 @@ from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, stick_o
 from bouncing_disk_ros.core.clock import elapsed
 from bouncing_disk_ros.core.energy import Books, book, book_impact
 from bouncing_disk_ros.core.flight import gap_after
-from bouncing_disk_ros.core.impact import friction_change
+from bouncing_disk_ros.core.impact import (
+    chatter_rotation,
+    chatter_sums,
+    friction_change,
+    speed_after,
+)
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FLIGHT,
@@ -80,7 +85,7 @@ def _impact(
     most = disk.grip * push
     twist = friction_change(slip, most)
     left = 0.0 if abs(slip) <= most else slip + twist
-    state.omega = b[1] if abs(slip) <= most else state.omega + twist
+    state.omega = speed_after(state.omega, b[1], most)
     state.gap = 0.0
     state.u = disk.restitution * w
     state.phase = FLIGHT
@@ -104,29 +109,27 @@ def _end_chatter(
     """
     if state.event_value == STILLED:
         return _still(state, motion, disk, books, rows, n, open_row)
-    t, sign, u, e = state.event_delay, state.event_value, state.u, disk.restitution
+    t, sign, u = state.event_delay, state.event_value, state.u
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
     b = angular_jet(motion, state.sine, state.cosine, since)
     push = -gap_after(motion, since, state.sine, state.cosine, disk.g, 0.0, u, t)[1]
-    d0 = 2.0 * u / (disk.g + s[2])
-    moment = u * d0 / ((1.0 - e) * (1.0 - e))  # Σ F̂ₙ(tₙ − t₀) over m
-    squares = d0 * d0 / (1.0 - e * e)  # Σ dₙ²
+    moment, squares = chatter_sums(disk, s, u)
     rho = b[2] + disk.lag
     slip = state.omega - b[1]
     before = state.omega
     set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
     b_end = angular_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))
+    sums = (moment, squares)
+    turned, state.omega = chatter_rotation(disk, sign, before, b, b_end, push, sums, t)
+    turn(state, turned)
     if sign == 0.0:
         twist = b_end[1] - before + disk.lag * t
-        turn(state, b_end[0] - b[0] - 0.5 * rho * squares)
-        state.omega = b_end[1]
-        book(books, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * squares / (1.0 - e)))
+        late = squares / (1.0 - disk.restitution)
+        book(books, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * late))
         book(books, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
     else:
         twist = -sign * disk.grip * push
-        turn(state, (before - 0.5 * disk.lag * t) * t - sign * disk.grip * moment * e)
-        state.omega = before + twist - disk.lag * t
         book(books, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2]))
         lost = -twist * (slip + 0.5 * twist) - disk.grip * sign * rho * moment
         book(books, L_FRICTION, disk.inertia * lost)
