@@ -125,6 +125,7 @@ class Session:
     def hold(self, held: bool) -> None:
         """Pause or resume; the state does not change."""
         if held != self.held:
+            self._make_room()  # while held, inputs act at this instant: all before it is resolved
             self.held = held
             self._note("pause", self.time_ns, paused=held)
 
@@ -150,7 +151,9 @@ class Session:
     def _make_room(self) -> None:
         """Samples at the instant reached are out already: an input acts one nanosecond later."""
         if not self.held:
-            self.advance(self.time_ns + 1)
+            instant = self.time_ns + 1
+            while self.advance(instant):
+                pass
 
     def _crossfade_ns(self) -> int:
         seconds = float(self.values["crossfade_duration"])

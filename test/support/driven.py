@@ -1,0 +1,96 @@
+"""Seeded runs of a session, as a recorder would hear them: records and rows with their times."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.session import Session
+
+Record = dict[str, Any]
+Rows = NDArray[np.void]
+
+
+class Driven:
+    """A session with all that it publishes; `sent` counts messages and stands for their times."""
+
+    def __init__(self, held: bool = False, sent: int = 0, **values: Any) -> None:
+        self.sent = sent
+        self.records: list[tuple[int, Record]] = []
+        self.rows: list[tuple[int, Rows]] = []
+        self.session = Session(parameters.complete(values), self._record, held=held)
+
+    def _record(self, record: Record) -> None:
+        self.sent += 1
+        self.records.append((self.sent, inputs.from_json(inputs.to_json(record))))
+
+    def advance(self, seconds: float) -> None:
+        """Simulate, and publish the rows in batches of at most three."""
+        self.session.advance(self.session.time_ns + round(seconds * NS))
+        self.flush()
+
+    def flush(self) -> None:
+        gathered = self.session.take_rows()
+        if gathered:
+            rows = inputs.joined(gathered)
+            for first in range(0, len(rows), 3):
+                self.sent += 1
+                self.rows.append((self.sent, rows[first : first + 3]))
+
+    def drive(self, seed: int, inputs_: int = 40) -> Driven:
+        """A wild but seeded sequence of inputs of every kind, with uneven advances between them."""
+        rng = random.Random(seed)
+        session = self.session
+        for _ in range(inputs_):
+            self.advance(rng.choice([0.0, 1e-9, 0.001, rng.uniform(0.0, 0.3)]))
+            match rng.randrange(7):
+                case 0 | 1:
+                    at = session.input_ns + rng.randrange(2 * 10**8)
+                    target = Motion(rng.uniform(0, 0.06), rng.uniform(0, 1), rng.uniform(2, 6), 0.3)
+                    session.command([(at, target), (at + 10**8, target._replace(phase_lag=-1.0))])
+                case 2:
+                    later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
+                    session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
+                case 3:
+                    session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
+                case 4:
+                    session.set_parameters({"preload": rng.uniform(-0.5, 2.0)})
+                    session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
+                case 5:
+                    session.hold(not session.held)
+                case 6:
+                    session.reset() if rng.random() < 0.3 else session.snapshot()
+            self.flush()
+        session.hold(False)
+        self.advance(1.0)
+        return self
+
+    @property
+    def record_list(self) -> list[Record]:
+        return [record for _, record in self.records]
+
+    @property
+    def batches(self) -> list[Rows]:
+        return [rows for _, rows in self.rows]
+
+    @property
+    def impacts(self) -> int:
+        """Single impacts in all rows."""
+        return sum(int(rows["count"].sum()) for rows in self.batches)
+
+
+def flipped(rows: Rows, place: int, field: str, bit: int = 0) -> Rows:
+    """A copy with one bit of one field of one row changed."""
+    copy = np.frombuffer(bytearray(rows.tobytes()), rows.dtype)
+    assert rows.dtype.fields is not None
+    dtype, offset = rows.dtype.fields[field][:2]
+    assert bit < 8 * dtype.itemsize
+    copy.view(np.uint8).reshape(len(rows), -1)[place, offset + bit // 8] ^= 1 << bit % 8
+    return copy
