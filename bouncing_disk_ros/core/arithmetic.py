@@ -15,15 +15,15 @@ from numba import njit, types
 Kernel: TypeAlias = Callable[..., Any]
 
 TWO_PI = 2.0 * math.pi
-_TWO_OVER_PI = 2.0 / math.pi
+TWO_OVER_PI = 2.0 / math.pi
 # π/2 in parts: the first two have 33 bits, so that their product with |k| < 2²⁰ is exact.
-_HALF_PI_1 = float.fromhex("0x1.921fb54400000p+0")
-_HALF_PI_2 = float.fromhex("0x1.0b4611a600000p-34")
-_HALF_PI_3 = float.fromhex("0x1.3198a2e037073p-69")
+HALF_PI_1 = float.fromhex("0x1.921fb54400000p+0")
+HALF_PI_2 = float.fromhex("0x1.0b4611a600000p-34")
+HALF_PI_3 = float.fromhex("0x1.3198a2e037073p-69")
 _HALF_PI_HIGH = math.pi / 2
 _HALF_PI_LOW = float.fromhex("0x1.1a62633145c07p-54")
 _FEW_TURNS = 1.0e6  # below it k < 2²⁰
-_ROUNDER = 1.5 * 2.0**52  # adding and subtracting it rounds to the nearest whole number
+ROUNDER = 1.5 * 2.0**52  # adding and subtracting it rounds to the nearest whole number
 _SPLITTER = 134217729.0  # 2²⁷ + 1 (Dekker)
 
 # Taylor coefficients: on |r| ≤ π/4 the first neglected term is below 5e-17 (sine) and 2e-18
@@ -101,9 +101,9 @@ def pair_quotient(ah: float, al: float, b: float) -> tuple[float, float]:
 @kernel
 def _reduced(x: float) -> tuple[float, int]:
     """Remainder of x after the nearest multiple k of π/2, |r| ≤ π/4, and k modulo 4."""
-    k = (x * _TWO_OVER_PI + _ROUNDER) - _ROUNDER
+    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     if abs(x) < _FEW_TURNS:
-        r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
+        r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
     else:
         p, e = two_product(k, _HALF_PI_HIGH)
         r = ((x - p) - e) - k * _HALF_PI_LOW
@@ -111,7 +111,7 @@ def _reduced(x: float) -> tuple[float, int]:
 
 
 @kernel
-def _excesses(r: float) -> tuple[float, float]:
+def excesses(r: float) -> tuple[float, float]:
     """sin r − r and cos r − 1 for |r| ≤ π/4, to a few ulp of themselves (Estrin's order)."""
     z = r * r
     z2 = z * z
@@ -125,7 +125,7 @@ def _excesses(r: float) -> tuple[float, float]:
 def sincos(x: float) -> tuple[float, float]:
     """sin x and cos x, absolute error below 2e-16 for |x| < 1e15."""
     r, quadrant = _reduced(x)
-    se, ce = _excesses(r)
+    se, ce = excesses(r)
     s = r + se
     c = 1.0 + ce
     swap = quadrant & 1
@@ -144,7 +144,7 @@ def sine_and_cosine(x: float) -> tuple[float, float]:
 def sincos_excess(x: float) -> tuple[float, float, float, float]:
     """sin x, cos x, sin x − x and cos x − 1; the last two keep their digits for small x."""
     if abs(x) <= 0.78:
-        se, ce = _excesses(x)
+        se, ce = excesses(x)
         return x + se, 1.0 + ce, se, ce
     s, c = sincos(x)
     return s, c, s - x, c - 1.0

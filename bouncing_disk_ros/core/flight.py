@@ -20,8 +20,23 @@ def steady_gap(
     amplitude: float, w: float, s: float, c: float, g: float, gap: float, u: float, d: float
 ) -> Jet:
     """Gap and its first four derivatives after d seconds; s, c are sin τ, cos τ at the start."""
-    x = w * d
-    sx, cx, se, ce = sincos_excess(x)
+    return turned_gap(amplitude, w, s, c, g, gap, u, d, sincos_excess(w * d))
+
+
+@kernel
+def turned_gap(
+    amplitude: float,
+    w: float,
+    s: float,
+    c: float,
+    g: float,
+    gap: float,
+    u: float,
+    d: float,
+    turn: tuple[float, float, float, float],
+) -> Jet:
+    """`steady_gap` where `sincos_excess` of the phase grown is known."""
+    sx, cx, se, ce = turn
     rise = amplitude * (s * ce + c * se)
     slope = amplitude * w * (c * ce - s * sx)
     pull = amplitude * w * w * (s * cx + c * sx)

@@ -136,6 +136,20 @@ def chatter_rotation(
 
 
 @kernel
+def chatter_speed(forcing: float, restitution: float, g: float) -> float:
+    """A bound of the speeds u > 0 at which `chatter_end` may answer other than BOUNCES; ω = 1.
+
+    From Γ t³ ≤ a · rounding with t = 2u/(a(1 − ε)) and a ≤ g + Γ; rounded up.
+    """
+    k = g + forcing
+    bound = 1e-2 * k
+    if forcing > 0.0:
+        cube = _PHASE_ROUNDING * k * k * k * k / forcing
+        bound = min(bound, 0.5 * (1.0 - restitution) * cube ** (1.0 / 3.0))
+    return max(bound, 0.5 * _NO_BOUNCE * k) * (1.0 + 1e-9)
+
+
+@kernel
 def chatter_friction(
     disk: Record, a: float, rho: float, slip: float, total: float, t: float
 ) -> tuple[int, float]:

@@ -1,0 +1,163 @@
+"""Lanes are the next-collision map for many trajectories: the same impacts, the same labels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.axial_map import KIND, MAP_CONTACT, MAP_REST, TAU, W, axial_orbit
+from bouncing_disk_ros.core.lanes import LANES
+from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS, iterate
+from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
+
+Floats = NDArray[np.float64]
+CONTACT, REST = 7, 9
+POINT_LABEL = 3
+
+
+def orbit(tau: float, w: float, forcing: float, restitution: float, n: int) -> Floats:
+    out = np.full((n, 4), np.nan)
+    return out[: axial_orbit(tau, w, forcing, restitution, n, out)]
+
+
+def apart(a: Floats, b: Floats) -> Floats:
+    """Distance of phases, the short way round; 0 where both are nan."""
+    difference = np.abs(a - b)
+    return np.where(np.isnan(a) & np.isnan(b), 0.0, np.minimum(difference, math.tau - difference))
+
+
+def starts(n: int, seed: int) -> tuple[Floats, Floats, Floats, Floats]:
+    rng = np.random.default_rng(seed)
+    forcing = np.where(np.arange(n) % 5 == 0, rng.uniform(0.0, 0.33, n), rng.uniform(0.3, 1.3, n))
+    restitution = np.where(np.arange(n) % 7 == 0, rng.integers(0, 2, n), rng.uniform(0, 1, n))
+    speed = np.where(np.arange(n) % 3 == 0, 10.0 ** rng.uniform(-8, 0, n), rng.uniform(0, 5, n))
+    return rng.uniform(0, math.tau, n), -speed, forcing, restitution
+
+
+def test_single_steps_are_those_of_the_map() -> None:
+    n = 5000
+    tau, w, forcing, restitution = starts(n, 31)
+    found = tau.copy(), w.copy()
+    counts = np.zeros((n, 2), np.int64)
+    iterate(*found, forcing, restitution, 1, counts)
+    steps = np.array([orbit(*start, 1)[0] for start in zip(*starts(n, 31), strict=True)])
+    np.testing.assert_array_equal(counts[:, CONTACTS], steps[:, KIND] == MAP_CONTACT)
+    np.testing.assert_array_equal(counts[:, RESTS], steps[:, KIND] == MAP_REST)
+    assert counts[:, CONTACTS].sum() > 20
+    assert counts[:, RESTS].sum() > 20
+    # a gap that is off by a rounding of its terms moves the root by that over the slope
+    slope = np.abs(steps[:, W])
+    reach = 1.0 + np.abs(w) + forcing
+    rounding = 4e-15 * reach * (1.0 + reach / np.where(slope > 0, slope, np.nan))
+    fine = counts[:, RESTS] == 0
+    assert (apart(found[0], steps[:, TAU])[fine] <= rounding[fine]).all()
+    assert (np.abs(found[1] - steps[:, W])[fine] <= rounding[fine]).all()
+    assert np.isnan(found[0][~fine]).all()
+
+
+def test_the_period_1_orbit_keeps_its_phase() -> None:
+    n = LANES + 5
+    phase = math.acos(1.0 / (3.0 * 0.45))
+    tau, w = np.full(n, phase), np.full(n, -4.0 / 3.0)
+    counts = np.zeros((n, 2), np.int64)
+    iterate(tau, w, np.full(n, 0.45), np.full(n, 0.5), 1000, counts)
+    np.testing.assert_allclose(tau, phase, rtol=0, atol=5e-15)
+    np.testing.assert_allclose(w, -4.0 / 3.0, rtol=0, atol=5e-15)
+    assert (tau == tau[0]).all()
+    assert not counts.any()
+
+
+def test_trajectories_know_nothing_of_each_other() -> None:
+    """The same bits in any order, in any company, in one go or in two."""
+    n = 3 * LANES + 7
+    state = starts(n, 32)
+    whole = tuple(a.copy() for a in state)
+    counts = np.zeros((n, 2), np.int64)
+    iterate(*whole, 40, counts)
+    order = np.random.default_rng(33).permutation(n)[: LANES + 9]
+    part = tuple(a[order] for a in state)
+    again = np.zeros((len(order), 2), np.int64)
+    iterate(*part, 40, again)
+    for a, b in zip(whole, part, strict=True):
+        np.testing.assert_array_equal(a[order], b)
+    np.testing.assert_array_equal(counts[order], again)
+
+
+def label_of(
+    steps: Floats, points: Floats, of: Sequence[int], tolerance: float, confirm: int, cap: int
+) -> tuple[int, int]:
+    """The rule of `label` in plain words: label and impacts, from the steps of a start."""
+    run, last = 0, -1
+    m = len(of)
+    before = [
+        next(q for q in ((p - k) % m for k in range(1, m + 1)) if of[q] == of[p]) for p in range(m)
+    ]
+    for k, step in enumerate(steps):
+        if step[KIND] in (MAP_CONTACT, MAP_REST):
+            return (CONTACT if step[KIND] == MAP_CONTACT else REST), k
+        difference = np.abs(step[TAU] - points[:, 0])
+        near = [
+            p
+            for p in range(m)
+            if min(difference[p], math.tau - difference[p]) <= tolerance
+            and abs(step[W] - points[p, 1]) <= tolerance
+        ]
+        following = [p for p in near if before[p] == last]
+        run = run + 1 if following else min(len(near), 1)
+        last = next(iter(following or near), -1)
+        if run >= confirm:
+            return of[last], k + 1
+    return UNDECIDED, cap
+
+
+def labelled(
+    tau: Floats, w: Floats, forcing: float, points: Floats, of: Any, cap: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
+    n = len(tau)
+    out = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n)
+    label(tau, w, forcing, 0.5, points, of, 1e-3, 4, cap, CONTACT, REST, *out)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("forcing", "period", "cap", "labels"),
+    [
+        (0.45, 1, 300, {POINT_LABEL, CONTACT}),
+        (0.5, 2, 300, {POINT_LABEL, CONTACT}),
+        (0.3, 1, 60, {REST}),
+        (0.45, 1, 22, {POINT_LABEL, CONTACT, UNDECIDED}),
+    ],
+)
+def test_labels_are_those_of_the_rule(
+    forcing: float, period: int, cap: int, labels: set[int]
+) -> None:
+    phase = math.acos(min(1.0 / (3.0 * forcing), 1.0)) + 1e-3
+    points = np.ascontiguousarray(orbit(phase, -4 / 3, forcing, 0.5, 5000)[-period:, : W + 1])
+    of = np.full(len(points), POINT_LABEL, np.int32)
+    rng = np.random.default_rng(34)
+    tau, w = rng.uniform(0, math.tau, 400), -rng.uniform(0, 5, 400)
+    found = labelled(tau, w, forcing, points, of, cap)
+    expected = [
+        label_of(orbit(t, v, forcing, 0.5, cap), points, list(of), 1e-3, 4, cap)
+        for t, v in zip(tau, w, strict=True)
+    ]
+    np.testing.assert_array_equal(found[0], [e[0] for e in expected])
+    np.testing.assert_array_equal(found[1], [e[1] for e in expected])
+    assert set(found[0]) == labels
+
+
+def test_labels_know_nothing_of_each_other() -> None:
+    rng = np.random.default_rng(35)
+    tau, w = rng.uniform(0, math.tau, 300), -rng.uniform(0, 5, 300)
+    points, of = np.empty((0, 2)), np.empty(0, np.int32)
+    whole = labelled(tau, w, 0.55, points, of, 200)
+    order = rng.permutation(300)[: LANES + 3]
+    part = labelled(tau[order], w[order], 0.55, points, of, 200)
+    for k in range(3):
+        np.testing.assert_array_equal(whole[k][order], part[k])
+    assert set(whole[0].tolist()) == {CONTACT, UNDECIDED}
