@@ -12,6 +12,7 @@ EXECUTABLES: dict[str, str] = {
     "perform": "publish a programme of platform motions on the command topic",
     "echo_impacts": "print the impacts of disk/impacts as readable rows",
     "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
+    "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
     "bag_recover": "make a whole bag of one that was cut off or damaged",
     "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
 }

@@ -115,6 +115,12 @@ class CloudRows:
             return np.zeros(0, np.dtype([]))
         return np.frombuffer(self._points, self._dtype)
 
+    def take(self) -> NDArray[np.void]:
+        """The points since the last call, and forget them."""
+        points = self.array()
+        self._points = bytearray()
+        return points
+
 
 def _height(data: bytes) -> int:
     """Where the height of a cloud stands: after the stamp and the frame's name."""

@@ -13,12 +13,13 @@ from bouncing_disk_ros.errors import ExitCode
 class Stop:
     """Takes over both signals of the process; `asked` turns true on the first.
 
-    Install it before the slow imports. A signal then unwinds with exit code 0 until `running` is
-    set, when a loop looks at `asked`. While `importing` there is nothing to unwind: the process
+    Install it before the slow imports. A signal then unwinds with exit code `code` until `running`
+    is set, when a loop looks at `asked`. While `importing` there is nothing to unwind: the process
     ends at once, however deep in a compiler that would print a traceback.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, code: ExitCode = ExitCode.DONE) -> None:
+        self.code = code
         self.asked = False
         self.importing = False
         self.running = False
@@ -34,6 +35,6 @@ class Stop:
         if self.importing:
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(int(ExitCode.DONE))
+            os._exit(int(self.code))
         if not self.running:
-            sys.exit(int(ExitCode.DONE))
+            sys.exit(int(self.code))
