@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.orbit import UNRESOLVED, OrbitKind, orbit_of
-from bouncing_disk_ros.analysis.period_one import period_one, velocity_scale
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, InitialState, Motion
+from bouncing_disk_ros.analysis.period_one import period_one, stability_limit, velocity_scale
+from bouncing_disk_ros.analysis.stability import exponent_of, jacobians, log_growth, path_of
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-
-DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
+from support.map_rows import DISK, map_rows, motion_of
 
 
 def rows_of(phases: list[float], speeds: list[float], repeats: int) -> NDArray[np.void]:
@@ -116,3 +116,97 @@ def test_kinds_matter() -> None:
     rows = rows_of([0.7, 2.0], [-2.2, -0.1], 6)
     rows["kind"][1::2] = ImpactKind.CHATTER_TAIL
     assert orbit_of(rows).kind is OrbitKind.CHATTERING
+
+
+# --- with the map --------------------------------------------------------------------------------
+GAMMA_1 = stability_limit(0.5)  # 0.486003: period 1 to 2 (paper; closed form)
+
+
+def told(forcing: float, impacts: int, skip: int = 0, away: float = 0.02) -> tuple[str, str]:
+    """The names of the orbit without and with motion and disk."""
+    rows = map_rows(forcing, impacts, skip, away)
+    return (
+        orbit_of(rows).name,
+        orbit_of(rows, motion=motion_of(forcing), disk=DISK).name,
+    )
+
+
+@pytest.mark.parametrize(
+    ("forcing", "name"),
+    [
+        (GAMMA_1 - 1e-4, "period-1"),
+        (GAMMA_1 + 1e-4, "period-2"),
+        (0.5305, "period-2"),  # to 4 at 0.5309
+        (0.5313, "period-4"),
+        (0.5398, "period-4"),  # to 8 at 0.54015
+        (0.5405, "period-8"),
+        (0.5418, "period-8"),
+    ],
+)
+def test_cascade(forcing: float, name: str) -> None:
+    assert told(forcing, 2000, skip=20_000) == (name, name)
+
+
+@pytest.mark.parametrize("difference", [-1e-3, -1e-4, -1e-5, 0.0, 1e-5, 1e-4])
+@pytest.mark.parametrize("impacts", [30, 100, 300])
+def test_slow_transients_about_a_doubling_are_no_orbit(difference: float, impacts: int) -> None:
+    """Begun 0.02 away the alternation has not died out: period-2 would be as wrong as period-1."""
+    assert told(GAMMA_1 + difference, impacts) == ("unresolved", "unresolved")
+
+
+def test_at_the_doubling_itself_the_transient_never_ends() -> None:
+    assert told(GAMMA_1, 2000, skip=200_000) == ("unresolved", "unresolved")
+
+
+@pytest.mark.parametrize("forcing", [GAMMA_1 + 1e-8, 0.5, 0.535, 0.549])
+def test_an_unstable_cycle_is_no_orbit(forcing: float) -> None:
+    """The first 20 impacts stay within 1e-9 of the period-1 orbit, and would leave it."""
+    away = 1e-9 * (forcing - GAMMA_1)
+    rows = map_rows(forcing, 20, away=away)
+    assert orbit_of(rows, motion=motion_of(forcing), disk=DISK) == UNRESOLVED
+
+
+def test_departure_is_seen_without_the_map_too() -> None:
+    assert told(0.5, 60, away=1e-9)[0] == "unresolved"
+
+
+@pytest.mark.parametrize("forcing", [0.5435, 0.549, 0.56])
+def test_chaos_is_told_by_its_exponent(forcing: float) -> None:
+    rows = map_rows(forcing, 2000, skip=1000)
+    orbit = orbit_of(rows, motion=motion_of(forcing), disk=DISK)
+    assert (orbit.kind, orbit.name, orbit.impacts) == (OrbitKind.CHAOTIC, "chaotic", 0)
+    assert orbit.exponent is not None
+    assert orbit.exponent.low > 0.0
+    assert orbit_of(rows).kind is OrbitKind.UNRESOLVED  # no evidence without the map
+    few = orbit_of(rows[-60:], motion=motion_of(forcing), disk=DISK)
+    assert few.kind is OrbitKind.UNRESOLVED
+    broken = rows.copy()
+    broken["index"][-60:] += 1.0  # a row lost
+    assert orbit_of(broken, motion=motion_of(forcing), disk=DISK) == UNRESOLVED
+
+
+def test_chaos_of_a_simulated_run() -> None:
+    orbit = orbit_of(followed(0.549), motion=motion_of(0.549), disk=DISK)
+    assert orbit.kind is OrbitKind.CHAOTIC
+    wrong = DISK._replace(restitution=0.51)  # the rows do not follow that disk's map: no evidence
+    assert orbit_of(followed(0.549), motion=motion_of(0.549), disk=wrong) == UNRESOLVED
+
+
+def test_a_long_chaotic_transient_is_not_called_chaotic() -> None:
+    """Γ = 0.5608: errors grow all along these impacts, yet the disk ends on the platform.
+
+    Just above the crisis at which the chaotic attractor ends; lives are about 1700 impacts long.
+    """
+    tries = (map_rows(0.5608, 10_000, away=away) for away in np.linspace(0.01, 0.05, 12))
+    lives = [rows[: int(np.argmax(rows["kind"]))] for rows in tries]
+    rows = max(lives, key=len)
+    assert len(rows) > 1000
+    path = path_of(rows, motion_of(0.5608), DISK)
+    assert len(path.tau) == len(rows)
+    assert exponent_of(log_growth(jacobians(path))).low > 0.2
+    assert orbit_of(rows, motion=motion_of(0.5608), disk=DISK) == UNRESOLVED
+
+
+def test_motion_and_disk_that_do_not_fit_leave_the_rows_alone() -> None:
+    rows = rows_of([0.7], [-2.2], 40)
+    assert orbit_of(rows, motion=motion_of(0.45), disk=DISK).is_period_one
