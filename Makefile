@@ -37,7 +37,7 @@ types: test-environment   ## check types (mypy --strict)
 bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per impact
 	$(BIN)/pytest -m bench -s test/bench
 
-soak: test-environment   ## run the simulator for minutes and watch memory, lateness and lost rows
+soak: test-environment   ## run for long: memory, lateness, lost rows; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak
 
 interop: interop-environment   ## check against foreign tools: another DDS without ROS

@@ -1,7 +1,7 @@
 """What all tests share: a ROS domain of their own, compiled kernels, processes, hypothesis.
 
-Fixtures: `start` (see support/processes.py), `ros_domain`, `warm_kernels`. Every test runs in the
-session's own ROS domain, on this machine only.
+Fixtures: `start` (support/processes.py), `talker` (support/talker.py), `ros_domain`,
+`warm_kernels`. Every test runs in the session's own ROS domain, on this machine only.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import hypothesis
 import pytest
@@ -18,6 +19,9 @@ import pytest
 import bouncing_disk_ros
 from bouncing_disk_ros import environment
 from support.processes import Starter
+
+if TYPE_CHECKING:
+    from support.talker import Talker
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -106,3 +110,13 @@ def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
     starter = Starter()
     yield starter
     starter.close()
+
+
+@pytest.fixture
+def talker(ros_domain: int) -> Iterator[Talker]:
+    """A node of the test that publishes and calls services; see support/talker.py."""
+    from support.talker import Talker
+
+    talker = Talker()
+    yield talker
+    talker.close()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bouncing_disk_ros.bag import metadata
+from bouncing_disk_ros.bag.index import MAGIC
 from bouncing_disk_ros.errors import InputError
 
 ALLOWED = "a rosbag2 bag in MCAP (its folder), or one .mcap file"
@@ -34,6 +35,15 @@ def files_of(path: Path) -> Located:
 
 
 def _of_folder(folder: Path) -> Located:
+    found = _named(folder)
+    filled = [file for file in found.files if file.stat().st_size >= len(MAGIC)]
+    if not filled:  # then the first of them is refused by name
+        return found
+    empty = [f"{file.name} is empty" for file in found.files if file not in filled]
+    return Located(filled, [*found.remarks, *empty])
+
+
+def _named(folder: Path) -> Located:
     said = metadata.read(folder)
     if said is not None:
         _refuse_storage(folder, said)

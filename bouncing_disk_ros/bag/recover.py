@@ -81,7 +81,7 @@ class _File:
         self._lost: list[Damage] = []
         self._in_damage = False
         self._stream.write(MAGIC)
-        self._begun = False
+        self._write(Header("ros2", "bouncing_disk_ros bag_recover"))
         for piece in self._source.pieces():
             if isinstance(piece, Damage):
                 self._lost.append(piece)
@@ -93,9 +93,6 @@ class _File:
 
     # --- copying ----------------------------------------------------------------------------------
     def _take(self, piece: Piece) -> None:
-        if not self._begun:
-            self._begun = True
-            self._write(Header("ros2", "bouncing_disk_ros bag_recover"))
         match piece.opcode:
             case Opcode.CHUNK:
                 self._end_plain()
@@ -213,7 +210,7 @@ class _File:
             report.lost += (self._only_counted(self._source.counts) - saved).total()
             return
         report.lost += sum(self._only_counted(damage.counts).total() for damage in self._lost)
-        if any(damage.length and not damage.counts for damage in self._lost):
+        if any(d.length and d.holds_messages and not d.counts for d in self._lost):
             report.exact = False
 
     def _told(self, damage: Damage) -> str:
@@ -226,7 +223,8 @@ class _File:
             span = f", received between {first:.3f} and {last:.3f} s"
         topics = {n: channel.topic for n, channel in self.index.channels.items()}
         counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
-        return f"{where}: {damage.reason}: lost {counted or 'what was there'}{span}"
+        nothing_known = "what was there" if damage.holds_messages else "no messages"
+        return f"{where}: {damage.reason}: lost {counted or nothing_known}{span}"
 
     def finish(self, notes: dict[str, str]) -> None:
         """Write notes, index and footer."""

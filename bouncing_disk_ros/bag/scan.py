@@ -6,6 +6,7 @@ records no longer lead on, the walk goes on at the next whole chunk.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import struct
 import zlib
@@ -44,13 +45,17 @@ class Piece:
 
 @dataclass
 class Damage:
-    """Bytes that are lost; `counts` the messages of each channel in them, where that is known."""
+    """Bytes that are lost; `counts` the messages of each channel in them, where that is known.
+
+    `holds_messages` is false of a record that is certainly no chunk.
+    """
 
     offset: int
     length: int
     reason: str
     counts: Counter[int] = field(default_factory=Counter)
     span_ns: tuple[int, int] | None = None
+    holds_messages: bool = True
 
 
 def walk(data: memoryview) -> Iterator[Piece | Damage]:
@@ -61,12 +66,20 @@ def walk(data: memoryview) -> Iterator[Piece | Damage]:
     if not position:
         position = len(MAGIC)
         yield Damage(0, position, "the first bytes are not those of an .mcap file")
+    is_chunked: bool | None = None
     while position < len(data):
         found = _at(data, position)
+        if isinstance(found, Piece) and found.opcode == Opcode.MESSAGE:
+            if is_chunked is None:
+                is_chunked = _chunk_after(data, position) is not None
+            if is_chunked:  # no writer does both: it is another record whose kind is damaged
+                found = _damage(data, position, "a message outside of the chunks of this file")
         if found is None:  # the end of the data section
             return
         if isinstance(found, Damage) and not found.length:
             found = _lost_from(data, found)
+        if isinstance(found, Piece) and found.opcode == Opcode.CHUNK:
+            is_chunked = True
         yield found
         position += len(found.record) if isinstance(found, Piece) else found.length
     yield Damage(len(data), 0, "the file has no end: it was not finished")
@@ -87,11 +100,27 @@ def _at(data: memoryview, position: int) -> Piece | Damage | None:
     try:
         inner = unpacked(content) if opcode == Opcode.CHUNK else b""
         _check(opcode, content)
-        return Piece(opcode, position, bytes(record), inner)
     except BagError as error:
-        known = _leads_on(data, end)
-        return Damage(position, end - position if known else 0, str(error),
-                      span_ns=_span(data, position))  # fmt: skip
+        return _damage(data, position, str(error))
+    return Piece(opcode, position, bytes(record), inner)
+
+
+def _damage(data: memoryview, position: int, reason: str) -> Piece | Damage:
+    """What a bad record is: a chunk of which only the opcode is damaged, or lost."""
+    opcode, length = HEAD.unpack_from(data, position)
+    end = position + HEAD.size + length
+    if opcode != Opcode.CHUNK:
+        with contextlib.suppress(BagError):
+            record = bytes([Opcode.CHUNK]) + bytes(data[position + 1 : end])
+            return Piece(Opcode.CHUNK, position, record, unpacked(record[HEAD.size :]))
+    known = _leads_on(data, end)
+    return Damage(
+        position,
+        end - position if known else 0,
+        reason,
+        span_ns=_span(data, position),
+        holds_messages=opcode == Opcode.CHUNK or not known,
+    )
 
 
 def _check(opcode: int, content: memoryview) -> None:
@@ -108,7 +137,7 @@ def _check(opcode: int, content: memoryview) -> None:
             _PARSERS[Opcode(opcode)].read(content_stream(content))
         except Exception:  # noqa: BLE001 (the parsers raise whatever comes)
             raise BagError(f"damaged {Opcode(opcode).name.lower()} record") from None
-    elif opcode not in (Opcode.CHUNK, Opcode.MESSAGE) and opcode < 0x80:
+    elif opcode not in (Opcode.CHUNK, Opcode.MESSAGE):
         raise BagError(f"a record of kind {opcode} does not belong here")
 
 
@@ -152,6 +181,8 @@ def _span(data: memoryview, position: int) -> tuple[int, int] | None:
 
 def count_lost(damage: Damage, piece: Piece) -> None:
     """Add to the damage what the message index of the lost chunk counts."""
+    if not damage.holds_messages:
+        return
     channel, length = struct.unpack_from("<HI", piece.record, HEAD.size)
     damage.counts[channel] += length // 16
 
@@ -159,6 +190,7 @@ def count_lost(damage: Damage, piece: Piece) -> None:
 def told(name: str, damage: Damage) -> str:
     """A damage in words."""
     what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
+    what = what if damage.holds_messages else "no messages"
     return (
         f"{name}: bytes {damage.offset} to {damage.offset + damage.length}: {damage.reason}: {what}"
     )

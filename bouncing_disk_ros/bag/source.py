@@ -200,7 +200,7 @@ class Source:
         if block.plain:
             return bytes(place)
         try:
-            if len(place) != block.length or place[0] != Opcode.CHUNK:
+            if len(place) != block.length:
                 raise BagError("damaged: no chunk stands where the index says")
             return unpacked(place[HEAD.size :])
         except BagError as error:

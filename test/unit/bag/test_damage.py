@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from mcap.opcode import Opcode
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
@@ -126,6 +127,23 @@ def test_recovery_from_a_flipped_bit_loses_one_chunk(
         assert len(found) >= len(sent) - 30  # the messages of a chunk and some
         if report.exact:
             assert report.saved + report.lost == len(sent)
+
+
+def test_no_other_record_becomes_a_message(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
+    """One bit lies between the kinds of a message and of a message index, a channel, a header."""
+    places, position = [], 8
+    while whole[position] != Opcode.DATA_END:
+        places.append(position)
+        position += 9 + int.from_bytes(whole[position + 1 : position + 9], "little")
+    kinds = {whole[place] for place in places}
+    assert kinds >= {Opcode.MESSAGE_INDEX, Opcode.CHANNEL, Opcode.CHUNK}
+    for place in places:
+        for bit in range(8):
+            damaged = bytearray(whole[:position])
+            damaged[place] ^= 1 << bit
+            with bag.open(put(tmp_path / "run", bytes(damaged))) as run:
+                found = [tuple(row) for row in run.messages()]
+            assert found == [tuple(row) for row in sent], f"bit {bit} of byte {place}"
 
 
 def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
@@ -308,3 +326,22 @@ def test_a_file_that_metadata_yaml_does_not_name_is_read_and_told(
     (folder / "run_0.mcap").unlink()
     with bag.open(folder) as run:
         assert "run_0.mcap is missing" in run.remarks
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP"])
+def test_a_last_file_without_content_is_told(
+    tmp_path: Path, sent: list[Sent], content: bytes
+) -> None:
+    folder = make(tmp_path / "run", sent)
+    (folder / "metadata.yaml").unlink()  # killed when it began a new file
+    (folder / "run_1.mcap").write_bytes(content)
+    with bag.open(folder) as run:
+        assert len(list(run.messages())) == len(sent)
+        assert "run_1.mcap is empty" in run.remarks
+    assert bag.recover(folder).saved == len(sent)
+
+
+def test_a_file_of_which_only_the_beginning_is_there_is_mended(tmp_path: Path) -> None:
+    report = bag.recover(put(tmp_path / "run", b"\x89MCAP0\r\n"))
+    assert report.saved == 0
+    assert rosbags_count(report.output) == 0

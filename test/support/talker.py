@@ -1,0 +1,69 @@
+"""A node of the test that publishes to a recorder and calls its services."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from support.processes import PATIENCE
+
+RELIABLE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait until a condition holds."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+class Talker:
+    """A node of the test that publishes and calls services."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.nodes: list[Node] = []
+        self.node = self.new_node("talker")
+
+    def new_node(self, name: str) -> Node:
+        node = rclpy.create_node(name, context=self.context, use_global_arguments=False)
+        self.nodes.append(node)
+        return node
+
+    def publisher(
+        self, topic: str, kind: type[Any] = String, qos: QoSProfile = RELIABLE,
+        node: Node | None = None,
+    ) -> Publisher:  # fmt: skip
+        """A publisher that the recorder hears."""
+        publisher = (node or self.node).create_publisher(kind, topic, qos)
+        wait_until(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def call(self, name: str) -> str:
+        """Call a service of the recorder; its message."""
+        client = self.node.create_client(Trigger, f"/recorder/{name}")
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self.node)
+        wait_until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        executor.spin_until_future_complete(future, PATIENCE)
+        executor.shutdown()
+        assert future.result().success
+        return str(future.result().message)
+
+    def close(self) -> None:
+        for node in self.nodes:
+            node.destroy_node()
+        rclpy.shutdown(context=self.context)
