@@ -26,6 +26,9 @@ MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
 """How the next impact came about: after a flight; after a complete chatter, a ride on the platform
 to separation and a flight; not at all, for contact lasts for good (Γ ≤ 1/π)."""
 
+FLIES = 3
+"""Of `after_impact`: the disk bounces."""
+
 GRAVITY = 1.0 / math.pi
 """g in the map's units."""
 TAU, W, DELAY, KIND = range(4)
@@ -87,6 +90,29 @@ def launched_impact(
 
 
 @kernel
+def after_impact(
+    motion: Record, disk: Record, tau: float, jet: Jet, u: float
+) -> tuple[int, float, float]:
+    """What an impact at τ leads to, with u ≥ 0 after it; the phase of it, and the time until then.
+
+    FLIES: to a flight, at once. MAP_IMPACT: to a launch with u = 0. MAP_CONTACT: to contact that
+    ends in separation. MAP_REST: to contact for good.
+    """
+    waited = 0.0
+    if u > 0.0:
+        end, waited = chatter_end(motion, disk, jet, u)
+        if end == BOUNCES:
+            return FLIES, tau, 0.0
+        tau = phase_after(tau, waited)[1]
+        s, c = sincos(tau)
+        jet = axial_jet(motion, s, c, 0.0)
+    if not load(motion, GRAVITY, jet)[1]:
+        return MAP_IMPACT, tau, waited
+    kind = MAP_REST if separation_phase(motion, GRAVITY) < 0.0 else MAP_CONTACT
+    return kind, tau, waited
+
+
+@kernel
 def next_impact(
     tau: float, w: float, forcing: float, restitution: float
 ) -> tuple[int, float, float, float]:
@@ -100,27 +126,20 @@ def next_impact(
     s, c = sincos(tau)
     jet = axial_jet(motion, s, c, 0.0)
     u = -restitution * w
-    waited = 0.0
-    kind = MAP_IMPACT
-    if u > 0.0:
-        end, waited = chatter_end(motion, disk, jet, u)
-        if end == BOUNCES:
-            d, w1 = first_impact(motion, 0.0, s, c, jet, GRAVITY, 0.0, u, 0.0, math.inf)
-            return MAP_IMPACT, phase_after(tau, d)[1], w1, d
-        tau = phase_after(tau, waited)[1]
-        s, c = sincos(tau)
-        jet = axial_jet(motion, s, c, 0.0)
-    if load(motion, GRAVITY, jet)[1]:
+    kind, at, waited = after_impact(motion, disk, tau, jet, u)
+    if kind == FLIES:
+        d, w1 = first_impact(motion, 0.0, s, c, jet, GRAVITY, 0.0, u, 0.0, math.inf)
+        return MAP_IMPACT, phase_after(tau, d)[1], w1, d
+    if kind == MAP_REST:
+        return MAP_REST, math.nan, math.nan, math.inf
+    if kind == MAP_CONTACT:
         leave = separation_phase(motion, GRAVITY)
-        if leave < 0.0:
-            return MAP_REST, math.nan, math.nan, math.inf
-        kind = MAP_CONTACT
-        waited += wrapped(leave - tau)
-        tau = leave
-        s, c = sincos(tau)
-        jet = axial_jet(motion, s, c, 0.0)
-    d, w1 = launched_impact(motion, disk, tau, s, c, jet)
-    return kind, phase_after(tau, d)[1], w1, waited + d
+        waited += wrapped(leave - at)
+        at = leave
+    s, c = sincos(at)
+    jet = axial_jet(motion, s, c, 0.0)
+    d, w1 = launched_impact(motion, disk, at, s, c, jet)
+    return kind, phase_after(at, d)[1], w1, waited + d
 
 
 @entry(

@@ -136,17 +136,21 @@ def chatter_rotation(
 
 
 @kernel
-def chatter_speed(forcing: float, restitution: float, g: float) -> float:
-    """A bound of the speeds u > 0 at which `chatter_end` may answer other than BOUNCES; ω = 1.
+def chatter_scale(restitution: float) -> float:
+    """What `may_end` takes: `chatter_duration` is exact only for u³(s⃛² + s⁗a) ≤ scale·a⁵, ω = 1.
 
-    From Γ t³ ≤ a · rounding with t = 2u/(a(1 − ε)) and a ≤ g + Γ; rounded up.
+    From t = 2u/(a(1 − ε)) and t³(s⃛² + s⁗a)/a² ≤ rounding; rounded up.
     """
-    k = g + forcing
-    bound = 1e-2 * k
-    if forcing > 0.0:
-        cube = _PHASE_ROUNDING * k * k * k * k / forcing
-        bound = min(bound, 0.5 * (1.0 - restitution) * cube ** (1.0 / 3.0))
-    return max(bound, 0.5 * _NO_BOUNCE * k) * (1.0 + 1e-9)
+    part = 0.5 * (1.0 - restitution)
+    return _PHASE_ROUNDING * part * part * part * (1.0 + 1e-9)
+
+
+@kernel
+def may_end(a: float, jerk: float, s4: float, u: float, scale: float) -> bool:
+    """Whether `chatter_end` may answer other than BOUNCES, without a division; ω = 1."""
+    aa = a * a
+    exact = u * u * u * (jerk * jerk + s4 * a) <= scale * (aa * aa * a)
+    return a > 0.0 and u <= 1e-2 * a and (exact or u <= _NO_BOUNCE * a)
 
 
 @kernel

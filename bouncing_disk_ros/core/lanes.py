@@ -19,6 +19,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numba import njit
+
+from bouncing_disk_ros.core import arithmetic, flight, impact, roots
 from bouncing_disk_ros.core.arithmetic import (
     HALF_PI_1,
     HALF_PI_2,
@@ -26,19 +30,18 @@ from bouncing_disk_ros.core.arithmetic import (
     ROUNDER,
     TWO_OVER_PI,
     TWO_PI,
-    excesses,
+    Kernel,
     kernel,
+    sincos,
 )
-from bouncing_disk_ros.core.axial_map import GRAVITY
-from bouncing_disk_ros.core.flight import above_platform, turned_gap
-from bouncing_disk_ros.core.impact import chatter_speed
-from bouncing_disk_ros.core.platform import ROOM
-from bouncing_disk_ros.core.roots import ROUNDING, one_root_ahead, parabola_root, polished
+from bouncing_disk_ros.core.axial_map import GRAVITY, MapDisk, after_impact, axial_motion
+from bouncing_disk_ros.core.impact import chatter_scale
+from bouncing_disk_ros.core.platform import ROOM, axial_jet
+from bouncing_disk_ros.core.roots import ROUNDING
 
 Scratch = Any  # float64 (FIELDS * LANES,)
 
 LANES = 64
-FIELDS = 18
 TAU = 0 * LANES  # phase of the last impact
 W = 1 * LANES  # w_A of the last impact
 SINE = 2 * LANES  # of TAU
@@ -50,23 +53,52 @@ DELAY = 7 * LANES  # so far: no root before it
 BEGIN = 8 * LANES  # between BEGIN and END the disk is above all the platform can reach
 END = 9 * LANES
 SLOPE = 10 * LANES  # of the gap where the last step ends
-SHORT = 11 * LANES  # 1: DELAY is a root
-LANDED = 12 * LANES  # 1: has had an impact in this round
-LOOKS = 13 * LANES  # looks since the launch
-CALM = 14 * LANES  # a slower launch may be the end of a chatter
-LEFT = 15 * LANES  # impacts to come
-JOB = 16 * LANES  # index of the trajectory, −1: none
-FLIGHT = 17 * LANES  # duration of the flight that ended in this round
+LANDED = 11 * LANES  # 1: DELAY is a root; 0: not yet
+LOOKS = 12 * LANES  # rounds since the launch
+CHATTER = 13 * LANES  # `chatter_scale`
+LEFT = 14 * LANES  # impacts to come
+JOB = 15 * LANES  # index of the trajectory, −1: none
+ASK = 16 * LANES  # 1: the lane wants attention
+FIELDS = 17
 
 MANY_LOOKS = 40.0
 
 
-@kernel
+def lane(function: Kernel) -> Kernel:
+    """Compile for lanes, and a kernel of the core once more: multiply and add may be one rounding.
+
+    What such a sum leaves is more exact, not less; nothing is reordered, and inf and nan are as
+    they should be. Not for functions that take a rounding error apart.
+    """
+    python = getattr(function, "py_func", function)
+    compiled: Kernel = njit(
+        error_model="numpy", nogil=True, forceinline=True, fastmath={"contract", "nsz"}
+    )(python)
+    return compiled
+
+
+excesses = lane(arithmetic.excesses)
+turned_gap = lane(flight.turned_gap)
+one_root_ahead = lane(roots.one_root_ahead)
+parabola_quotient = lane(roots.parabola_quotient)
+inverse_series = lane(roots.inverse_series)
+slope_after = lane(roots.slope_after)
+may_end = lane(impact.may_end)
+
+
+@lane
+def scratch(fields: int) -> Scratch:
+    """Zeros for so many fields, aligned to a cache line: no vector is to lie across two."""
+    z = np.zeros(fields * LANES + 8)
+    shift = (-(z.ctypes.data // 8)) % 8
+    return z[shift : shift + fields * LANES]
+
+
+@lane
 def lane_turn(x: float) -> tuple[float, float, float, float]:
     """`sincos_excess` for 0 ≤ x < 1e6 without a branch, to the same bits."""
-    small = abs(x) <= 0.78
     k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
-    k = 0.0 if small else k
+    small = k == 0.0
     r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
     se, ce = excesses(r)
     s = r + se
@@ -81,7 +113,7 @@ def lane_turn(x: float) -> tuple[float, float, float, float]:
     return p, q, (se if small else p - x), (ce if small else q - 1.0)
 
 
-@kernel
+@lane
 def lane_phase_after(tau: float, d: float) -> float:
     """`phase_after` for d < 1e6 without a branch; whole turns are taken off in three parts."""
     grown = tau + d
@@ -92,15 +124,29 @@ def lane_phase_after(tau: float, d: float) -> float:
     return grown - TWO_PI if grown >= TWO_PI else grown
 
 
-@kernel
-def launch(z: Scratch) -> None:
-    """Where the platform and the disk are at the last impact, and a first safe delay."""
+@lane
+def lane_above(top: float, x: float, v: float) -> tuple[float, float]:
+    """`above_platform` without a branch and a division, on the safe side by more than rounding."""
+    q = v * v + 2.0 * GRAVITY * (x - top)
+    r = math.sqrt(max(q, 0.0))
+    begin = (v - r) * (1.0 / GRAVITY) + (16.0 * ROUNDING / GRAVITY) * v
+    end = (v + r) * ((1.0 - 8.0 * ROUNDING) / GRAVITY)
+    return begin, (end if q > 0.0 else -1.0)
+
+
+@lane
+def launch(z: Scratch) -> int:
+    """Where the platform and the disk are at the last impact, and a first safe delay.
+
+    Returns how many lanes have ASK set, be it by others or here: where a chatter may be complete.
+    """
+    wanted = 0
     for i in range(LANES):
         f = z[FORCING + i]
         u = z[SPEED + i]
         s, c, _, _ = lane_turn(z[TAU + i])
         top = f * ROOM
-        begin, end = above_platform(top, f * s, f * c + u, GRAVITY)
+        begin, end = lane_above(top, f * s, f * c + u)
         a = GRAVITY - f * s
         # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand
         k = GRAVITY + top
@@ -109,76 +155,68 @@ def launch(z: Scratch) -> None:
         d = (2.0 * u * a if sharper else 2.0 * u) / (sharp if sharper else k)
         d = end if begin <= d < end else d
         fresh = z[LANDED + i] > 0.0
+        before, looks, ask = z[DELAY + i], z[LOOKS + i], z[ASK + i]
+        asks = ask > 0.0 or may_end(a, f * c, top, u, z[CHATTER + i])
         z[SINE + i] = s
         z[COSINE + i] = c
         z[BEGIN + i] = begin
         z[END + i] = end
-        z[DELAY + i] = d if fresh else z[DELAY + i]
-        z[LOOKS + i] = 0.0 if fresh else z[LOOKS + i]
+        z[DELAY + i] = d if fresh else before
+        z[LOOKS + i] = 0.0 if fresh else looks
+        z[ASK + i] = 1.0 if asks else 0.0
+        wanted += 1 if asks else 0
+    return wanted
 
 
-@kernel
-def look(z: Scratch) -> None:
+@lane
+def look(z: Scratch, last: bool) -> None:
     """One look at the gap: a step to the root if one is proven ahead, else a step that is safe."""
     for i in range(LANES):
         f = z[FORCING + i]
         d = z[DELAY + i]
         s, c = z[SINE + i], z[COSINE + i]
         jet = turned_gap(f, 1.0, s, c, GRAVITY, 0.0, z[SPEED + i], d, lane_turn(d))
-        h, h1, h2, h3, _ = jet
+        h, h1, _, _, _ = jet
         top = f * ROOM
         k = GRAVITY + top
         above = max(h, 0.0)
-        x, slope = polished(jet)
         ahead = one_root_ahead(above, h1, k)
-        y = max(parabola_root(above, h1, k), 4.0 * ROUNDING * d)
+        over, under = parabola_quotient(above, h1, k)
+        r = (1.0 if ahead else over) / (h1 if ahead else under)
+        x = inverse_series(jet, r)
         end = z[END + i]
-        safe = d + y
+        safe = d + max(r, 4.0 * ROUNDING * d)
         safe = end if z[BEGIN + i] <= safe < end else safe
-        # the conditions of flight._impact_ahead
-        fall = abs(h1)
-        xx = x * x
-        short = (
-            ahead
-            and abs(h2 * x) < 1e-4 * fall
-            and abs(h3) * xx < 2e-8 * fall
-            and top * xx * xx < 16.0 * ROUNDING * abs(slope)
-        )
         z[DELAY + i] = d + x if ahead else safe
-        z[SLOPE + i] = slope
-        z[SHORT + i] = 1.0 if short else 0.0
+        if last:
+            # implies the conditions of flight._impact_ahead: Γ/k⁴ < 3.4 and Γ/k² < 0.8
+            short = ahead and k * abs(x) < 1e-4 * min(abs(h1), 1.0)
+            slope = slope_after(jet, x)
+            z[SLOPE + i] = slope
+            z[LANDED + i] = 1.0 if short else 0.0
 
 
-@kernel
-def land(z: Scratch) -> int:
-    """The impact of the lanes whose delay is a root; how many lanes need attention."""
-    wanted = 0
+@lane
+def land(z: Scratch) -> None:
+    """The impact of the lanes whose delay is a root."""
     for i in range(LANES):
-        landed = z[SHORT + i] > 0.0
-        w, d = z[SLOPE + i], z[DELAY + i]
-        tau = lane_phase_after(z[TAU + i], d)
-        u = -z[RESTITUTION + i] * w
-        u = u if landed else z[SPEED + i]
-        left = z[LEFT + i] - z[SHORT + i]
+        hit = z[LANDED + i]
+        landed = hit > 0.0
+        tau, w, u = z[TAU + i], z[W + i], z[SPEED + i]
+        after = lane_phase_after(tau, z[DELAY + i])
+        slope = z[SLOPE + i]
+        u = -z[RESTITUTION + i] * slope if landed else u
+        left = z[LEFT + i] - hit
         looks = z[LOOKS + i] + 1.0
-        z[TAU + i] = tau if landed else z[TAU + i]
-        z[W + i] = w if landed else z[W + i]
-        z[FLIGHT + i] = d
+        z[TAU + i] = after if landed else tau
+        z[W + i] = slope if landed else w
         z[SPEED + i] = u
-        z[LANDED + i] = z[SHORT + i]
         z[LEFT + i] = left
         z[LOOKS + i] = looks
-        wanted += 1 if (u <= z[CALM + i] or left <= 0.0 or looks > MANY_LOOKS) else 0
-    return wanted
+        z[ASK + i] = 1.0 if (left <= 0.0 or looks > MANY_LOOKS) else 0.0
 
 
-@kernel
-def wants_attention(z: Scratch, i: int) -> bool:
-    """Whether `land` counted this lane."""
-    return bool(z[SPEED + i] <= z[CALM + i] or z[LEFT + i] <= 0.0 or z[LOOKS + i] > MANY_LOOKS)
-
-
-@kernel
+@lane
 def enter(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
     """Give a lane a trajectory: state = (τ, w, Γ, ε) at an impact."""
     tau, w, forcing, restitution = state
@@ -186,32 +224,42 @@ def enter(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
     z[LEFT + i] = left
     z[FORCING + i] = forcing
     z[RESTITUTION + i] = restitution
-    z[CALM + i] = chatter_speed(forcing, restitution, GRAVITY)
+    z[CHATTER + i] = chatter_scale(restitution)
     place(z, i, tau, w)
 
 
-@kernel
+@lane
 def place(z: Scratch, i: int, tau: float, w: float) -> None:
     """Put a lane at an impact."""
     z[TAU + i] = tau
     z[W + i] = w
     z[SPEED + i] = -z[RESTITUTION + i] * w
     z[LANDED + i] = 1.0
-    z[SHORT + i] = 1.0
     z[LOOKS + i] = 0.0
+    z[ASK + i] = 0.0
 
 
-@kernel
+@lane
 def idle(z: Scratch, i: int) -> None:
     """Give a lane nothing to do: it bounces for ever on a platform that does not move."""
     enter(z, i, -1, math.inf, (0.0, -1.0, 0.0, 1.0))
-    z[CALM + i] = -1.0
 
 
-@kernel
+@lane
 def busy(z: Scratch) -> bool:
     """Whether any lane has a trajectory."""
     most = -1.0
     for i in range(LANES):
         most = max(most, z[JOB + i])
     return most >= 0.0
+
+
+@kernel
+def fate(tau: float, w: float, forcing: float, restitution: float) -> int:
+    """What the impact with (τ, w) leads to: a kind of `after_impact`."""
+    s, c = sincos(tau)
+    motion = axial_motion(forcing)
+    jet = axial_jet(motion, s, c, 0.0)
+    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
+    kind: int = after_impact(motion, disk, tau, jet, -restitution * w)[0]
+    return kind

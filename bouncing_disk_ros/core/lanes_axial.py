@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
-    CALM,
+    ASK,
     FIELDS,
     FORCING,
     JOB,
     LANES,
     LEFT,
     RESTITUTION,
-    SPEED,
     TAU,
     W,
     busy,
@@ -27,7 +25,7 @@ from bouncing_disk_ros.core.lanes import (
     launch,
     look,
     place,
-    wants_attention,
+    scratch,
 )
 
 CONTACTS, RESTS = 0, 1
@@ -37,42 +35,35 @@ _FLOATS = types.float64[::1]
 
 
 @kernel
-def _one_by_one(z: Any, i: int, counts: Any) -> None:
-    """Go on by the scalar map while the lane is calm, slow to land, or until it is done."""
+def _step(z: Any, i: int, counts: Any) -> None:
+    """One impact by the scalar map."""
     job = int(z[JOB + i])
-    while z[LEFT + i] > 0.0:
-        kind, tau, w, _ = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
-        place(z, i, tau, w)
-        z[LEFT + i] -= 1.0
-        if kind == MAP_CONTACT:
-            counts[job, CONTACTS] += 1
-        elif kind == MAP_REST:
-            counts[job, RESTS] += 1
-            z[LEFT + i] = 0.0
-        if z[SPEED + i] > z[CALM + i]:
-            return
+    kind, tau, w, _ = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
+    place(z, i, tau, w)
+    z[LEFT + i] -= 1.0
+    if kind == MAP_CONTACT:
+        counts[job, CONTACTS] += 1
+    elif kind == MAP_REST:
+        counts[job, RESTS] += 1
+        z[LEFT + i] = 0.0
 
 
 @kernel
-def _refill(z: Any, i: int, todo: int, impacts: int, state: Any, counts: Any) -> int:
-    """Give a lane the next trajectory, or none; the index of the one after it."""
+def _attend(z: Any, i: int, todo: int, impacts: int, state: Any, counts: Any) -> int:
+    """Carry a lane on, or give it the next trajectory; the index of the one after that."""
     tau, w, forcing, restitution = state
-    while todo < len(tau):
-        enter(z, i, todo, float(impacts), (tau[todo], w[todo], forcing[todo], restitution[todo]))
-        todo += 1
-        if z[SPEED + i] <= z[CALM + i]:
-            _one_by_one(z, i, counts)
+    job = int(z[JOB + i])
+    if job >= 0 and z[LEFT + i] > 0.0:
+        _step(z, i, counts)
         if z[LEFT + i] > 0.0:
             return todo
-        _keep(z, i, state)
-    idle(z, i)
-    return todo
-
-
-@kernel
-def _keep(z: Any, i: int, state: Any) -> None:
-    job = int(z[JOB + i])
-    state[0][job], state[1][job] = z[TAU + i], z[W + i]
+    if job >= 0:
+        tau[job], w[job] = z[TAU + i], z[W + i]
+    if todo == len(tau):
+        idle(z, i)
+        return todo
+    enter(z, i, todo, float(impacts), (tau[todo], w[todo], forcing[todo], restitution[todo]))
+    return todo + 1
 
 
 @entry(types.void(_FLOATS, _FLOATS, _FLOATS, _FLOATS, types.int64, types.int64[:, ::1]))
@@ -86,21 +77,16 @@ def iterate(tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, coun
     if impacts <= 0:
         return
     state = (tau, w, forcing, restitution)
-    z = np.zeros(FIELDS * LANES)
+    z = scratch(FIELDS)
     todo = 0
     for i in range(LANES):
-        todo = _refill(z, i, todo, impacts, state, counts)
+        idle(z, i)
+        todo = _attend(z, i, todo, impacts, state, counts)
     while busy(z):
-        wanted = 0
-        while wanted == 0:
-            launch(z)
-            look(z)
-            look(z)
-            wanted = land(z)
-        for i in range(LANES):
-            if wants_attention(z, i):
-                if z[LEFT + i] > 0.0:
-                    _one_by_one(z, i, counts)
-                if z[LEFT + i] <= 0.0:
-                    _keep(z, i, state)
-                    todo = _refill(z, i, todo, impacts, state, counts)
+        while launch(z) > 0:
+            for i in range(LANES):
+                if z[ASK + i] > 0.0:
+                    todo = _attend(z, i, todo, impacts, state, counts)
+        look(z, False)
+        look(z, True)
+        land(z)

@@ -10,26 +10,27 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
-    CALM,
+    ASK,
+    DELAY,
     FIELDS,
-    FLIGHT,
     FORCING,
     JOB,
     LANDED,
     LANES,
     LEFT,
     RESTITUTION,
-    SPEED,
     TAU,
     W,
     busy,
     enter,
+    fate,
     idle,
     land,
+    lane,
     launch,
     look,
     place,
-    wants_attention,
+    scratch,
 )
 
 UNDECIDED = -1
@@ -62,9 +63,10 @@ def _predecessors(of: Any) -> Any:
     return before
 
 
-@kernel
-def _compare(z: Any, first: int, last: int, points: Any, before: Any, tolerance: float) -> None:
+@lane
+def _compare(z: Any, first: int, last: int, points: Any, rule: Any) -> None:
     """Near which point each lane's last impact was; one that continues the run goes first."""
+    tolerance, confirm, before = rule[0], rule[1], rule[4]
     for i in range(first, last):
         z[_NEXT + i] = -1.0
         z[_NEAR + i] = 0.0
@@ -78,46 +80,36 @@ def _compare(z: Any, first: int, last: int, points: Any, before: Any, tolerance:
             z[_NEAR + i] = 1.0 if follows else z[_NEAR + i]
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
-        again = 1.0 if z[_NEXT + i] >= 0.0 else 0.0
-        run = z[RUN + i] + 1.0 if z[_NEAR + i] > 0.0 else again
-        z[RUN + i] = run if landed else z[RUN + i]
-        z[POINT + i] = z[_NEXT + i] if landed else z[POINT + i]
-        z[TIME + i] += z[FLIGHT + i] if landed else 0.0
+        run, point, ask, following = z[RUN + i], z[POINT + i], z[ASK + i], z[_NEXT + i]
+        again = 1.0 if following >= 0.0 else 0.0
+        longer = run + 1.0 if z[_NEAR + i] > 0.0 else again
+        run = longer if landed else run
+        z[RUN + i] = run
+        z[POINT + i] = following if landed else point
+        z[TIME + i] += z[DELAY + i] if landed else 0.0
+        z[ASK + i] = 1.0 if run >= confirm else ask
 
 
 @kernel
-def _confirmed(z: Any, confirm: float) -> int:
-    """How many lanes have stayed near an attractor for long enough."""
-    wanted = 0
-    for i in range(LANES):
-        wanted += 1 if z[RUN + i] >= confirm else 0
-    return wanted
-
-
-@kernel
-def _decision(z: Any, i: int, rule: Any, of: Any) -> int:
-    """Label of a lane whose start is decided as far as its impacts go; _OPEN if it is not."""
+def _decision(z: Any, i: int, points: Any, of: Any, rule: Any) -> int:
+    """Label of the start in a lane that asks; _OPEN: it has been carried on by the scalar map."""
+    if z[RUN + i] >= rule[1]:
+        return int(of[int(z[POINT + i])])
+    if z[LEFT + i] <= 0.0:
+        return UNDECIDED
+    kind = fate(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
+    if kind == MAP_CONTACT:
+        return int(rule[2])
+    if kind == MAP_REST:
+        return int(rule[3])
+    _, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
+    place(z, i, tau, w)
+    z[LEFT + i] -= 1.0
+    z[DELAY + i] = delay
+    _compare(z, i, i + 1, points, rule)
     if z[RUN + i] >= rule[1]:
         return int(of[int(z[POINT + i])])
     return UNDECIDED if z[LEFT + i] <= 0.0 else _OPEN
-
-
-@kernel
-def _one_by_one(z: Any, i: int, points: Any, of: Any, before: Any, rule: Any) -> int:
-    """Go on by the scalar map while the lane is calm or slow to land; label, or _OPEN to fly on."""
-    while True:
-        found = _decision(z, i, rule, of)
-        if found != _OPEN or (z[SPEED + i] > z[CALM + i] and z[LANDED + i] > 0.0):
-            return found
-        kind, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
-        if kind == MAP_CONTACT:
-            return int(rule[2])
-        if kind == MAP_REST:
-            return int(rule[3])
-        place(z, i, tau, w)
-        z[LEFT + i] -= 1.0
-        z[FLIGHT + i] = delay
-        _compare(z, i, i + 1, points, before, rule[0])
 
 
 @kernel
@@ -126,30 +118,27 @@ def _enter(z: Any, i: int, job: int, cap: int, state: Any) -> None:
     enter(z, i, job, float(cap), (tau[job], w[job], forcing, restitution))
     z[TIME + i] = 0.0
     z[POINT + i] = -1.0
-    z[RUN + i] = 0.0
 
 
 @kernel
 def _attend(
     z: Any, i: int, todo: int, cap: int, state: Any, points: Any, of: Any, rule: Any, out: Any
 ) -> int:
-    """Give a lane starts until one flies or none is left; the index of the next start."""
-    before = rule[4]
-    while True:
-        job = int(z[JOB + i])
-        if job >= 0:
-            found = _one_by_one(z, i, points, of, before, rule)
-            if found == _OPEN:
-                return todo
-            out[0][job] = found
-            out[1][job] = cap - int(z[LEFT + i])
-            out[2][job] = z[TIME + i]
-        if todo == len(state[0]):
-            idle(z, i)
-            z[RUN + i] = 0.0
+    """Carry a lane on, or give it the next start; the index of the one after that."""
+    job = int(z[JOB + i])
+    if job >= 0:
+        found = _decision(z, i, points, of, rule)
+        if found == _OPEN:
             return todo
-        _enter(z, i, todo, cap, state)
-        todo += 1
+        out[0][job] = found
+        out[1][job] = cap - int(z[LEFT + i])
+        out[2][job] = z[TIME + i]
+    z[RUN + i] = 0.0
+    if todo == len(state[0]):
+        idle(z, i)
+        return todo
+    _enter(z, i, todo, cap, state)
+    return todo + 1
 
 
 @entry(
@@ -206,20 +195,17 @@ def label(
     state = (tau, w, forcing, restitution)
     rule = (tolerance, float(confirm), contact_label, rest_label, _predecessors(of))
     out = (out_label, out_impacts, out_time)
-    z = np.zeros(_FIELDS * LANES)
+    z = scratch(_FIELDS)
     todo = 0
     for i in range(LANES):
         idle(z, i)
         todo = _attend(z, i, todo, cap, state, points, of, rule, out)
     while busy(z):
-        wanted = 0
-        while wanted == 0:
-            launch(z)
-            look(z)
-            look(z)
-            wanted = land(z)
-            _compare(z, 0, LANES, points, rule[4], tolerance)
-            wanted += _confirmed(z, float(confirm))
-        for i in range(LANES):
-            if wants_attention(z, i) or z[RUN + i] >= confirm:
-                todo = _attend(z, i, todo, cap, state, points, of, rule, out)
+        while launch(z) > 0:
+            for i in range(LANES):
+                if z[ASK + i] > 0.0:
+                    todo = _attend(z, i, todo, cap, state, points, of, rule, out)
+        look(z, False)
+        look(z, True)
+        land(z)
+        _compare(z, 0, LANES, points, rule)

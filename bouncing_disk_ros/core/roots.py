@@ -12,16 +12,22 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import kernel
 
+Jet = tuple[float, float, float, float, float]
 ROUNDING = 1.1102230246251565e-16  # 2⁻⁵³
+
+
+@kernel
+def parabola_quotient(h: float, h1: float, k: float) -> tuple[float, float]:
+    """Numerator and denominator of `parabola_root`."""
+    q = math.sqrt(h1 * h1 + 2.0 * k * h)
+    return (2.0 * h, q - h1) if h1 < 0.0 else (h1 + q, k)
 
 
 @kernel
 def parabola_root(h: float, h1: float, k: float) -> float:
     """Positive root of h + h1 δ − k δ²/2; needs h ≥ 0 and k > 0, or k = 0 and h1 < 0."""
-    q = math.sqrt(h1 * h1 + 2.0 * k * h)
-    if h1 < 0.0:
-        return 2.0 * h / (q - h1)
-    return (h1 + q) / k
+    over, under = parabola_quotient(h, h1, k)
+    return over / under
 
 
 @kernel
@@ -49,15 +55,27 @@ def one_root_ahead(h: float, h1: float, k: float) -> bool:
 
 
 @kernel
-def polished(jet: tuple[float, float, float, float, float]) -> tuple[float, float]:
+def polished(jet: Jet) -> tuple[float, float]:
     """Step to the root of the fourth-degree Taylor polynomial of a falling h, and the slope there.
 
     The series of the inverse function: δ = ν − a₂ν² + (2a₂² − a₃)ν³ + (5a₂a₃ − 5a₂³ − a₄)ν⁴ with ν
     = −h/h₁ and aₙ = hₙ/(n! h₁), one division; where `one_root_ahead` holds |a₂ν| ≤ 1/8.
     """
-    h, h1, h2, h3, h4 = jet
-    r = 1.0 / h1
+    x = inverse_series(jet, 1.0 / jet[1])
+    return x, slope_after(jet, x)
+
+
+@kernel
+def inverse_series(jet: Jet, r: float) -> float:
+    """The step of `polished`; r = 1/h₁."""
+    h, _, h2, h3, h4 = jet
     v = -h * r
     a2, a3, a4 = 0.5 * h2 * r, (1.0 / 6.0) * h3 * r, (1.0 / 24.0) * h4 * r
-    x = v - v * v * (a2 - v * ((2.0 * a2 * a2 - a3) + v * (5.0 * a2 * (a3 - a2 * a2) - a4)))
-    return x, h1 + x * (h2 + x * (0.5 * h3 + x * h4 * (1.0 / 6.0)))
+    return v - v * v * (a2 - v * ((2.0 * a2 * a2 - a3) + v * (5.0 * a2 * (a3 - a2 * a2) - a4)))
+
+
+@kernel
+def slope_after(jet: Jet, x: float) -> float:
+    """The slope a step of x on, by the Taylor polynomial."""
+    _, h1, h2, h3, h4 = jet
+    return h1 + x * (h2 + x * (0.5 * h3 + x * h4 * (1.0 / 6.0)))
