@@ -45,6 +45,12 @@ def kernel(function: Kernel) -> Kernel:
     return compiled
 
 
+def rare_kernel(function: Kernel) -> Kernel:
+    """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
+    compiled: Kernel = njit(error_model="numpy", nogil=True)(function)
+    return compiled
+
+
 def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """Compile a function that Python calls: one signature, cached, without the GIL."""
 

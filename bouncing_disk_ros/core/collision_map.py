@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos
+from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.axial_map import (
     GRAVITY,
     KIND,
@@ -72,7 +72,7 @@ def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
     return MapDisk(restitution, GRAVITY, 1.0 / angular_forcing, 0.0)
 
 
-@kernel
+@rare_kernel
 def ride(motion: Record, disk: Record, tau: float, omega: float) -> tuple[float, float, float]:
     """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
     lasted = turned = 0.0

@@ -1,0 +1,168 @@
+"""Bifurcation diagrams of the next-collision map: an attractor followed along one parameter.
+
+Fig. 3 of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009): each
+value starts from the last state of the one before, so that the way up and the way down differ where
+attractors live side by side. Dimensionless, as in `next_collision`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.next_collision import Array, MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
+from bouncing_disk_ros.core.axial_map import KIND, TAU, W
+from bouncing_disk_ros.core.collision_map import SPEED, TURNED
+from bouncing_disk_ros.core.tangent import (
+    CONTACTS,
+    LYAPUNOV,
+    MEAN_PER_IMPACT,
+    MEAN_PER_TIME,
+    MEASURED,
+    attractor,
+)
+from bouncing_disk_ros.errors import InputError, closest
+
+AXES = ("forcing", "restitution", "phase_lag", "angular_forcing")
+"""The parameters that a diagram can run along: the fields of NextCollisionMap."""
+SETTLING, MEASURED_IMPACTS, KEPT = 1000, 2000, 300
+STATE = 5
+"""Numbers in the state of a branch: τ, w_A, α̇ and the vector that shows how changes grow."""
+
+
+class Branch(NamedTuple):
+    """What was found at n values of a parameter, from m starts each (m = 1 when following).
+
+    nan stands where the disk came to rest on the platform for good.
+    """
+
+    values: Array  # (n,) of the parameter
+    forcing_phase: Array  # (n, m, kept) τ of the last impacts, rad
+    axial_impact_velocity: Array  # (n, m, kept) w_A/(πg/ω)
+    angular_velocity: Array  # (n, m, kept) α̇/(ωΦ) just before
+    contact: NDArray[np.bool_]  # (n, m, kept) whether the disk rode on the platform before
+    mean_speed: Array  # (n, m) mean of α̇/(ωΦ) in time, over the impacts measured
+    mean_speed_per_impact: Array  # (n, m) the mean of α̇/(ωΦ) at the impacts
+    lyapunov_exponent: Array  # (n, m) of the axial part, per impact; −inf with contact
+    contacts: Array  # (n, m) rides on the platform per impact
+    ends: Array  # (n, m, 5) the last state, from which another chunk goes on
+
+    @property
+    def end(self) -> Array:
+        """(m, 5) the state after the last value."""
+        return self.ends[-1]
+
+
+def begin(section: NextCollisionMap, start: MapState | None = None) -> Array:
+    """(1, 5) the state to start a branch from; default: the period-1 orbit at these parameters.
+
+    Raises InputError for a start out of range, or where there is no period-1 orbit.
+    """
+    if start is None:
+        start = fixed_point(
+            section.forcing, section.restitution, section.phase_lag, section.angular_forcing
+        ).state
+    return np.array([[*section.checked(start), 1.0, 0.0]])
+
+
+def follow(
+    section: NextCollisionMap,
+    axis: str,
+    values: Array,
+    before: Array | None = None,
+    *,
+    settling: int = SETTLING,
+    measured: int = MEASURED_IMPACTS,
+    kept: int = KEPT,
+) -> Branch:
+    """Follow an attractor along a parameter: each value starts where the one before ended.
+
+    `axis` is one of AXES, `values` (n,) are taken in their order (falling: the way down), the other
+    parameters are those of `section`. `before` is the `end` of the chunk before, or what `begin`
+    gives (default: the period-1 orbit at the first value). Chunks in a row give the same bits as
+    one call. At each value `settling` impacts are left out, `measured` give the means, and the last
+    `kept` of these are returned. Raises InputError.
+    """
+    sections = sections_along(section, axis, values)
+    _check_counts(settling, measured, kept)
+    state = begin(sections[0]) if before is None else np.array(before, dtype=float)
+    branch = _empty(values, len(state), kept)
+    for i, here in enumerate(sections):
+        for j in range(len(state)):
+            _measure(here, state[j], settling, measured, branch, i, j)
+    return branch
+
+
+def from_starts(
+    section: NextCollisionMap,
+    axis: str,
+    values: Array,
+    starts: list[MapState],
+    *,
+    settling: int = SETTLING,
+    measured: int = MEASURED_IMPACTS,
+    kept: int = KEPT,
+) -> Branch:
+    """The attractors that the same starts reach at each value; arguments as in `follow`."""
+    sections = sections_along(section, axis, values)
+    _check_counts(settling, measured, kept)
+    branch = _empty(values, len(starts), kept)
+    for i, here in enumerate(sections):
+        for j, start in enumerate(starts):
+            _measure(here, begin(here, start)[0], settling, measured, branch, i, j)
+    return branch
+
+
+def sections_along(section: NextCollisionMap, axis: str, values: Array) -> list[NextCollisionMap]:
+    """The maps at each value of a parameter. Raises InputError."""
+    if axis not in AXES:
+        raise InputError("axis", axis, "one of " + ", ".join(AXES), closest(axis, AXES))
+    if len(values) == 0:
+        raise InputError("values", "none", "at least one value")
+    return [replace(section, **{axis: float(value)}) for value in values]
+
+
+def _check_counts(settling: int, measured: int, kept: int) -> None:
+    if settling < 0:
+        raise InputError("settling", settling, "a whole number >= 0")
+    if not 1 <= kept <= measured:
+        raise InputError("kept", kept, f"from 1 to the number of impacts measured, {measured}")
+
+
+def _empty(values: Array, starts: int, kept: int) -> Branch:
+    shape = (len(values), starts)
+    rows = [np.full((*shape, kept), math.nan) for _ in range(3)]
+    sums = [np.full(shape, math.nan) for _ in range(4)]
+    contact = np.zeros((*shape, kept), bool)
+    ends = np.zeros((*shape, STATE))
+    return Branch(np.array(values, dtype=float), *rows, contact, *sums, ends)
+
+
+def _measure(
+    section: NextCollisionMap,
+    state: Array,
+    settling: int,
+    measured: int,
+    branch: Branch,
+    i: int,
+    j: int,
+) -> None:
+    """Fill one place of a branch; `state` becomes the last one."""
+    rows = np.zeros((branch.forcing_phase.shape[2], TURNED + 1))
+    results = np.zeros(MEASURED + 1)
+    parameters = (float(getattr(section, axis)) for axis in AXES)
+    if attractor(state, *parameters, settling, measured, rows, results):
+        branch.forcing_phase[i, j] = rows[:, TAU]
+        branch.axial_impact_velocity[i, j] = rows[:, W]
+        branch.angular_velocity[i, j] = rows[:, SPEED]
+        branch.contact[i, j] = rows[:, KIND] != 0.0
+        branch.mean_speed[i, j] = results[MEAN_PER_TIME]
+        branch.mean_speed_per_impact[i, j] = results[MEAN_PER_IMPACT]
+        branch.lyapunov_exponent[i, j] = results[LYAPUNOV]
+        branch.contacts[i, j] = results[CONTACTS] / results[MEASURED]
+    branch.ends[i, j] = state

@@ -1,0 +1,155 @@
+"""Derivatives of the next-collision map in closed form, and what an attractor shows of itself.
+
+The gap of a flight with u = −ε w is h(d) = u d − d²/(2π) − Γ[sin(τ + d) − sin τ − d cos τ]. By
+h(d) = 0 the delay is a function of τ, w, Γ, ε, whose derivatives follow from the implicit function
+theorem; those of τ₁ = τ + d and w₁ = h'(d) by the chain rule. The determinant of one step is
+ε²w/w₁, so that of n impacts on a periodic orbit is ε²ⁿ. What follows a complete chatter does not
+depend on τ and w: there all derivatives by them are 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, sincos_excess
+from bouncing_disk_ros.core.axial_map import GRAVITY, MAP_CONTACT, MAP_REST, next_impact
+from bouncing_disk_ros.core.collision_map import map_disk, map_motion, next_collision
+from bouncing_disk_ros.core.platform import Record
+
+Tangent = tuple[float, float, float, float, float, float, float, float]
+MEAN_PER_TIME, MEAN_PER_IMPACT, LYAPUNOV, CONTACTS, MEASURED = range(5)
+"""What `attractor` writes into its results."""
+
+
+@kernel
+def flight_tangent(
+    tau: float, w: float, d: float, w1: float, forcing: float, restitution: float
+) -> Tangent:
+    """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
+    s, c = sincos(tau)
+    sx, cx, se, ce = sincos_excess(d)
+    bend = forcing * (s * cx + c * sx) - GRAVITY  # h''(d)
+    d_tau = forcing * (c * ce - s * se) / w1
+    d_u = -d / w1
+    d_forcing = (s * ce + c * se) / w1
+    return (
+        1.0 + d_tau,
+        -restitution * d_u,
+        forcing * (s * ce + c * sx) + bend * d_tau,
+        -restitution * (1.0 + bend * d_u),
+        d_forcing,
+        s * sx - c * ce + bend * d_forcing,
+        -w * d_u,
+        -w * (1.0 + bend * d_u),
+    )
+
+
+_FLOAT = types.float64
+_VECTOR = types.Array(_FLOAT, 1, "C")
+_MATRIX = types.Array(_FLOAT, 2, "C")
+
+
+@entry(types.int64(_FLOAT, _FLOAT, _FLOAT, _FLOAT, types.int64, _MATRIX, _MATRIX))
+def axial_tangent(
+    tau: float,
+    w: float,
+    forcing: float,
+    restitution: float,
+    impacts: int,
+    states: Record,
+    tangent: Record,
+) -> int:
+    """Follow an orbit with its derivatives; returns how often it rode on the platform, −1 for rest.
+
+    states (impacts + 1, 3): τ, w and the delay since the impact before, the start first. tangent
+    (2, 4): derivatives of the last (τ, w) by the first τ and w, by Γ and by ε; those by Γ and ε are
+    without meaning after contact.
+    """
+    a, b, c, e = 1.0, 0.0, 0.0, 1.0
+    fa = fb = ra = rb = 0.0
+    contacts = 0
+    states[0] = (tau, w, 0.0)
+    for i in range(impacts):
+        kind, tau1, w1, d = next_impact(tau, w, forcing, restitution)
+        if kind == MAP_REST:
+            return -1
+        if kind == MAP_CONTACT:
+            contacts += 1
+            a = b = c = e = fa = fb = ra = rb = 0.0
+        else:
+            t = flight_tangent(tau, w, d, w1, forcing, restitution)
+            a, c = t[0] * a + t[1] * c, t[2] * a + t[3] * c
+            b, e = t[0] * b + t[1] * e, t[2] * b + t[3] * e
+            fa, fb = t[0] * fa + t[1] * fb + t[4], t[2] * fa + t[3] * fb + t[5]
+            ra, rb = t[0] * ra + t[1] * rb + t[6], t[2] * ra + t[3] * rb + t[7]
+        tau, w = tau1, w1
+        states[i + 1] = (tau, w, d)
+    tangent[0] = (a, b, fa, ra)
+    tangent[1] = (c, e, fb, rb)
+    return contacts
+
+
+@entry(
+    types.int64(_VECTOR, _FLOAT, _FLOAT, _FLOAT, _FLOAT, types.int64, types.int64, _MATRIX, _VECTOR)
+)
+def attractor(
+    state: Record,
+    forcing: float,
+    restitution: float,
+    phase_lag: float,
+    angular_forcing: float,
+    settling: int,
+    measured: int,
+    out: Record,
+    results: Record,
+) -> int:
+    """Let the orbit of `state` settle, then measure it; `state` becomes the last one.
+
+    state (5,): τ, w, α̇ as in `next_collision`, and a vector (tangent) that the derivatives of the
+    axial map act on. out (kept, 6): the last `kept` ≤ measured impacts, columns of
+    `collision_orbit`. results (5,): mean α̇ in time and over the impacts, Lyapunov exponent of the
+    axial part per impact (−inf where the orbit holds a contact), number of contacts, impacts
+    measured. Returns the number of rows written, 0 where contact lasts for good: then the state is
+    that of a disk at rest at the lowest point and the results are nan.
+    """
+    motion = map_motion(forcing, phase_lag)
+    disk = map_disk(restitution, angular_forcing)
+    tau, w, omega, x, y = state[0], state[1], state[2], state[3], state[4]
+    time = angle = speeds = grown = 0.0
+    contacts = 0
+    kept = len(out)
+    for i in range(settling + measured):
+        kind, tau1, w1, omega, delay, turned = next_collision(motion, disk, tau, w, omega)
+        if kind == MAP_REST:
+            state[:] = (1.5 * math.pi, 0.0, 0.0, 1.0, 0.0)
+            results[:] = math.nan
+            return 0
+        growth = 1.0
+        if kind != MAP_CONTACT:
+            t = flight_tangent(tau, w, delay, w1, forcing, restitution)
+            x, y = t[0] * x + t[1] * y, t[2] * x + t[3] * y
+            growth = math.sqrt(x * x + y * y)
+            if growth > 0.0:
+                x /= growth
+                y /= growth
+            else:  # ε = 0: a change of w before the impact leaves no trace
+                x, y = 1.0, 0.0
+        tau, w = tau1, w1
+        if i < settling:
+            continue
+        contacts += kind == MAP_CONTACT
+        grown += math.log(growth)
+        time += delay
+        angle += turned
+        speeds += omega
+        if i >= settling + measured - kept:
+            out[i - settling - measured + kept] = (tau, w, delay, float(kind), omega, turned)
+    state[:] = (tau, w, omega, x, y)
+    results[MEAN_PER_TIME] = angle / time
+    results[MEAN_PER_IMPACT] = speeds / measured
+    results[LYAPUNOV] = grown / measured if contacts == 0 else -math.inf
+    results[CONTACTS] = contacts
+    results[MEASURED] = measured
+    return kept
