@@ -136,11 +136,22 @@ def _check_counts(settling: int, measured: int, kept: int) -> None:
 
 def _empty(values: Array, starts: int, kept: int) -> Branch:
     shape = (len(values), starts)
-    rows = [np.full((*shape, kept), math.nan) for _ in range(3)]
-    sums = [np.full(shape, math.nan) for _ in range(4)]
-    contact = np.zeros((*shape, kept), bool)
-    ends = np.zeros((*shape, STATE))
-    return Branch(np.array(values, dtype=float), *rows, contact, *sums, ends)
+
+    def unknown(*more: int) -> Array:
+        return np.full((*shape, *more), math.nan)
+
+    return Branch(
+        values=np.array(values, dtype=float),
+        forcing_phase=unknown(kept),
+        axial_impact_velocity=unknown(kept),
+        angular_velocity=unknown(kept),
+        contact=np.zeros((*shape, kept), bool),
+        mean_speed=unknown(),
+        mean_speed_per_impact=unknown(),
+        lyapunov_exponent=unknown(),
+        contacts=unknown(),
+        ends=unknown(STATE),
+    )
 
 
 def _measure(
