@@ -22,22 +22,14 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from bouncing_disk_ros.core import arithmetic, flight, impact, roots
 from bouncing_disk_ros.core.arithmetic import (
-    HALF_PI_1,
-    HALF_PI_2,
-    HALF_PI_3,
-    ROUNDER,
-    TWO_OVER_PI,
-    TWO_PI,
     Kernel,
     kernel,
     sincos,
 )
 from bouncing_disk_ros.core.axial_map import GRAVITY, MapDisk, after_impact, axial_motion
 from bouncing_disk_ros.core.impact import chatter_scale
-from bouncing_disk_ros.core.platform import ROOM, axial_jet
-from bouncing_disk_ros.core.roots import ROUNDING
+from bouncing_disk_ros.core.platform import axial_jet
 
 Scratch = Any  # float64 (FIELDS * LANES,)
 
@@ -77,143 +69,12 @@ def lane(function: Kernel) -> Kernel:
     return compiled
 
 
-excesses = lane(arithmetic.excesses)
-turned_gap = lane(flight.turned_gap)
-one_root_ahead = lane(roots.one_root_ahead)
-parabola_quotient = lane(roots.parabola_quotient)
-inverse_series = lane(roots.inverse_series)
-slope_after = lane(roots.slope_after)
-may_end = lane(impact.may_end)
-
-
 @lane
 def scratch(fields: int) -> Scratch:
     """Zeros for so many fields, aligned to a cache line: no vector is to lie across two."""
     z = np.zeros(fields * LANES + 8)
     shift = (-(z.ctypes.data // 8)) % 8
     return z[shift : shift + fields * LANES]
-
-
-@lane
-def lane_turn(x: float) -> tuple[float, float, float, float]:
-    """`sincos_excess` for 0 ≤ x < 1e6 without a branch, to the same bits."""
-    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
-    small = k == 0.0
-    r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
-    se, ce = excesses(r)
-    s = r + se
-    c = 1.0 + ce
-    # k modulo 4: the sum below is a quarter of k rounded down
-    m = k - 4.0 * (((0.25 * k - 0.375) + ROUNDER) - ROUNDER)
-    odd = abs(m - 2.0) == 1.0
-    p = c if odd else s
-    q = s if odd else c
-    p = -p if m >= 2.0 else p
-    q = -q if abs(m - 1.5) < 1.0 else q
-    return p, q, (se if small else p - x), (ce if small else q - 1.0)
-
-
-@lane
-def lane_phase_after(tau: float, d: float) -> float:
-    """`phase_after` for d < 1e6 without a branch; whole turns are taken off in three parts."""
-    grown = tau + d
-    turns = ((grown * (1.0 / TWO_PI) - 0.5) + ROUNDER) - ROUNDER
-    four = 4.0 * turns
-    grown = ((grown - four * HALF_PI_1) - four * HALF_PI_2) - four * HALF_PI_3
-    grown = grown + TWO_PI if grown < 0.0 else grown
-    return grown - TWO_PI if grown >= TWO_PI else grown
-
-
-@lane
-def lane_above(top: float, x: float, v: float) -> tuple[float, float]:
-    """`above_platform` without a branch and a division, on the safe side by more than rounding."""
-    q = v * v + 2.0 * GRAVITY * (x - top)
-    r = math.sqrt(max(q, 0.0))
-    begin = (v - r) * (1.0 / GRAVITY) + (16.0 * ROUNDING / GRAVITY) * v
-    end = (v + r) * ((1.0 - 8.0 * ROUNDING) / GRAVITY)
-    return begin, (end if q > 0.0 else -1.0)
-
-
-@lane
-def launch(z: Scratch) -> int:
-    """Where the platform and the disk are at the last impact, and a first safe delay.
-
-    Returns how many lanes have ASK set, be it by others or here: where a chatter may be complete.
-    """
-    wanted = 0
-    for i in range(LANES):
-        f = z[FORCING + i]
-        u = z[SPEED + i]
-        s, c, _, _ = lane_turn(z[TAU + i])
-        top = f * ROOM
-        begin, end = lane_above(top, f * s, f * c + u)
-        a = GRAVITY - f * s
-        # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand
-        k = GRAVITY + top
-        sharp = a * a + top * u * (2.0 / 3.0)
-        sharper = a > 0.0 and sharp < k * a
-        d = (2.0 * u * a if sharper else 2.0 * u) / (sharp if sharper else k)
-        d = end if begin <= d < end else d
-        fresh = z[LANDED + i] > 0.0
-        before, looks, ask = z[DELAY + i], z[LOOKS + i], z[ASK + i]
-        asks = ask > 0.0 or may_end(a, f * c, top, u, z[CHATTER + i])
-        z[SINE + i] = s
-        z[COSINE + i] = c
-        z[BEGIN + i] = begin
-        z[END + i] = end
-        z[DELAY + i] = d if fresh else before
-        z[LOOKS + i] = 0.0 if fresh else looks
-        z[ASK + i] = 1.0 if asks else 0.0
-        wanted += 1 if asks else 0
-    return wanted
-
-
-@lane
-def look(z: Scratch, last: bool) -> None:
-    """One look at the gap: a step to the root if one is proven ahead, else a step that is safe."""
-    for i in range(LANES):
-        f = z[FORCING + i]
-        d = z[DELAY + i]
-        s, c = z[SINE + i], z[COSINE + i]
-        jet = turned_gap(f, 1.0, s, c, GRAVITY, 0.0, z[SPEED + i], d, lane_turn(d))
-        h, h1, _, _, _ = jet
-        top = f * ROOM
-        k = GRAVITY + top
-        above = max(h, 0.0)
-        ahead = one_root_ahead(above, h1, k)
-        over, under = parabola_quotient(above, h1, k)
-        r = (1.0 if ahead else over) / (h1 if ahead else under)
-        x = inverse_series(jet, r)
-        end = z[END + i]
-        safe = d + max(r, 4.0 * ROUNDING * d)
-        safe = end if z[BEGIN + i] <= safe < end else safe
-        z[DELAY + i] = d + x if ahead else safe
-        if last:
-            # implies the conditions of flight._impact_ahead: Γ/k⁴ < 3.4 and Γ/k² < 0.8
-            short = ahead and k * abs(x) < 1e-4 * min(abs(h1), 1.0)
-            slope = slope_after(jet, x)
-            z[SLOPE + i] = slope
-            z[LANDED + i] = 1.0 if short else 0.0
-
-
-@lane
-def land(z: Scratch) -> None:
-    """The impact of the lanes whose delay is a root."""
-    for i in range(LANES):
-        hit = z[LANDED + i]
-        landed = hit > 0.0
-        tau, w, u = z[TAU + i], z[W + i], z[SPEED + i]
-        after = lane_phase_after(tau, z[DELAY + i])
-        slope = z[SLOPE + i]
-        u = -z[RESTITUTION + i] * slope if landed else u
-        left = z[LEFT + i] - hit
-        looks = z[LOOKS + i] + 1.0
-        z[TAU + i] = after if landed else tau
-        z[W + i] = slope if landed else w
-        z[SPEED + i] = u
-        z[LEFT + i] = left
-        z[LOOKS + i] = looks
-        z[ASK + i] = 1.0 if (left <= 0.0 or looks > MANY_LOOKS) else 0.0
 
 
 @lane

@@ -21,12 +21,10 @@ from bouncing_disk_ros.core.lanes import (
     busy,
     enter,
     idle,
-    land,
-    launch,
-    look,
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes_flight import land, launch, look
 
 CONTACTS, RESTS = 0, 1
 """Columns of the counts of events."""

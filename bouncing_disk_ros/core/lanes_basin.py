@@ -25,13 +25,11 @@ from bouncing_disk_ros.core.lanes import (
     enter,
     fate,
     idle,
-    land,
     lane,
-    launch,
-    look,
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes_flight import land, launch, look
 
 UNDECIDED = -1
 """Label of a start that has not been decided within the cap."""
