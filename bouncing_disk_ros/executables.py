@@ -14,6 +14,7 @@ EXECUTABLES: dict[str, str] = {
     "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
     "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
     "bag_recover": "make a whole bag of one that was cut off or damaged",
+    "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
     "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
 }
 

@@ -185,7 +185,7 @@ def _polished(found: Fit, low: float, high: float, times: Values, speeds: Values
 
 
 def _misfit(errors: Values, speeds: Values) -> float:
-    rounding = 1e-15 * max(float(np.max(np.abs(speeds))), 1e-300)
+    rounding = 1e-15 * max(float(np.max(np.abs(speeds))), 1e-130)
     return float(errors @ errors) + len(errors) * rounding**2
 
 

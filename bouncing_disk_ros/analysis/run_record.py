@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.orbit import Orbit, orbit_of
 from bouncing_disk_ros.analysis.period_one import axial_forcing, period_one
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Motion, MotionInForce
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Energy, Motion, MotionInForce
 
 NS = 1_000_000_000
 SETTLED_SECONDS = 2.0
 """The rotor speed of the summary is the mean over this long at the end."""
+UNKNOWN_DISK = Disk(*[math.nan] * len(Disk._fields))
+"""Stands for a disk whose parameters were not heard: what follows from them is nan."""
 
 
 class State(NamedTuple):
@@ -36,6 +39,20 @@ class Health(NamedTuple):
     lateness_p99: float
     lateness_max: float
     residual: float  # of the energy balance, per throughput
+    running: bool = True  # not paused or inactive
+    behind: float = math.nan  # of simulated time behind its due time, s of the wall clock
+    skipped: int = 0  # samples of joint_states left out, since the start
+    refused: int = 0  # inputs, since the start
+    asked: str = ""  # real-time factor, in words
+    energy: Energy | None = None  # books since the start or the last reset, J
+
+
+class Change(NamedTuple):
+    """An input that drives the disk on otherwise than before; motions are kept by themselves."""
+
+    time: float  # simulated, s
+    what: str  # "kick", "reset" or "parameters"
+    detail: str = ""  # in words
 
 
 @dataclass
@@ -50,11 +67,13 @@ class RunRecord:
     chunks: list[NDArray[np.void]] = field(default_factory=list)
     lost: int = 0  # rows of impacts
     inputs: int = 0  # motions, kicks, parameter changes and resets that the simulator accepted
+    changes: list[Change] = field(default_factory=list)
+    disks: list[tuple[float, Disk]] = field(default_factory=list)  # time from which it is known
 
     @property
     def rows(self) -> NDArray[np.void]:
         """All impacts, IMPACT_DTYPE."""
-        return np.frombuffer(b"".join(chunk.tobytes() for chunk in self.chunks), IMPACT_DTYPE)
+        return joined_rows(self.chunks)
 
     @property
     def motion(self) -> Motion | None:
@@ -69,6 +88,11 @@ class RunRecord:
         rows = self.rows
         steady_since = self.motions[-1].end_ns / NS if self.motions else math.inf
         return orbit_of(rows[rows["time"] >= steady_since])
+
+
+def joined_rows(chunks: Iterable[NDArray[np.void]]) -> NDArray[np.void]:
+    """Arrays of IMPACT_DTYPE as one (np.concatenate would give another layout); no kernels."""
+    return np.frombuffer(b"".join(chunk.tobytes() for chunk in chunks), IMPACT_DTYPE)
 
 
 class Summary(NamedTuple):

@@ -1,0 +1,90 @@
+"""What a figure shows, without how it is drawn: panels of series, for pages and for files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+SEED = 20090  # any; fixed so that a report can be made again
+Column = NDArray[np.float64]
+
+
+class Look(StrEnum):
+    """How a series is drawn."""
+
+    POINTS = "points"
+    LINE = "line"
+    DASHED = "dashed"
+    RINGS = "rings"
+    CROSSES = "crosses"
+
+
+@dataclass(frozen=True)
+class Series:
+    """One set of data; `colour` is a number: 0 the main one."""
+
+    name: str
+    x: Column
+    y: Column
+    look: Look
+    colour: int = 0
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One set of axes; labels have symbol and unit, and mark an index by _ (w_A, τ_(n+1))."""
+
+    title: str
+    x_label: str
+    y_label: str
+    series: Sequence[Series]
+    note: str = ""  # what to know when reading it: thinning, what is absent
+    spans: Sequence[tuple[float, float]] = ()  # of x, shaded
+    lines: Sequence[float] = ()  # of x, marked
+    x_range: tuple[float, float] | None = None
+    x_is_phase: bool = False  # 0 to 2π
+    y_is_phase: bool = False
+    y_is_log: bool = False
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to draw."""
+        return not any(len(series.x) for series in self.series)
+
+
+def series(
+    name: str, x: ArrayLike, y: ArrayLike, look: Look = Look.POINTS, colour: int = 0
+) -> Series:
+    """A series of anything like an array."""
+    return Series(name, np.asarray(x, float), np.asarray(y, float), look, colour)
+
+
+def spread(count: int, most: int) -> NDArray[np.intp]:
+    """Places of at most `most` of `count` points, at random (a stride could hide a period)."""
+    if count <= most:
+        return np.arange(count)
+    chosen = np.random.default_rng(SEED).choice(count, most, replace=False)
+    return np.sort(chosen)
+
+
+def envelope(values: Column, most: int) -> NDArray[np.intp]:
+    """Places of the least and the greatest of each of `most`/2 groups of neighbours, in order."""
+    if len(values) <= most:
+        return np.arange(len(values))
+    edges = np.linspace(0, len(values), most // 2 + 1).astype(int)
+    places = {0, len(values) - 1}
+    for first, last in pairwise(edges):
+        part = values[first:last]
+        places |= {int(first + np.argmin(part)), int(first + np.argmax(part))}
+    return np.array(sorted(places))
+
+
+def with_gaps(x: Column, y: Column, after: float) -> tuple[Column, Column]:
+    """The same line, broken (nan) where neighbours in x lie further apart than `after`."""
+    breaks = np.flatnonzero(np.diff(x) > after) + 1
+    return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)

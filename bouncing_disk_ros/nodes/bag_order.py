@@ -1,0 +1,54 @@
+"""The order in which messages of a bag were sent, and what their numbers say of losses."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
+
+from bouncing_disk_ros.bag.loss import SequenceLoss
+from bouncing_disk_ros.bag.topic import Message
+
+T = TypeVar("T")
+WINDOW_NS = 1_000_000_000
+"""Topics of one node are received at most so much out of the order in which they were sent."""
+
+
+def in_order_of_sending(messages: Iterable[tuple[Message, T]]) -> Iterator[tuple[Message, T]]:
+    """Messages as they were sent, of each topic in the order of reception."""
+    waiting: list[tuple[int, int, tuple[Message, T]]] = []
+    latest: dict[str, int] = {}
+    for counter, row in enumerate(messages):
+        message = row[0]
+        sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
+        sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
+        heapq.heappush(waiting, (sent, counter, row))
+        while waiting[0][0] < message.log_time_ns - WINDOW_NS:
+            yield heapq.heappop(waiting)[2]
+    while waiting:
+        yield heapq.heappop(waiting)[2]
+
+
+class Losses:
+    """Gaps in the numbers of the messages of each topic."""
+
+    def __init__(self) -> None:
+        self._topics: dict[str, SequenceLoss] = {}
+        self._falls: dict[str, int] = {}
+
+    def note(self, message: Message) -> None:
+        """A message, in the order of reception."""
+        loss = self._topics.setdefault(message.topic, SequenceLoss())
+        if message.sequence == 0:
+            loss.why_not = "the recorder did not number them"
+        if loss.gap(message.sequence) < 0:
+            self._falls[message.topic] = self._falls.get(message.topic, 0) + 1
+            loss.restart()
+        loss.take(message.sequence)
+
+    def of(self, topic: str, runs: int) -> str:
+        """How many messages were lost, in words."""
+        loss = self._topics.get(topic, SequenceLoss())
+        if not loss.why_not and self._falls.get(topic, 0) >= max(2, runs):
+            loss.why_not = "several publishers on the topic"
+        return str(loss)

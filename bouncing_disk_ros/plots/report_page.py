@@ -1,0 +1,111 @@
+"""A report as one page of figures, for PNG, SVG and PDF."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from pathlib import Path
+from typing import Any
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedFormatter, FixedLocator
+
+from bouncing_disk_ros.analysis.panels import Look, Panel, Series
+from bouncing_disk_ros.analysis.report import Report
+from bouncing_disk_ros.analysis.report_panels import panels
+from bouncing_disk_ros.analysis.report_words import ABSENT
+from bouncing_disk_ros.plots.report_mark import MARK
+from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
+
+MOST_POINTS = 50_000
+"""Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""
+_RASTER = 3000
+_METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
+
+
+def report_page(report: Report) -> Figure:
+    """Six panels, one column of two by three."""
+    figure = Figure(figsize=(10.0, 12.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    parts = panels(report, MOST_POINTS)
+    for axes, panel in zip(figure.subplots(3, 2).flat, parts, strict=True):
+        _draw(axes, panel)
+    title, subtitle = headline(report)
+    figure.suptitle(f"{_math(title)}\n{_math(subtitle)}", fontsize=12)
+    return figure
+
+
+def save_page(figure: Figure, path: Path) -> None:
+    """Write it in the kind of the file's name, marked as ours. Raises OSError."""
+    kind = path.suffix[1:]
+    figure.savefig(path, dpi=150, metadata={_METADATA[kind]: MARK})
+
+
+def _math(text: str) -> str:
+    """Indices marked by _ as matplotlib sets them: w_A, τ_(n+1)."""
+    return re.sub(
+        r"([^\W\d_])_(?:\(([^)]*)\)|([A-Za-z]+))",
+        lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$",
+        text,
+    )
+
+
+def _draw(axes: Any, panel: Panel) -> None:
+    axes.set_title(_math(panel.title), fontsize=11)
+    axes.set_xlabel(_math(panel.x_label))
+    axes.set_ylabel(_math(panel.y_label))
+    if panel.is_empty:
+        axes.text(0.5, 0.5, ABSENT, transform=axes.transAxes, ha="center", color="#555")
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    for begin, end in panel.spans:
+        axes.axvspan(begin, end, color="#999999", alpha=0.25, lw=0)
+    for at in panel.lines:
+        axes.axvline(at, color="#999999", lw=0.8)
+    for part in panel.series:
+        _draw_series(axes, part)
+    _scales(axes, panel)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    if len(panel.series) > 1:
+        axes.legend(fontsize=8, loc="best", framealpha=0.85)
+    if panel.note:
+        note = "\n".join(textwrap.wrap(panel.note, 75))
+        axes.text(1.0, -0.17, note, transform=axes.transAxes, ha="right", va="top", fontsize=7,
+                  color="#555555")  # fmt: skip
+
+
+def _scales(axes: Any, panel: Panel) -> None:
+    if panel.y_is_log:
+        axes.set_yscale("log")
+    if panel.x_range is not None:
+        axes.set_xlim(*panel.x_range)
+    for is_phase, axis, limit in (
+        (panel.x_is_phase, axes.xaxis, axes.set_xlim),
+        (panel.y_is_phase, axes.yaxis, axes.set_ylim),
+    ):
+        if is_phase:
+            limit(PHASE_TICKS[0], PHASE_TICKS[-1])
+            axis.set_major_locator(FixedLocator(PHASE_TICKS))
+            axis.set_major_formatter(FixedFormatter(PHASE_TEXTS))
+
+
+def _draw_series(axes: Any, part: Series) -> None:
+    color, count = COLOURS[part.colour], len(part.x)
+    label = _math(part.name)
+    many = {"rasterized": count > _RASTER}
+    match part.look:
+        case Look.POINTS:
+            size = 4.0 if count < 500 else 2.0 if count < 5000 else 1.0
+            axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
+        case Look.LINE:
+            axes.plot(part.x, part.y, color=color, lw=1.4, label=label, **many)
+        case Look.DASHED:
+            axes.plot(part.x, part.y, "--", color=color, lw=1.4, label=label, zorder=3)
+        case Look.RINGS:
+            axes.plot(part.x, part.y, "o", mfc="none", color=color, ms=8, mew=1.4, label=label,
+                      zorder=4)  # fmt: skip
+        case Look.CROSSES:
+            axes.plot(part.x, part.y, "+", color=color, ms=14, mew=1.6, label=label, zorder=5)
