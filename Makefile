@@ -40,7 +40,7 @@ bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per 
 soak: test-environment   ## run for long: memory, lateness, lost rows; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak
 
-interop: interop-environment   ## check against foreign tools: another DDS without ROS
+interop: interop-environment   ## check against foreign tools: another DDS, Foxglove, rerun, ros2
 	$(BIN)/pytest -m interop test/interop
 
 setup: test-environment   ## only set up .venv and install the package

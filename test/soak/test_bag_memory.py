@@ -1,6 +1,6 @@
 """Bags of gigabytes are read and recorded in little memory.
 
-make soak                                                       # 2 GB, six minutes
+make soak                                                       # 2 GB
 BOUNCING_DISK_SOAK_GB=0.3 make soak
 """
 
@@ -54,8 +54,8 @@ def large(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, int]
     shutil.rmtree(folder)
 
 
-@pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("way", large_bag.WAYS)
+@pytest.mark.parametrize("whole", [True, False])  # the outer loop: the file is cut only once
 def test_reading_takes_little_memory(large: tuple[Path, int], way: str, whole: bool) -> None:
     folder, count = large
     if not whole:

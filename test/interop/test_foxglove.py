@@ -1,0 +1,95 @@
+"""Foxglove's own libraries (Node.js) read our bags: every message is that which was sent.
+
+Their packages come from the npm registry into a temporary folder; without Node.js, npm or a network
+this is skipped and says so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rclpy.serialization import deserialize_message
+
+from bouncing_disk_ros.nodes.recorder_topic import message_class
+from support.bags import TYPES, Sent, make, messages
+
+pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The script, with the packages that it needs beside it."""
+    for command in ("node", "npm"):
+        if shutil.which(command) is None:
+            pytest.skip(f"no `{command}` on the PATH: install Node.js 18 or later")
+    folder = tmp_path_factory.mktemp("node")
+    for name in ("package.json", "read_bag.mjs"):
+        shutil.copy(HERE / name, folder)
+    command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)
+    if done.returncode:
+        pytest.skip(f"npm cannot install @mcap/core and others: {done.stderr.strip()[-200:]}")
+    return folder / "read_bag.mjs"
+
+
+@pytest.fixture
+def sent() -> list[Sent]:
+    return list(messages(200))
+
+
+def read(reader: Path, files: list[Path]) -> list[dict[str, Any]]:
+    """What the script prints of files."""
+    names = [str(file) for file in files]
+    done = subprocess.run(
+        ["node", str(reader), *names], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def agree(expected: Any, found: Any, where: str) -> None:
+    """AssertionError unless a decoded message is that of ROS, field by field."""
+    if hasattr(expected, "get_fields_and_field_types"):
+        names = expected.get_fields_and_field_types().keys()
+        assert set(found) == set(names), where
+        for name in names:
+            agree(getattr(expected, name), found[name], f"{where}.{name}")
+    elif isinstance(expected, (str, bool)):
+        assert found == expected, where
+    elif isinstance(expected, (int, float)):
+        assert float(found) == float(expected), where
+    else:
+        assert len(found) == len(expected), where
+        for place, (one, other) in enumerate(zip(expected, found, strict=True)):
+            agree(one, other, f"{where}[{place}]")
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
+def test_foxglove_reads_every_message_as_it_was_sent(
+    reader: Path, tmp_path: Path, sent: list[Sent], compression: str
+) -> None:
+    folder = make(
+        tmp_path / "run", sent, compression=compression, max_duration=0.05, chunk_size=9000
+    )
+    files = sorted(folder.glob("*.mcap"), key=lambda file: int(file.stem.split("_")[1]))
+    rows = read(reader, files)
+    attached = [row for row in rows if "attachment" in row]
+    found = [row for row in rows if "topic" in row]
+    assert len(files) > 1
+    assert len(attached) == len(files)
+    assert len(found) == len(sent)
+    for row, other in zip(sent, found, strict=True):
+        times = str(row.log_time_ns), str(row.publish_time_ns)
+        assert (other["topic"], other["log_time"], other["publish_time"]) == (row.topic, *times)
+        assert other["sequence"] == row.sequence
+        assert other["sha256"] == hashlib.sha256(row.data).hexdigest()
+        message = deserialize_message(row.data, message_class(TYPES[row.topic]))
+        agree(message, other["content"], row.topic)
