@@ -54,6 +54,13 @@ def resolve(
         set_clock(state, ns, sub, cycles, tau)
         return _impact(state, motion, disk, books, -value, rows, n, open_row)
     carry(state, motion, disk, books, d, ns, sub, cycles, tau)
+    end_contact(state, motion, disk, kind, value)
+    return n
+
+
+@kernel
+def end_contact(state: Record, motion: Record, disk: Record, kind: int, value: float) -> None:
+    """Go through the event that ends a phase of contact, at its instant."""
     if kind == SEPARATION:
         state.phase = FLIGHT
         state.gap = 0.0
@@ -63,7 +70,6 @@ def resolve(
         state.slip_sign = value
     elif kind == SLIP_ENDS:
         stick_or_reverse(state, motion, disk)
-    return n
 
 
 @kernel

@@ -1,0 +1,174 @@
+"""The best single tosses, found on the exact function: golden sections within each other.
+
+The largest airborne speed of a disk at rest lies on a crease of the map (at θ = 0 the first slip
+changes its direction), where no derivative vanishes: so the search uses values alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.toss import (
+    LOWEST,
+    PAPER,
+    Floats,
+    Toss,
+    TossSetting,
+    separation_phase,
+    toss,
+)
+from bouncing_disk_ros.core.ride import RIDE_STUCK
+from bouncing_disk_ros.errors import InputError
+
+MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
+"""What may be made largest; of the speeds, the magnitude."""
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+_LAGS, _ANGLES = 181, 91  # coarse grid: θ = 0 is on it
+_WIDTH = 1e-12  # rad: brackets are closed to this
+
+
+class Extreme(NamedTuple):
+    """A toss that makes one measure largest."""
+
+    measure: str  # the name of that measure
+    phase_lag: float  # θ, rad, in [−π, π]
+    amplitude_angle: float  # φ_L, rad
+    airborne_speed: float  # α̇_f there, signed, rad/s
+    speed_ratio: float  # ν there, signed, 1
+    efficiency: float  # η there, 1
+
+
+class Ridge(NamedTuple):
+    """θ = −τ_sep: β̇ is at its peak as the disk leaves. Arrays (n,)."""
+
+    amplitude_angle: Floats  # φ_L, rad, from next to 0 to where the disk no longer leaves
+    phase_lag: Floats  # θ, rad
+    speed_ratio: Floats  # ν, 1
+    end: float  # largest φ_L at which the disk sticks until it leaves (ν = 1), rad, to 1e-7
+
+
+def golden_section(
+    function: Callable[[float], float], low: float, high: float, width: float = _WIDTH
+) -> tuple[float, float]:
+    """Place and value of the maximum of a function with one maximum between low and high.
+
+    A smooth maximum is flat: its place is known to about √(rounding) only, that of a crease to
+    `width`. nan counts as lower than everything.
+    """
+
+    def value(x: float) -> float:
+        y = function(x)
+        return -math.inf if math.isnan(y) else y
+
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    fa, fb = value(a), value(b)
+    best = max((fa, a), (fb, b))
+    while high - low > width:
+        if fa >= fb:
+            high, b, fb = b, a, fa
+            a = high - _GOLDEN * (high - low)
+            fa = value(a)
+            best = max(best, (fa, a))
+        else:
+            low, a, fa = a, b, fb
+            b = low + _GOLDEN * (high - low)
+            fb = value(b)
+            best = max(best, (fb, b))
+    return best[1], best[0]
+
+
+def extreme(
+    measure: str,
+    setting: TossSetting = PAPER,
+    *,
+    phase_lag: float | None = None,
+    angular_velocity: float = 0.0,
+    forcing_phase: float = LOWEST,
+) -> Extreme:
+    """The toss with the largest magnitude of a measure, over θ and φ_L or along one θ (rad).
+
+    A coarse grid finds the hill; golden sections (over φ_L, within it over θ) climb it. Of mirror
+    images (θ and θ ± π) the one nearer to θ = 0 is given. From rest the largest speed ratio is 1
+    along a whole line (see `ridge`): one of its points is given.
+    """
+    if measure not in MEASURES:
+        raise InputError("measure", measure, "one of " + ", ".join(MEASURES))
+
+    def tosses(lag: float | Floats, angle: float | Floats) -> Toss:
+        return toss(
+            lag, angle, setting, angular_velocity=angular_velocity, forcing_phase=forcing_phase
+        )
+
+    def height(lag: float, angle: float) -> float:
+        return abs(float(getattr(tosses(lag, angle), measure)))
+
+    lags = np.linspace(-math.pi, math.pi, _LAGS) if phase_lag is None else np.array([phase_lag])
+    angles = np.linspace(0.0, 0.5 * math.pi, _ANGLES)
+    grid = np.abs(getattr(tosses(lags[:, None], angles[None, :]), measure))
+    if np.isnan(grid).all():
+        hint = "The arc amplitude or the frequency is too small."
+        raise InputError("setting", setting, "one that throws the disk", hint)
+    row, column = _summit(grid, lags)
+    lag_step = 2.0 * math.tau / (_LAGS - 1)
+
+    def along(angle: float) -> tuple[float, float]:
+        if phase_lag is not None:
+            return phase_lag, height(phase_lag, angle)
+        low, high = float(lags[row]) - lag_step, float(lags[row]) + lag_step
+        return golden_section(lambda lag: height(lag, angle), low, high)
+
+    low, high = (float(angles[min(max(column + side, 0), _ANGLES - 1)]) for side in (-2, 2))
+    angle, _ = golden_section(lambda phi: along(phi)[1], low, high)
+    lag = math.remainder(along(angle)[0], math.tau)
+    best = tosses(lag, angle)
+    return Extreme(measure, lag, angle, *(float(getattr(best, name)) for name in MEASURES))
+
+
+def _summit(grid: Floats, lags: Floats) -> tuple[int, int]:
+    """Row and column of the largest value; of equal ones, that with θ nearest to 0."""
+    top = np.nanmax(grid)
+    rows, columns = np.nonzero(grid >= top * (1.0 - 1e-9))
+    nearest = int(np.argmin(np.abs(lags[rows])))
+    return int(rows[nearest]), int(columns[nearest])
+
+
+def ridge(setting: TossSetting = PAPER, points: int = 400) -> Ridge:
+    """The line θ = −τ_sep for a disk at rest at the lowest point, and where ν = 1 ends on it."""
+    if points < 2:
+        raise InputError("points", points, "a whole number >= 2")
+    lowest, highest = 1e-6, 0.5 * math.pi
+    grid = np.linspace(lowest, highest, points)
+    angles = grid[~np.isnan(separation_phase(grid, setting))]
+    if len(angles) == 0:
+        hint = "The arc amplitude or the frequency is too small."
+        raise InputError("setting", setting, "one that throws the disk", hint)
+    lags = -separation_phase(angles, setting)
+    found = toss(lags, angles, setting)
+    stuck = found.code == RIDE_STUCK
+    return Ridge(angles, lags, found.speed_ratio, _end(angles, stuck, setting))
+
+
+def _end(angles: Floats, stuck: NDArray[np.bool_], setting: TossSetting) -> float:
+    """Bisect between the last angle of the first stretch that sticks and the next.
+
+    The core takes a last slip shorter than 1e-8 rad of phase as sticking: it changes ν by its
+    square.
+    """
+    if not stuck[0]:
+        return math.nan
+    slipping = np.flatnonzero(~stuck)
+    if len(slipping) == 0:
+        return float(angles[-1])
+    low, high = float(angles[slipping[0] - 1]), float(angles[slipping[0]])
+    while high - low > _WIDTH:
+        middle = 0.5 * (low + high)
+        if toss(-separation_phase(middle, setting), middle, setting).code == RIDE_STUCK:
+            low = middle
+        else:
+            high = middle
+    return low

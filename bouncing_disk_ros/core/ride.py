@@ -1,0 +1,164 @@
+"""A ride on the platform, from contact to separation, for many motions at once (single tosses).
+
+A disk in contact with a steady motion sticks and slides until the platform falls away from under
+it (eq. 3). The events, the closed forms between them and the energy books are those of the stepper,
+given a named tuple in place of its record of a motion: numba leaves out what a steady motion does
+not need.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
+from bouncing_disk_ros.core.carry import carry, set_clock, settle
+from bouncing_disk_ros.core.clock import phase_after
+from bouncing_disk_ros.core.energy import Books
+from bouncing_disk_ros.core.events import after_sliding, after_sticking
+from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.layout import (
+    BOOK,
+    DISK,
+    FLIGHT,
+    SEPARATION,
+    STATE,
+    STEADY,
+    STICKING,
+    W_ANGULAR,
+    W_AXIAL,
+)
+from bouncing_disk_ros.core.platform import ROOM, Record
+from bouncing_disk_ros.core.resolve import end_contact
+
+RIDE_SLID, RIDE_STUCK, RIDE_NONE, RIDE_STAYS, RIDE_UNRESOLVED = 0, 1, 2, 3, -1
+"""How a ride ended: the disk left sliding; it left sticking (ν is then the platform's); it left at
+once, the platform falling away at the start; it never leaves (Γ ≤ 1/π); the events allowed were
+used up."""
+
+AXIAL_AMPLITUDE, ANGULAR_AMPLITUDE, PHASE_LAG, FORCING_PHASE, START_SPEED = range(5)
+"""Columns of what `rides` reads: m, rad, rad, rad in [0, 2π), rad/s."""
+AIRBORNE_SPEED, DELAY, WORK_AXIAL, WORK_ANGULAR = range(4)
+"""Columns of what `rides` writes: α̇ at separation in rad/s, time to it in s, ∫N ṡ dt and ∫M β̇ dt
+until then in J."""
+
+
+class RideMotion(NamedTuple):
+    """A steady motion with the fields of layout.MOTION_DTYPE that kernels read in contact."""
+
+    kind: int
+    begin_ns: int
+    duration: float
+    a: float
+    da: float
+    p: float
+    dp: float
+    f: float
+    df: float
+    lag: float
+    dlag: float
+    lag_sine: float
+    lag_cosine: float
+    omega: float
+    omega_max: float
+    s2: float
+    s3: float
+    s4: float
+    b2: float
+    b3: float
+    b4: float
+
+
+@kernel
+def ride_motion(a: float, p: float, f: float, lag: float) -> RideMotion:
+    """The motion s = a sin ωt, β = p sin(ωt + lag), with the bounds that certify roots."""
+    w = TWO_PI * f
+    sine, cosine = sincos(lag)
+    s2, b2 = a * w * w * ROOM, p * w * w * ROOM
+    return RideMotion(
+        STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, sine, cosine, w, w,
+        s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
+    )  # fmt: skip
+
+
+@kernel
+def ride(
+    state: Record, motion: Record, disk: Record, books: Books, events: int
+) -> tuple[int, float]:
+    """Carry a disk in contact to its separation; returns how it ended and the seconds it took."""
+    total = 0.0
+    for _ in range(events):
+        phase = state.phase
+        if phase == STICKING:
+            kind, d, value = after_sticking(state, motion, disk, 0.0, math.inf)
+        else:
+            kind, d, value = after_sliding(state, motion, disk, 0.0, math.inf)
+        tau = phase_after(state.tau, motion.omega * d)[1]
+        if kind == SEPARATION:
+            tau = separation_phase(motion, disk.g)
+        carry(state, motion, disk, books, d, 0, 0.0, 0, tau)
+        end_contact(state, motion, disk, kind, value)
+        total += d
+        if kind == SEPARATION:
+            return (RIDE_STUCK if phase == STICKING else RIDE_SLID), total
+    return RIDE_UNRESOLVED, total
+
+
+_TABLE = types.Array(types.float64, 2, "C")
+
+
+@entry(
+    types.void(
+        _TABLE,
+        types.float64,
+        DISK,
+        types.int64,
+        STATE,
+        BOOK,
+        _TABLE,
+        types.Array(types.int8, 1, "C"),
+    )
+)
+def rides(
+    starts: Record,
+    frequency: float,
+    disk: Record,
+    events: int,
+    state: Record,
+    books: Books,
+    out: Record,
+    codes: Record,
+) -> None:
+    """Ride from each row of starts (n, 5) into out (n, 4) and codes (n,), at most `events` each.
+
+    The disk starts on the platform, with the platform's axial velocity. `state` and `books` are
+    work space. Without a separation a row of `out` is nan.
+    """
+    k = disk[0]
+    s = state[0]
+    for i in range(len(starts)):
+        motion = ride_motion(
+            starts[i, AXIAL_AMPLITUDE],
+            starts[i, ANGULAR_AMPLITUDE],
+            frequency,
+            starts[i, PHASE_LAG],
+        )
+        books[:] = 0.0
+        set_clock(s, 0, 0.0, 0, starts[i, FORCING_PHASE])
+        s.turns, s.angle, s.omega = 0, 0.0, starts[i, START_SPEED]
+        settle(s, motion, k)
+        delay = 0.0
+        if separation_phase(motion, k.g) < 0.0:
+            code = RIDE_STAYS
+        elif s.phase == FLIGHT:
+            code = RIDE_NONE
+        else:
+            code, delay = ride(s, motion, k, books, events)
+        codes[i] = code
+        left = code in (RIDE_SLID, RIDE_STUCK, RIDE_NONE)
+        out[i, AIRBORNE_SPEED] = s.omega if left else math.nan
+        out[i, DELAY] = delay if left else math.nan
+        out[i, WORK_AXIAL] = books[0, W_AXIAL] + books[1, W_AXIAL] if left else math.nan
+        out[i, WORK_ANGULAR] = books[0, W_ANGULAR] + books[1, W_ANGULAR] if left else math.nan
