@@ -31,7 +31,7 @@ PARTS = {
     "run": (("ros",), 210, 880),
     "test": (("test", "ci"), 75, 300),
     "bench": (("bench",), 105, 240),
-    "interop": (("interop",), 250, 790),
+    "interop": (("interop",), 235, 710),
 }
 #: what a make target asks for -> the parts that it needs
 LEVELS = {

@@ -27,9 +27,9 @@ HERE = Path(__file__).parent
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The script, with the packages that it needs beside it."""
-    for command in ("node", "npm"):
-        if shutil.which(command) is None:
-            pytest.skip(f"no `{command}` on the PATH: install Node.js 18 or later")
+    for program in ("node", "npm"):
+        if shutil.which(program) is None:
+            pytest.skip(f"no `{program}` on the PATH: install Node.js 18 or later")
     folder = tmp_path_factory.mktemp("node")
     for name in ("package.json", "read_bag.mjs"):
         shutil.copy(HERE / name, folder)
