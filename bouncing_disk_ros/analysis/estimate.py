@@ -27,7 +27,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 
 SURELY = 3.0
 """A row counts as slipping where the slip left over is this many times the noise."""
-_GRID = 256  # trial values for the start of the search for μ
+_GRID = 128  # trial values for the start of the search for μ
 _ROUNDS = 20
 
 
@@ -100,52 +100,68 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     gripped = gripped / disk.friction_radius
     needed = inertia / disk.friction_radius * np.abs(rows["angular_impact_velocity"])
     left = np.abs(inertia * rows["angular_impact_velocity"] + rows["angular_impulse"])
-    fall = -rows["axial_impact_velocity"]
-    expected = ratio_of(pushed, fall).value * fall
+    expected = _expected(pushed, -rows["axial_impact_velocity"], _precision(rows))
     resolution = _precision(rows) * float(np.max(np.abs(needed) + np.abs(gripped)))
     slips = _slipping(gripped, needed, expected, left / disk.friction_radius, resolution)
     if np.sum(slips) < LEAST_ROWS:
-        return _sticking(gripped, pushed, needed, expected, notes)
+        slack = resolution if _scatter(left) <= resolution * disk.friction_radius else math.inf
+        bound = _least_friction(gripped, pushed, needed / expected, slack)
+        note = _why_unknown(int(np.sum(slips)), len(rows))
+        return Estimate(math.nan, bound, math.inf, len(rows), _text([note, *notes]))
     found = _checked(rows[slips], gripped[slips], pushed[slips], resolution, notes)
     return _bounded(found, math.inf)
+
+
+def _expected(pushed: Column, fall: Column, precision: float) -> Column:
+    """Axial impulses from the velocities alone, with 1 + ε fitted; the recorded where it changed.
+
+    Never 0 or less, so that a ratio to it has the sign of the other number.
+    """
+    ratio = ratio_of(pushed, fall).value
+    changed = change_of(pushed, fall, ratio, SURELY * precision * float(np.max(pushed)))
+    expected = pushed if changed is not None else ratio * fall
+    return np.maximum(expected, precision * float(np.max(pushed)))
 
 
 def _slipping(
     gripped: Column, needed: Column, expected: Column, left: Column, resolution: float
 ) -> NDArray[np.bool_]:
     """Rows that slip for sure: min(needed, μ expected) fitted to what gripped, then a margin."""
-    ratios = gripped / np.where(expected > 0.0, expected, math.inf)
-    top = float(np.max(ratios))
-    trial = np.concatenate(
-        (np.quantile(ratios, np.linspace(0, 1, _GRID)), np.linspace(0, top, _GRID))
-    )
-    trial = np.unique(np.maximum(trial, 0.0))
+    ratios = np.maximum(gripped / expected, 0.0)
+    ends = np.linspace(0.0, 1.0, _GRID)
+    trial = np.unique(np.concatenate((np.quantile(ratios, ends), ends * np.max(ratios))))
     misfit = [float(np.sum(np.abs(gripped - np.minimum(needed, r * expected)))) for r in trial]
     friction = float(trial[int(np.argmin(misfit))])
-    slips = needed > friction * expected
+    chosen = needed > friction * expected
     for _ in range(_ROUNDS):
         noise = math.hypot(
-            _scatter(gripped[slips] - friction * expected[slips]), _scatter(left[~slips])
+            _scatter(gripped[chosen] - friction * expected[chosen]),
+            _scatter(left[needed <= friction * expected]),
         )
+        before = chosen
         chosen = needed - friction * expected > SURELY * max(noise, resolution)
-        if np.array_equal(chosen, slips) or np.sum(chosen) < LEAST_ROWS:
-            return chosen
-        slips, friction = chosen, max(ratio_of(gripped[chosen], expected[chosen]).value, 0.0)
-    return slips
+        if np.array_equal(chosen, before) or np.sum(chosen) < LEAST_ROWS:
+            break
+        friction = max(ratio_of(gripped[chosen], expected[chosen]).value, 0.0)
+    return chosen
 
 
-def _sticking(
-    gripped: Column, pushed: Column, needed: Column, expected: Column, notes: list[str]
-) -> Estimate:
-    """A lower bound from the impacts that needed the most friction (chosen by velocities)."""
-    demand = np.argsort(needed / np.where(expected > 0.0, expected, math.inf))[-LEAST_ROWS:]
-    bound = max(lower_bound(gripped[demand], pushed[demand]), 0.0)
-    note = "not identifiable: every impact sticks, there is only a lower bound"
-    if len(gripped) < LEAST_ROWS:
-        note = (
-            f"not identifiable: too few impacts ({len(gripped)}), at least {LEAST_ROWS} that slip"
-        )
-    return Estimate(math.nan, bound, math.inf, len(gripped), _text([note, *notes]))
+def _least_friction(gripped: Column, pushed: Column, demand: Column, slack: float) -> float:
+    """A lower bound from the impacts with the greatest demand for friction (by velocities).
+
+    Rows without noise (finite `slack`, their rounding) bound it one by one.
+    """
+    if math.isfinite(slack):
+        return max(float(np.max((gripped - slack) / np.maximum(pushed, slack))), 0.0)
+    greatest = np.argsort(demand)[-LEAST_ROWS:]
+    return max(lower_bound(gripped[greatest], pushed[greatest]), 0.0)
+
+
+def _why_unknown(slips: int, impacts: int) -> str:
+    if slips or impacts < LEAST_ROWS:
+        counted = f"{slips} of {impacts} impacts slip for sure"
+        return f"not identifiable: {counted}, at least {LEAST_ROWS} are needed"
+    return "not identifiable: every impact sticks, there is only a lower bound"
 
 
 def _checked(
