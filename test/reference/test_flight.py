@@ -178,6 +178,22 @@ def test_flight_through_a_crossfade(
     assert_lands(first_impact(case.start(), float(end.duration)), end, allowed)
 
 
+@pytest.mark.parametrize("duration_ns", [500, 7_740, 37_240, 200_000])
+@pytest.mark.parametrize("later_ns", [0, 5_000_000])
+def test_a_change_of_frequency_much_shorter_than_a_period(duration_ns: int, later_ns: int) -> None:
+    """The platform's derivatives are huge in so short a cross-fade: no series reaches beyond it."""
+    motion, height = Motion(2.2037571776981084e-05, 0.0, 18.84251275117375, 0.0), 0.01
+    phase, end_ns = 4.553408462758767, 44_589_848 - later_ns
+    target = motion._replace(frequency=16.24564054372087)
+    initial = InitialState(height, forcing_phase=phase)
+    case = Case(motion, DISK, initial, (Fade(end_ns - duration_ns, end_ns, target),))
+    path = Path(motion, phase, case.fades)
+    end = landing(path, mpf(DISK.gravity), mpf(0), mpf(height), mpf(0))
+    assert end is not None
+    allowed = tolerance(motion, DISK, (phase, height, 0.0), 1.0, end)
+    assert_lands(first_impact(case.start(), float(end.duration)), end, allowed)
+
+
 @pytest.mark.parametrize("frequency", [1.0, 40e3])
 @pytest.mark.parametrize("forcing", [0.3184, 0.32, 0.34, 0.45, 0.6, 1.0, 3.0])
 def test_separation_and_the_flight_from_it(forcing: float, frequency: float) -> None:
