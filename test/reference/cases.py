@@ -89,9 +89,11 @@ def disks(draw: st.DrawFn, restitution: st.SearchStrategy[float] | None = None) 
     friction = draw(st.floats(0.02, 1.0))
     radius = draw(st.floats(0.05, 0.2))
     load = draw(st.sampled_from([0.0, 0.0, -0.2, 0.2]))
+    if restitution is None:
+        restitution = st.just(0.0) | st.floats(0.01, 0.9)
     return Disk(
         mass,
-        draw(restitution or st.just(0.0) | st.floats(0.01, 0.9)),
+        draw(restitution),
         friction,
         radius,
         draw(st.floats(0.05, 0.2)),
@@ -129,9 +131,14 @@ def initial_states(draw: st.DrawFn, disk: Disk, motion: Motion) -> InitialState:
 
 
 @st.composite
-def runs(draw: st.DrawFn, periods: float = 3.0, inputs: bool = True) -> Case:
+def runs(
+    draw: st.DrawFn,
+    periods: float = 3.0,
+    inputs: bool = True,
+    restitution: st.SearchStrategy[float] | None = None,
+) -> Case:
     """A run of the whole model; the inputs fall within `periods` of a motion of 1 Hz."""
-    disk = draw(disks())
+    disk = draw(disks(restitution))
     motion = draw(motions(disk, 1.0))
     initial = draw(initial_states(disk, motion))
     fades: tuple[Fade, ...] = ()

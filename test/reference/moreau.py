@@ -78,12 +78,12 @@ def _columns(a: Motion, b: Motion) -> list[float]:
 
 
 @njit(cache=True)
-def platform(rows, t):  # type: ignore[no-untyped-def]
-    """Return s, ṡ, β, β̇ at time t."""
+def _forcing(rows, t):  # type: ignore[no-untyped-def]
+    """Return the segment in force, b, ḃ, τ, ω at time t."""
     i = len(rows) - 1
     while i > 0 and rows[i, 0] > t:
         i -= 1
-    begin, duration, tau, A, dA, F, dF, w, dw, lag, dlag = rows[i]
+    begin, duration, tau, w, dw = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 7], rows[i, 8]
     elapsed = t - begin
     b = b1 = blend_integral = 0.0
     if duration > 0.0:
@@ -91,16 +91,24 @@ def platform(rows, t):  # type: ignore[no-untyped-def]
         b = x * x * x * (10.0 + x * (-15.0 + x * 6.0))
         b1 = 30.0 * x * x * (1.0 - x) * (1.0 - x) / duration
         blend_integral = duration * x**4 * (2.5 + x * (-3.0 + x))
-    tau += w * elapsed + dw * blend_integral
-    rate = w + dw * b
-    turn, turn_rate = tau + lag + dlag * b, rate + dlag * b1
-    a, phi = A + dA * b, F + dF * b
-    return (
-        a * math.sin(tau),
-        dA * b1 * math.sin(tau) + a * rate * math.cos(tau),
-        phi * math.sin(turn),
-        dF * b1 * math.sin(turn) + phi * turn_rate * math.cos(turn),
-    )
+    return i, b, b1, tau + w * elapsed + dw * blend_integral, w + dw * b
+
+
+@njit(cache=True)
+def axial(rows, t):  # type: ignore[no-untyped-def]
+    """Return s, ṡ at time t."""
+    i, b, b1, tau, rate = _forcing(rows, t)
+    a, change = rows[i, 3] + rows[i, 4] * b, rows[i, 4] * b1
+    return a * math.sin(tau), change * math.sin(tau) + a * rate * math.cos(tau)
+
+
+@njit(cache=True)
+def angular(rows, t):  # type: ignore[no-untyped-def]
+    """Return β, β̇ at time t."""
+    i, b, b1, tau, rate = _forcing(rows, t)
+    phi, change = rows[i, 5] + rows[i, 6] * b, rows[i, 6] * b1
+    turn, turn_rate = tau + rows[i, 9] + rows[i, 10] * b, rate + rows[i, 10] * b1
+    return phi * math.sin(turn), change * math.sin(turn) + phi * turn_rate * math.cos(turn)
 
 
 @njit(cache=True)
@@ -109,7 +117,11 @@ def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-
     x, v, angle, spin = state
     np.random.seed(seed)  # noqa: NPY002 (numba has this one)
     t, k = 0.0, 0
-    _, s1, _, _ = platform(rows, 0.0)
+    s, s1 = axial(rows, t)
+    if x <= s and v < s1:  # an impact at once, before a kick of the same instant
+        p, slip = (1.0 + restitution) * (s1 - v), spin - angular(rows, t)[1]
+        v += p
+        spin -= min(max(slip, -limit * p), limit * p)
     while True:
         while k < len(kicks) and kicks[k, 0] <= t:
             v += kicks[k, 1]
@@ -121,16 +133,15 @@ def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-
         after = min(t + h * (0.5 + np.random.random()), stop)  # noqa: NPY002
         dt = after - t
         v_free, spin_free = v - gravity * dt, spin - brake * dt
-        s_mid = platform(rows, t + 0.5 * dt)[0]
-        _, s1_after, _, b1_after = platform(rows, after)
-        if x + 0.5 * dt * v <= s_mid:  # P/m and the angular impulse/(m a_g²)
-            p = max(0.0, -restitution * (v - s1) - (v_free - s1_after))
-            slip = spin_free - b1_after
+        if x + 0.5 * dt * v <= axial(rows, t + 0.5 * dt)[0]:  # P/m, angular impulse/(m a_g²)
+            before, then = v - axial(rows, t)[1], v_free - axial(rows, after)[1]
+            p = max(0.0, -restitution * before - then)
+            slip = spin_free - angular(rows, after)[1]
             v_free += p
             spin_free -= min(max(slip, -limit * p), limit * p)
         x += 0.5 * dt * (v + v_free)
         angle += 0.5 * dt * (spin + spin_free)
-        t, v, spin, s1 = after, v_free, spin_free, s1_after
+        t, v, spin = after, v_free, spin_free
 
 
 def integrate(

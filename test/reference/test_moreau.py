@@ -1,32 +1,52 @@
 """The core against Moreau time-stepping: first-order convergence to the core's trajectory.
 
-A run of step h ends with an error e = h Σ cᵢ Uᵢ + O(h²), a sum over the events within it, where
-Uᵢ is the place of event i within its step. Steps of random length make the Uᵢ of RUNS runs
-independent samples, so E(h) = √⟨e²⟩ has a standard error that the sample itself gives (σ, in
-bits: std(e²)/(⟨e²⟩ √RUNS 2 ln 2)). With E(h) = C h^p (1 + D h + …) the fit of log₂E = a − p j + b
-2⁻ʲ over h = h₀ 2⁻ʲ has no bias of first order, and the standard error of p follows from the σ. A
-core that were off by δ would make E level out at δ.
+A run of step h ends with an error e = h Σ cᵢ Uᵢ + o(h), a sum over the events within it, where Uᵢ
+is the place of event i within its step. Steps of random length make the runs of one h independent
+samples of e. From h to h/2ᴶ the root-mean-square error E falls by 2ᴶ: log₂(E/E')/J is the order, 1.
+A core that is off by δ stops the fall at δ, order 0. The verdict is the half way: the core fails if
+E' > 2⁻ᴶᐟ² E, so what it may be off by is that part of E, about 1e-4 in the model's units.
+
+What else changes the order:
+
+- E/h is constant only while the same bounces are resolved. An impact leaves the disk up to |w_A| h
+  below the platform, and the rebound comes out of there only if its height ε²w²/2a is more. So
+  bounces slower than w = 2ah/ε² are not resolved, and with them the end of the chatter may be early
+  or late by up to the time they take, 2εw/(a(1 − ε)) = 4h/(ε(1 − ε)): first order too, but E/h may
+  differ between two h by a factor of 1/(ε(1 − ε)). Half an order in J = 7 halvings allows for 2³·⁵
+  = 11, which is ε = 0.1 … 0.9 (and ε = 0, without rebound). Smaller ε are judged where h resolves
+  the rebound that matters: `test_small_restitution`.
+- The mean of e² over n samples is good to √(κ − 1)/√n, κ ≤ 3: half of that and over J ln 2, 0.07
+  of an order for the 4 runs of the shorter step.
+- Beside a graze, or where a slip is just about to stick, the trajectory depends on changes of size
+  h by a square root or a jump. `response` measures the order of just that, of the core alone with
+  its start changed by as much as one step: such runs are left out, and counted.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
-from hypothesis import HealthCheck, assume, given, note, seed, settings
+import pytest
+from hypothesis import HealthCheck, assume, given, note, reject, seed, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample
 from reference import moreau
-from reference.cases import NS, SLOW, Case, runs
+from reference.cases import NS, SLOW, Case, Fade, runs
 
 PERIODS = 2.0
-STEP = 1 / 2000  # h₀, periods
-HALVINGS = 5
-RUNS = 32
-SIGMAS = 5.0  # one false alarm in 3e6 fits
-NOISE = 1e-10  # rounding of 1e5 steps, in the units of Case.scales
+HALVINGS = 7  # J
+LONG = 1 / 8000  # h, periods
+LONG_RUNS, SHORT_RUNS = 16, 4
+LEAST_ORDER = 0.5
+LEAST_RESPONSE = (
+    0.75  # of the core alone, which has no noise: between first order and a square root
+)
+SATURATED = 0.1  # a response as large, in the model's units, is no small change
+EXAMPLES = 10
+NOISE = 1e-10  # rounding of 1e6 steps, in the units of Case.scales
 
 
 def state_of(sample: Sample) -> NDArray[np.float64]:
@@ -41,49 +61,69 @@ def state_of(sample: Sample) -> NDArray[np.float64]:
     )
 
 
-def by_core(
-    case: Case, end_ns: int
-) -> tuple[NDArray[np.float64], NDArray[np.void], tuple[int, ...]]:
-    """State at the end, impacts until a little later, phases of motion around the end."""
-    run, margin = case.start(), round(20 * STEP * NS)
-    phases, states, rows = [], [], []
-    for instant in (end_ns - margin, end_ns, end_ns + margin):
-        rows.append(run.advance(instant)[0])
-        sample = run.sample()
-        phases.append(int(sample.phase))
-        states.append(state_of(sample))
-    return states[1], np.concatenate(rows), tuple(phases)
+def by_core(case: Case, end_ns: int) -> NDArray[np.float64]:
+    """State at the end."""
+    run = case.start()
+    run.advance(end_ns)
+    return state_of(run.sample())
 
 
-def is_tame(case: Case, end_ns: int) -> bool:
-    """Neither chaotic nor grazing: changes at the start as large as h₀ bring about changes in
-    proportion."""
-    end, rows, phases = by_core(case, end_ns)
-    if len(set(phases)) > 1 or np.any(np.abs(rows["time"] * NS - end_ns) < 20 * STEP * NS):
-        return False
-    # two sizes: a square root, as beside a graze, shows in the smaller one
-    changes = ({"height": 1.0}, {"forcing_phase": 1.0}, {"forcing_phase": -1.0})
-    for delta, change in itertools.product((math.tau * STEP, math.tau * STEP / 64), changes):
-        initial = case.initial
-        if "height" in change:
-            initial = initial._replace(height=initial.height + delta * case.scales[0])
-        else:
-            initial = initial._replace(
-                forcing_phase=initial.forcing_phase + delta * change["forcing_phase"]
-            )
-        other, _, other_phases = by_core(case._replace(initial=initial), end_ns)
-        if other_phases != phases or np.max(np.abs(other - end) / case.scales) > 30 * delta:
+def is_quiet(case: Case, end_ns: int) -> bool:
+    """Neither an impact nor a change of phase within 20 long steps of the end: a velocity is not
+    off by a whole impact."""
+    run, margin = case.start(), round(20 * LONG * NS)
+    run.advance(end_ns - margin)
+    phase = run.sample().phase
+    rows = 0
+    for instant in (end_ns, end_ns + margin):
+        rows += len(run.advance(instant)[0])
+        if run.sample().phase != phase:
             return False
-    return True
+    return rows == 0
 
 
-def errors(case: Case, end_ns: int, h: float, seeds: range) -> NDArray[np.float64]:
-    """Squared distance of Moreau's final state from the core's, in the units of the model, by
-    seed."""
+def changed(case: Case, delta: float) -> list[Case]:
+    """The case with its start changed by delta in the model's units, in one way each."""
+    start = case.initial
+    height, speed, _, spin = delta * case.scales
+    ways = [
+        start._replace(forcing_phase=start.forcing_phase + delta),
+        start._replace(forcing_phase=start.forcing_phase - delta),
+        start._replace(angular_velocity=start.angular_velocity + spin),
+        start._replace(angular_velocity=start.angular_velocity - spin),
+    ]
+    if start.height > 0.0:
+        ways.append(start._replace(height=start.height + height))
+        if start.axial_velocity is not None:
+            ways.append(start._replace(axial_velocity=start.axial_velocity + speed))
+    return [case._replace(initial=way) for way in ways]
+
+
+def response(case: Case, end_ns: int, long: float = LONG, halvings: int = HALVINGS) -> float:
+    """Order of what changes by a step at the start bring about at the end, by the core alone; 0
+    where the longer step's is no small change."""
+    end = by_core(case, end_ns)
+    size = [
+        max(
+            float(np.max(np.abs(by_core(other, end_ns) - end) / case.scales))
+            for other in changed(case, math.tau * h)
+        )
+        for h in (long, long / 2**halvings)
+    ]
+    if size[0] > SATURATED:
+        return 0.0
+    if size[1] < NOISE:
+        return math.inf
+    return math.log2(size[0] / size[1]) / halvings
+
+
+def root_mean_square(case: Case, end_ns: int, h: float, seeds: range) -> float:
+    """Distance of Moreau's final states, one for each seed, from the core's, in the units of the
+    model."""
     fades = [moreau.Crossfade(f.begin_ns / NS, f.end_ns / NS, f.target) for f in case.fades]
     kicks = [moreau.Kick(k.at_ns / NS, k.axial, k.angular) for k in case.kicks]
     rows = moreau.segments(case.motion, case.initial.forcing_phase, fades)
-    s, s1, _, _ = moreau.platform(rows, 0.0)
+    s, s1 = moreau.axial(rows, 0.0)
     velocity = case.initial.axial_velocity
     start = moreau.State(
         s + case.initial.height,
@@ -91,47 +131,63 @@ def errors(case: Case, end_ns: int, h: float, seeds: range) -> NDArray[np.float6
         case.initial.angle,
         case.initial.angular_velocity,
     )
-    end, _, _ = by_core(case, end_ns)
+    end = by_core(case, end_ns)
     found = np.array(
         [moreau.integrate(rows, kicks, case.disk, start, end_ns / NS, h, seed) for seed in seeds]
     )
-    return np.sum(((found - end) / case.scales) ** 2, axis=1)
+    return float(np.sqrt(np.mean(np.sum(((found - end) / case.scales) ** 2, axis=1))))
 
 
-def fitted_order(case: Case, end_ns: int) -> tuple[float, float, float]:
-    """Order p of the convergence, its standard error, and the last root-mean-square error."""
-    squares = np.array(
-        [
-            errors(case, end_ns, STEP / 2**j, range(RUNS * j, RUNS * (j + 1)))
-            for j in range(HALVINGS + 1)
-        ]
-    )
-    mean = squares.mean(axis=1)
-    if mean[-1] < NOISE**2:
-        return math.inf, 0.0, 0.0
-    sigma = squares.std(axis=1, ddof=1) / (mean * math.sqrt(RUNS) * 2 * math.log(2))
-    sigma = np.maximum(sigma, 0.02)  # what the next order, O(h²), leaves at h₀
-    j = np.arange(HALVINGS + 1.0)
-    design = np.stack([np.ones_like(j), -j, 0.5**j], axis=1)
-    weighted = design / sigma[:, None]
-    covariance = np.linalg.inv(weighted.T @ weighted)
-    fit = covariance @ weighted.T @ (0.5 * np.log2(mean) / sigma)
-    return float(fit[1]), float(math.sqrt(covariance[1, 1])), float(math.sqrt(mean[-1]))
+def order(
+    case: Case, end_ns: int, long: float = LONG, halvings: int = HALVINGS
+) -> tuple[float, float]:
+    """Order of the convergence between two steps, and the root-mean-square error of the shorter
+    one."""
+    first = root_mean_square(case, end_ns, long, range(LONG_RUNS))
+    seeds = range(LONG_RUNS, LONG_RUNS + SHORT_RUNS)
+    last = root_mean_square(case, end_ns, long / 2**halvings, seeds)
+    if last < NOISE:
+        return math.inf, last
+    return math.log2(first / last) / halvings, last
 
 
-# The same runs wherever the tests lie. Not every seed passes: of five, one met a run of a lower
-# order (0.46 ± 0.08, ε = 0.01 with contact in a fade) and one a fit too wide to judge by.
-@seed(3)
-@given(runs(PERIODS))
-@settings(
-    SLOW,
-    max_examples=40,
-    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
-)
-def test_time_stepping_converges_to_the_core(case: Case) -> None:
+@pytest.mark.parametrize("start", [1, 2, 3])
+def test_time_stepping_converges_to_the_core(start: int) -> None:
     end_ns = round(PERIODS * NS)
-    assume(is_tame(case, end_ns))
-    order, error, last = fitted_order(case, end_ns)
-    note(f"order {order:.3f} ± {error:.3f}, last error {last:.2e}")
-    assert order > 1.0 - SIGMAS * error
-    assert SIGMAS * error < 0.75  # otherwise the line above says little
+    judged: list[float] = []
+    left_out: list[Case] = []
+
+    @seed(start)
+    @given(runs(PERIODS, restitution=st.just(0.0) | st.floats(0.1, 0.9)))
+    @settings(
+        SLOW,
+        max_examples=EXAMPLES,
+        suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+    )
+    def converges(case: Case) -> None:
+        assume(is_quiet(case, end_ns))
+        if response(case, end_ns) < LEAST_RESPONSE:
+            left_out.append(case)
+            reject()
+        found, last = order(case, end_ns)
+        judged.append(found)
+        note(f"order {found:.3f}, last error {last:.2e}")
+        assert found > LEAST_ORDER
+
+    converges()
+    print(f"{len(judged)} judged, {len(left_out)} left out, least order {min(judged):.2f}")
+    assert 2 * len(left_out) <= len(judged), "the filter must not swallow the test"
+
+
+def test_small_restitution() -> None:
+    """ε = 0.01, sliding that starts in the pauses of a chatter, a cross-fade: the first rebound
+    needs h < ε²w/2a = 1.4e-5 s."""
+    disk = Disk(1.501, 0.01, 0.5, 0.05, 0.1224, 9.81, -4.418, 0.0515)
+    motion, later = Motion(0.384, 1.4758, 1.0, 2.17115), Motion(0.0906, 0.674, 0.9217, -3.962)
+    initial = InitialState(0.6807, 0.0, -5.17768, 0.0, 1.35)
+    case = Case(motion, disk, initial, (Fade(1_087_300_000, 1_546_000_000, later),))
+    end_ns = round(PERIODS * NS)
+    found, last = order(case, end_ns, 2.0**-18, 4)
+    assert last < 2e-4
+    assert found > LEAST_ORDER
+    assert order(case, end_ns, LONG, 2)[0] < LEAST_ORDER  # steps that are too long show nothing
