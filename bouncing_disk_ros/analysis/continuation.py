@@ -83,10 +83,8 @@ def period_doublings(
     check_axis(axis)
     value = getattr(orbit.map, axis)
     if not orbit.stable:
-        hint = "Start from a stable one"
-        raise InputError(
-            "orbit", f"multiplier {orbit.multipliers[0]}", "below 1 in magnitude", hint
-        )
+        given = f"a multiplier of magnitude {abs(orbit.multipliers[0]):.4g}"
+        raise InputError("orbit", given, "a stable orbit, below 1")
     if not math.isfinite(limit) or limit == value:
         raise InputError("limit", limit, f"a finite number other than the orbit's {value:g}")
     if count < 1:
