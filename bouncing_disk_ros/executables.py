@@ -15,6 +15,10 @@ EXECUTABLES: dict[str, str] = {
     "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
     "bag_recover": "make a whole bag of one that was cut off or damaged",
     "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
+    "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
+    "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
+    "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
+    "basin_shares": "shares of the basins over a parameter, with the best phase lag",
     "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
 }
 

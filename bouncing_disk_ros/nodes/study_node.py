@@ -112,9 +112,13 @@ class StudyNode(Node):
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset) -> None:
         print("\n".join(self._exhibit.lines(result)), flush=True)
-        figure = self._exhibit.picture(result)
+        figures = self._exhibit.pictures(result)
         try:
-            files = [_saved(figure, self._folder / f"figure.{kind}") for kind in self._kinds]
+            files = [
+                _saved(figure, self._folder / f"{name}.{kind}")
+                for name, figure in figures.items()
+                for kind in self._kinds
+            ]
             if self._options["netcdf"]:
                 export(result, self._folder / "result.nc")
                 files.append(self._folder / "result.nc")
@@ -122,7 +126,7 @@ class StudyNode(Node):
             raise FailedError(f"{self._folder} cannot be written: {error}") from None
         print("written: " + ", ".join(map(str, files)), flush=True)
         stamp = self.get_clock().now().to_msg()
-        message = CompressedImage(format="png", data=_png(figure))
+        message = CompressedImage(format="png", data=_png(next(iter(figures.values()))))
         message.header.stamp = stamp
         self._figure_topic.publish(message)
         if self._result_topic is not None and self._exhibit.image is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.parameters import TABLE, Spec
 
 FIGURE_KINDS = ("png", "pdf", "svg")
 
@@ -20,6 +20,17 @@ _SPECS = (
     Spec("hold", False, "", "stay when done, so that the latched topics can be read, until Ctrl-C"),
 )  # fmt: skip
 COMMON: Mapping[str, Spec] = {spec.name: spec for spec in _SPECS}
+
+_PAPER = "paper, Fig. 2"
+TOSS_SPECS = (
+    Spec("arc_amplitude", 0.25, "m", "amplitude of the path of the hand, c = √(A² + (a_e Φ)²)", "c",
+         low=1e-9, high=1e6, source=_PAPER),
+    Spec("gravity", 10.0, "m/s²", "acceleration of gravity", "g", low=1e-9, high=1e9,
+         source=_PAPER),
+    *(TABLE[name] for name in ("frequency", "mass", "friction", "friction_radius",
+                               "gyration_radius", "preload", "load_torque")),
+)  # fmt: skip
+"""What the studies of single tosses share; the defaults are those of the paper."""
 
 
 def table_of(*specs: Spec) -> Mapping[str, Spec]:

@@ -25,7 +25,8 @@ class Exhibit:
     """A study with the ways to show its result; made after the slow imports."""
 
     make: Callable[[Mapping[str, Value]], Study]
-    picture: Callable[[xr.Dataset], Figure]
+    pictures: Callable[[xr.Dataset], Mapping[str, Figure]]
+    """Name of the file (without its kind) -> figure; the first one is published."""
     lines: Callable[[xr.Dataset], list[str]]
     image: Callable[[xr.Dataset], NDArray[np.generic]] | None = None
     """The result as an image: (rows, columns) of float32, or int32 for ids; None: not a map."""

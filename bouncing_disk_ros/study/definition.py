@@ -93,7 +93,7 @@ class Study(ABC):
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
         """The fields over one region. `before`: those of the region before, if `sequential`."""
 
-    def finish(self, result: xr.Dataset) -> xr.Dataset:
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add what is derived from the whole result (fractions, extremal points), not stored."""
         return result
 

@@ -56,7 +56,7 @@ def run(
     resumed = store.regions_done
     on_progress(Progress(resumed, len(regions), resumed))
     missing = iter([region for region in regions if not store.is_done(region)])
-    context = store.context() if resumed < len(regions) else {}
+    context = store.context()
     if study.sequential:
         finished = _in_order(study, store, context, regions, stopped)
         _keep(finished, store, on_progress, len(regions))
@@ -64,7 +64,7 @@ def run(
         with executor_of(workers, scheduler) as (executor, count):
             finished = _side_by_side(study, context, missing, executor, count, stopped)
             _keep(finished, store, on_progress, len(regions))
-    return study.finish(open_result(path)) if store.regions_done == len(regions) else None
+    return study.finish(open_result(path), context) if store.regions_done == len(regions) else None
 
 
 def _keep(

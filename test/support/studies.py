@@ -56,7 +56,7 @@ class Products(Study):
         product = np.multiply.outer(y, x) * float(context["factor"])
         return {"product": product, "label": product.astype(np.int32)}
 
-    def finish(self, result: xr.Dataset) -> xr.Dataset:
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         return result.assign_attrs(total=float(result["product"].sum()))
 
 

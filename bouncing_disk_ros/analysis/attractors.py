@@ -1,0 +1,98 @@
+"""Which attractors the axial next-collision map has: found from many starts, none given beforehand.
+
+All contact ends at separation, sin τ_sep = 1/(πΓ), with no gap and no relative speed (paper, eq.
+3): every orbit that comes to contact goes on as one and the same orbit. So there is at most one
+attractor that holds a complete chatter, and that orbit decides where all chattering starts end.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SAME = 1e-6
+"""Orbits nearer than this to each other are one."""
+CELLS = 128
+"""A chaotic attractor is known by the cells it visits of CELLS × CELLS over all τ and its w ..."""
+SHARED = 0.5
+"""Two chaotic orbits are one attractor when the second has more than this part of its visits on the
+cells of the first."""
+
+
+class AttractorKind(StrEnum):
+    """What an attractor is."""
+
+    REST = "rest"  # contact for good, Γ ≤ 1/π
+    CHATTERING = "chattering"  # comes to contact, and separates, in every repetition
+    PERIODIC = "periodic"  # single impacts that repeat
+    CHAOTIC = "chaotic"
+
+
+class Attractor(NamedTuple):
+    """One attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
+
+    kind: AttractorKind
+    forcing_phases: Floats  # (n,) τ of the impacts, rad; chattering: from the first after contact
+    velocities: Floats  # (n,) w_A of them, πg/ω
+    cycles: int  # periods of the platform in one repetition; 0: chaotic, rest
+    multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
+
+    @property
+    def name(self) -> str:
+        """As people say it: period-1, chattering (3 cycles), chaotic, rest."""
+        n = len(self.forcing_phases)
+        if self.kind is AttractorKind.PERIODIC:
+            return f"period-{n}" if n == self.cycles else f"period-{n} in {self.cycles} cycles"
+        if self.kind is AttractorKind.CHATTERING:
+            return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
+        return str(self.kind)
+
+
+class Attractors(NamedTuple):
+    """The attractors of one (Γ, ε); labels of basins are indices into `found`."""
+
+    found: tuple[Attractor, ...]
+    after_contact: int  # where an orbit that came to contact ends; −1: not known
+    unresolved: int  # starts whose end was not understood
+
+
+def distance(first: Floats, second: Floats) -> float:
+    """Largest difference of τ (the short way round) and w of two pieces of orbits."""
+    phase = np.abs(np.mod(first[:, 0] - second[:, 0] + math.pi, math.tau) - math.pi)
+    return float(max(np.max(phase), np.max(np.abs(first[:, 1] - second[:, 1]))))
+
+
+def same(first: Attractor, second: Attractor) -> bool:
+    """Whether two attractors of one kind are the same."""
+    if first.kind is AttractorKind.CHAOTIC:
+        return bool(Cells(first).hold(second.forcing_phases, second.velocities).mean() > SHARED)
+    if len(first.forcing_phases) != len(second.forcing_phases):
+        return False
+    if not len(first.forcing_phases):
+        return True
+    pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
+    return distance(*pair) < SAME
+
+
+class Cells:
+    """The cells of a grid that a chaotic attractor visits."""
+
+    def __init__(self, attractor: Attractor) -> None:
+        self._low = float(attractor.velocities.min())
+        self._visited = np.zeros((CELLS, CELLS), bool)
+        self._visited[self._place(attractor.forcing_phases, attractor.velocities)] = True
+
+    def _place(self, tau: Floats, w: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        row = np.clip(w / self._low * CELLS, 0, CELLS - 1).astype(np.intp)
+        return row, (tau / math.tau * CELLS).astype(np.intp) % CELLS
+
+    def hold(self, tau: Floats, w: Floats) -> NDArray[np.bool_]:
+        """Which states (τ, w) lie on visited cells."""
+        visited: NDArray[np.bool_] = self._visited[self._place(tau, w)]
+        return visited

@@ -1,0 +1,75 @@
+"""The executable `basin_shares`: shares of basins, best phase lag and speed over a parameter."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.study_options import table_of
+from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
+from bouncing_disk_ros.parameters import Spec
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
+multiple toss), with the best phase lag and the speed it gives."""
+_EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
+
+OPTIONS = table_of(
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
+         "angular_forcing"),
+    Spec("begin", 0.30, "", "first value of it", low=0.0, high=1e6),
+    Spec("end", 0.60, "", "last value of it", low=0.0, high=1e6),
+    Spec("count", 121, "", "number of values", low=1, high=1_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
+    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not the axis", "Γ_T",
+         low=1e-9, high=1e12),
+    Spec("samples", 200, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+)  # fmt: skip
+
+
+def exhibit() -> Exhibit:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.basin_shares import BasinShares
+
+    return Exhibit(BasinShares, _pictures, lines)
+
+
+def _pictures(result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.basin_shares_plot import basin_shares_picture
+
+    return {"basin_shares": basin_shares_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Where the period-1 orbit and the other periodic ones have most."""
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    rows = []
+    for i, name in enumerate(names):
+        share = result["fraction"].values[:, i]
+        if share.max() > 0.0:
+            at = int(share.argmax())
+            value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
+            known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
+            rows.append(f"  {name:16} at most {100 * share.max():7.3f} %, at {value:.5g}{known}")
+    return rows
+
+
+TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute the shares; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return TOOL.main(args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,121 @@
+"""The executable `toss_map`: single tosses over phase lag and amplitude angle (paper, Fig. 2)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.study_options import TOSS_SPECS, table_of
+from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
+from bouncing_disk_ros.parameters import Spec, Value
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.toss_map import TossMap
+
+_ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over phase lag and amplitude
+angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
+_EXAMPLE = "ros2 run bouncing_disk_ros toss_map --ros-args -p friction:=0.3"
+
+OPTIONS = table_of(
+    *TOSS_SPECS,
+    Spec("phase_lag_begin", -math.pi, "rad", "least phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_end", math.pi, "rad", "largest phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_count", 721, "", "number of phase lags", low=2, high=1_000_000),
+    Spec("amplitude_angle_begin", 0.0, "rad", "least amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_end", math.pi / 2, "rad", "largest amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=2, high=1_000_000),
+    Spec("initial_angular_velocity", 0.0, "rad/s", "angular velocity of the disk at the start, "
+         "absolute", "α̇", low=-1e6, high=1e6),
+    Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start; 3π/2: the "
+         "lowest point", "τ", low=-1e3, high=1e3),
+    Spec("trajectory_lags", "0 0.5pi", "rad", "phase lags of the tosses drawn in time (Fig. 2d)"),
+    Spec("trajectory_angle", math.pi / 4, "rad", "amplitude angle of these", "φ_L", low=0.0,
+         high=math.pi / 2),
+)  # fmt: skip
+
+
+def exhibit() -> Exhibit:
+    """The study with its pictures."""
+    from bouncing_disk_ros.study.toss_map import TossMap
+
+    studies: list[TossMap] = []
+
+    def make(values: Mapping[str, Value]) -> TossMap:
+        studies.append(TossMap(values))
+        _lags(studies[-1])  # refused at once, not after the work
+        return studies[-1]
+
+    return Exhibit(
+        make,
+        lambda result: _pictures(studies[-1], result),
+        lines,
+        lambda result: result["airborne_speed"].values,
+    )
+
+
+def _lags(study: TossMap) -> list[float]:
+    from bouncing_disk_ros.study.toss_paths import angles_of
+
+    text = str(study.parameters["trajectory_lags"])
+    return [float(v) for v in angles_of("trajectory_lags", text)]
+
+
+def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.analysis.toss import Toss
+    from bouncing_disk_ros.analysis.toss_path import toss_trajectory
+    from bouncing_disk_ros.plots.toss_maps import maps_figure
+    from bouncing_disk_ros.plots.toss_plot import toss_title, trajectories_figure
+
+    held = {name: result[name].values for name in Toss._fields if name in result}
+    tosses = Toss(**{name: held.get(name, held["delay"]) for name in Toss._fields})
+    lag, angle = result["phase_lag"].values, result["amplitude_angle"].values
+    given = study.parameters
+    lags, at = _lags(study), float(given["trajectory_angle"])
+    runs = [
+        toss_trajectory(
+            one, at, study.setting,
+            angular_velocity=float(given["initial_angular_velocity"]),
+            forcing_phase=float(given["initial_forcing_phase"]),
+        )
+        for one in lags
+    ]  # fmt: skip
+    return {
+        "toss_map": maps_figure(lag, angle, tosses, study.extremes(), study.ridge()),
+        "trajectories": trajectories_figure(runs, [toss_title(one, at) for one in lags]),
+    }
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """The extremal points."""
+    found = []
+    for i in range(result.sizes["extreme"]):
+        one = {name: result[f"extreme_{name}"].values[i] for name in (
+            "measure", "phase_lag", "amplitude_angle", "airborne_speed", "speed_ratio",
+            "efficiency")}  # fmt: skip
+        found.append(
+            f"  largest {str(one['measure']).replace('_', ' '):15} at θ = "
+            f"{float(one['phase_lag']) / math.pi:.4f}π, φ_L = "
+            f"{float(one['amplitude_angle']) / math.pi:.4f}π: "
+            f"α̇_f = {abs(float(one['airborne_speed'])):.3f} rad/s, "
+            f"ν = {abs(float(one['speed_ratio'])):.4f}, η = {float(one['efficiency']):.4f}"
+        )
+    return found
+
+
+TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute the map; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return TOOL.main(args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""The picture of shares of basins over a parameter, with best phase lag and speed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from bouncing_disk_ros.plots.maps import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    new_figure,
+)
+
+COLORS = ("#f2f2f2", "#cfcfcf", BLUE, GREEN, ORANGE, GREY)
+"""Of rest, chattering, period-1, other periodic, chaotic, unresolved."""
+
+
+def basin_shares_picture(result: xr.Dataset) -> Figure:
+    """Shares stacked; beneath them the phase lag that is best, and the mean speed it gives."""
+    figure = new_figure(8.0, 8.2)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
+    x = result["value"].values
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    shares = 100.0 * result["fraction"].values.T
+    top.stackplot(x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4)
+    top.set_ylim(0.0, 100.0)
+    top.set_ylabel("share of the plane of starts (%)")
+    present = shares.max(axis=1) > 0.0
+    handles, labels = top.get_legend_handles_labels()
+    kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
+            if there]  # fmt: skip
+    top.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5,
+               frameon=False, fontsize=9)  # fmt: skip
+    middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
+    middle.set_ylabel(r"best phase lag $\theta/\pi$ (1)")
+    bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
+    bottom.set_ylabel(r"mean speed there ($\omega\Phi$)")
+    symbol = str(result["value"].attrs.get("symbol", ""))
+    bottom.set_xlabel(f"{result['value'].attrs['long_name']} {symbol} (1)")
+    for axes in (middle, bottom):
+        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+    if len(np.unique(x)) > 1:
+        bottom.set_xlim(x.min(), x.max())
+    return figure
