@@ -154,8 +154,9 @@ def separation_phase(amplitude_angle: ArrayLike, setting: TossSetting = PAPER) -
 
 def check_setting(setting: TossSetting) -> None:
     """InputError unless the setting can be used; parameters as the simulator takes them."""
-    complete(setting.disk._asdict())
-    spec_of("frequency").checked(setting.frequency)
+    given = {**setting.disk._asdict(), "frequency": setting.frequency}
+    # the table of parameters knows Python's numbers only
+    complete({k: v.item() if isinstance(v, np.generic) else v for k, v in given.items()})
     arc = setting.arc_amplitude
     if not (math.isfinite(arc) and arc > 0.0):
         raise InputError("arc_amplitude", arc, "a finite number > 0 m")

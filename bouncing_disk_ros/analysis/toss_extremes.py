@@ -29,6 +29,10 @@ MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
 """What may be made largest; of the speeds, the magnitude."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _LAGS, _ANGLES = 181, 91  # coarse grid: θ = 0 is on it
+_LAG_WINDOW = 2.0 * math.tau / (_LAGS - 1)  # rad to each side: two pixels
+_ANGLE_WINDOW = math.pi / (_ANGLES - 1)
+_WINDOWS = 100  # moves of the window: enough to cross the map
+_EDGE = 1e-6  # rad: nearer to the edge of a window, the top may lie beyond
 _WIDTH = 1e-12  # rad: brackets are closed to this
 
 
@@ -92,12 +96,16 @@ def extreme(
 ) -> Extreme:
     """The toss with the largest magnitude of a measure, over θ and φ_L or along one θ (rad).
 
-    A coarse grid finds the hill; golden sections (over φ_L, within it over θ) climb it. Of mirror
+    A coarse grid finds the hill; golden sections (over φ_L, within it over θ) climb it. A hill
+    narrower than the grid's 2° of θ and 1° of φ_L may be missed. Of mirror
     images (θ and θ ± π) the one nearer to θ = 0 is given. From rest the largest speed ratio is 1
     along a whole line (see `ridge`): one of its points is given.
     """
     if measure not in MEASURES:
         raise InputError("measure", measure, "one of " + ", ".join(MEASURES))
+    if measure == "speed_ratio" and (angular_velocity != 0.0 or setting.disk.load_torque != 0.0):
+        allowed = "airborne_speed or efficiency for a disk that turns without the platform"
+        raise InputError("measure", measure, allowed, "The ratio has no bound as φ_L falls to 0.")
 
     def tosses(lag: float | Floats, angle: float | Floats) -> Toss:
         return toss(
@@ -114,19 +122,35 @@ def extreme(
         hint = "The arc amplitude or the frequency is too small."
         raise InputError("setting", setting, "one that throws the disk", hint)
     row, column = _summit(grid, lags)
-    lag_step = 2.0 * math.tau / (_LAGS - 1)
-
-    def along(angle: float) -> tuple[float, float]:
-        if phase_lag is not None:
-            return phase_lag, height(phase_lag, angle)
-        low, high = float(lags[row]) - lag_step, float(lags[row]) + lag_step
-        return golden_section(lambda lag: height(lag, angle), low, high)
-
-    low, high = (float(angles[min(max(column + side, 0), _ANGLES - 1)]) for side in (-2, 2))
-    angle, _ = golden_section(lambda phi: along(phi)[1], low, high)
-    lag = math.remainder(along(angle)[0], math.tau)
+    free = math.inf if phase_lag is None else 0.0
+    lag, angle = _climb(height, float(lags[row]), float(angles[column]), min(free, _LAG_WINDOW))
+    lag = math.remainder(lag, math.tau) if phase_lag is None else lag
     best = tosses(lag, angle)
     return Extreme(measure, lag, angle, *(float(getattr(best, name)) for name in MEASURES))
+
+
+def _climb(
+    height: Callable[[float, float], float], lag: float, angle: float, reach: float
+) -> tuple[float, float]:
+    """Top of the hill near (θ, φ_L); where it leaves the window it is followed. reach 0: θ fixed.
+
+    The hills have ridges oblique to the grid, so the highest pixel may lie far from the top.
+    """
+
+    def along(phi: float, centre: float) -> tuple[float, float]:
+        if reach == 0.0:
+            return centre, height(centre, phi)
+        return golden_section(lambda x: height(x, phi), centre - reach, centre + reach)
+
+    for _ in range(_WINDOWS):
+        centre = lag
+        low, high = max(angle - _ANGLE_WINDOW, 0.0), min(angle + _ANGLE_WINDOW, 0.5 * math.pi)
+        angle, _ = golden_section(lambda phi, at=centre: along(phi, at)[1], low, high)  # type: ignore[misc]
+        lag = along(angle, centre)[0]
+        inside = reach == 0.0 or abs(lag - centre) < reach * 0.999
+        if inside and (angle - low > _EDGE or low == 0.0) and (high - angle > _EDGE):
+            break
+    return lag, angle
 
 
 def _summit(grid: Floats, lags: Floats) -> tuple[int, int]:

@@ -156,6 +156,12 @@ def test_without_friction_nothing_turns() -> None:
     assert found.efficiency == 0.0
 
 
+def test_numbers_of_numpy_will_do() -> None:
+    disk = PAPER_DISK._replace(friction=np.float64(0.6), gravity=np.float64(10.0))
+    setting = TossSetting(np.float64(0.25), np.float64(3.0), disk)
+    assert toss(0.1, 0.7, setting) == toss(0.1, 0.7)
+
+
 def test_whole_turns_of_the_start_phase_change_nothing() -> None:
     here, there = toss(0.2, 0.7), toss(0.2, 0.7, forcing_phase=LOWEST - 4 * math.pi)
     assert there.airborne_speed == pytest.approx(here.airborne_speed, rel=1e-13)

@@ -7,7 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.toss import PAPER, PAPER_DISK, TossSetting, separation_phase, toss
+from bouncing_disk_ros.analysis.toss import (
+    LOWEST,
+    PAPER,
+    PAPER_DISK,
+    TossSetting,
+    separation_phase,
+    toss,
+)
 from bouncing_disk_ros.analysis.toss_extremes import extreme, golden_section, ridge
 from bouncing_disk_ros.errors import InputError
 
@@ -76,6 +83,33 @@ def test_ridge_without_slip() -> None:
     assert math.tan(line.end) == pytest.approx(limit, abs=2e-7)
 
 
+OTHERS = [  # setting, α̇ and τ at the start: hills oblique to the grid, creases, a braked disk
+    (TossSetting(0.12, 2.7, PAPER_DISK._replace(friction=0.13)), 8.0, 5.5),
+    (TossSetting(0.33, 4.1, PAPER_DISK._replace(friction=0.9, load_torque=0.05)), -5.0, LOWEST),
+    (TossSetting(0.45, 2.2, PAPER_DISK._replace(friction=1.3)), 0.0, 3.9),
+    (TossSetting(0.08, 4.9, PAPER_DISK._replace(friction=0.3)), 0.0, LOWEST),
+]
+
+
+@pytest.mark.parametrize(("setting", "speed", "tau"), OTHERS)
+@pytest.mark.parametrize("measure", ["airborne_speed", "efficiency"])
+def test_no_toss_beats_the_best(
+    measure: str, setting: TossSetting, speed: float, tau: float
+) -> None:
+    """Neither on a grid over the whole map nor close by, in windows that shrink onto it."""
+    start = {"angular_velocity": speed, "forcing_phase": tau}
+    best = extreme(measure, setting, **start)
+    top = abs(getattr(best, measure))
+    lags, angles = np.linspace(-math.pi, math.pi, 301), np.linspace(0.0, math.pi / 2, 201)
+    grids = [(lags, angles)]
+    for size in (0.1, 1e-2, 1e-3, 1e-4):
+        near = best.amplitude_angle + np.linspace(-size, size, 41)
+        grids.append((best.phase_lag + np.linspace(-size, size, 41), np.clip(near, 0.0, 1.57)))
+    for x, y in grids:
+        found = np.abs(getattr(toss(x[:, None], y, setting, **start), measure))
+        assert np.nanmax(found) <= top * (1.0 + 1e-9)
+
+
 def test_a_ridge_may_be_missing_or_never_end() -> None:
     no_grip = TossSetting(disk=PAPER_DISK._replace(friction=0.0))
     assert math.isnan(ridge(no_grip, 50).end)
@@ -90,6 +124,8 @@ def test_what_cannot_be_used_is_refused() -> None:
         extreme("speed")
     with pytest.raises(InputError, match=r"setting: .* one that throws the disk"):
         extreme("efficiency", WEAK)
+    with pytest.raises(InputError, match="no bound as φ_L falls to 0"):
+        extreme("speed_ratio", angular_velocity=1.0)
     with pytest.raises(InputError, match=r"setting: .* one that throws the disk"):
         ridge(WEAK)
     with pytest.raises(InputError, match="points: got 1"):
