@@ -138,7 +138,8 @@ _SPECS = (
     Spec("rotor_speed_rate", 10.0, "Hz", "messages of disk/rotor_speed in one simulated second",
          low=1e-3, high=1e5, source="chosen"),
     Spec("crossfade_duration", 0.0, "s", "duration of a change of the platform's motion; 0: one "
-         "period of the slower motion", low=0.0, high=1e6, source="chosen"),
+         "period of the slower motion; at least 1/1000 of a period of the faster one", low=0.0,
+         high=1e6, source="chosen"),
     Spec("command_tolerance", 0.1, "s", "a command with a stamp at most this old still acts; an "
          "older one is refused", low=0.0, high=1e6, source="chosen"),
     Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "

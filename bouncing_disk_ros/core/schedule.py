@@ -30,6 +30,15 @@ def crossfade_duration_ns(start: Motion, target: Motion) -> int:
     return max(round(1e9 / min(start.frequency, target.frequency)), 1)
 
 
+def shortest_crossfade_ns(start: Motion, target: Motion) -> int:
+    """Shortest cross-fade, whole ns: 1/1000 of a period of the faster motion.
+
+    The platform reaches speeds of 15 ΔA/(8 T) on the way, and what is relative to the platform is
+    rounded on their scale: in a fade of nanoseconds that is all but the first eight digits.
+    """
+    return max(round(1e6 / max(start.frequency, target.frequency)), 1)
+
+
 def plan_fades(
     points: Sequence[tuple[int, Motion]], start: Motion, free_ns: int, crossfade_ns: int
 ) -> list[Fade]:
@@ -37,11 +46,14 @@ def plan_fades(
 
     A fade begins a duration before its point's time, but not before free_ns or the end of the one
     before, and ends at the point's time or a duration after its beginning, whichever is later.
-    Times must increase strictly.
+    The duration is `crossfade_ns`, at least the shortest; 0: the default. Times must increase
+    strictly.
     """
     fades: list[Fade] = []
     for at_ns, target in points:
-        duration = crossfade_ns or crossfade_duration_ns(start, target)
+        duration = crossfade_duration_ns(start, target)
+        if crossfade_ns:
+            duration = max(crossfade_ns, shortest_crossfade_ns(start, target))
         begin = max(at_ns - duration, free_ns)
         free_ns = max(at_ns, begin + duration)
         fades.append(Fade(begin, free_ns, target))

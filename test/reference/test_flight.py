@@ -178,7 +178,7 @@ def test_flight_through_a_crossfade(
     assert_lands(first_impact(case.start(), float(end.duration)), end, allowed)
 
 
-@pytest.mark.parametrize("duration_ns", [500, 7_740, 37_240, 200_000])
+@pytest.mark.parametrize("duration_ns", [60_000, 100_000, 200_000])
 @pytest.mark.parametrize("later_ns", [0, 5_000_000])
 def test_a_change_of_frequency_much_shorter_than_a_period(duration_ns: int, later_ns: int) -> None:
     """The platform's derivatives are huge in so short a cross-fade: no series reaches beyond it."""

@@ -27,3 +27,9 @@ def test_kicks_keep_their_order_of_arrival_within_an_instant() -> None:
     for kick in (Kick(5, 1, 0), Kick(3, 2, 0), Kick(5, 3, 0), Kick(3, 4, 0)):
         add_kick(kicks, kick)
     assert [k.axial_impulse for k in kicks] == [2, 4, 1, 3]
+
+
+def test_no_crossfade_is_shorter_than_a_thousandth_of_a_period_of_the_faster_motion() -> None:
+    assert plan_fades([(100 * MS, FAST)], SLOW, 0, 1) == [
+        Fade(100 * MS - round(1e6 / FAST.frequency), 100 * MS, FAST)
+    ]
