@@ -1,0 +1,320 @@
+"""`replay`: bags made by the tests and by simulator and recorder as processes, and exit codes."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool, Trigger
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.nodes import replay
+from bouncing_disk_ros.ros.conversions import impacts_to_msg, kick_to_msg
+from bouncing_disk_ros.run.inputs import to_json
+from bouncing_disk_ros.run.rulings import KickRequest
+from support.driven import Driven, flipped
+from support.processes import Starter
+from support.ros_peer import Peer
+
+START_NS = 10**18
+DEFAULT = ("/disk/inputs", "/disk/impacts")
+
+
+def write(
+    folder: Path, runs: Sequence[Driven], names: tuple[str, str] = DEFAULT,
+    writer: bag.Writer | None = None, max_duration: float = 0.0,
+) -> Path:  # fmt: skip
+    """A bag as the recorder makes it, with a tenth of a second between messages."""
+    inputs, impacts = names
+    sent = [(at, inputs, String(data=to_json(r))) for run in runs for at, r in run.records]
+    sent += [(at, impacts, impacts_to_msg(rows, 0)) for run in runs for at, rows in run.rows]
+    own = writer or bag.Writer(folder, bag.Options(max_duration=max_duration))
+    own.add_topic(inputs, "std_msgs/msg/String")
+    own.add_topic(impacts, "sensor_msgs/msg/PointCloud2")
+    for number, (at, topic, message) in enumerate(sorted(sent, key=lambda one: one[0])):
+        stamp = START_NS + at * 10**8
+        own.write(topic, serialize_message(message), stamp + 1000, stamp, number)
+    if writer is None:
+        own.close()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def driven() -> Driven:
+    return Driven().drive(5)
+
+
+@pytest.fixture
+def run_1(driven: Driven, tmp_path: Path) -> Path:
+    return write(tmp_path / "run_1", [driven])
+
+
+# --- bags of one run ------------------------------------------------------------------------------
+def test_a_bag_is_identical(
+    run_1: Path, driven: Driven, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert replay.main([str(run_1)]) == 0
+    out = capsys.readouterr()
+    assert out.out.splitlines()[-1] == f"replay identical: {driven.impacts} impacts"
+    assert out.err == ""
+
+
+def test_one_flipped_bit_is_exit_code_3(
+    driven: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = Driven().drive(5)
+    at, rows = changed.rows[4]
+    changed.rows[4] = (at, flipped(rows, 1, "angular_velocity", 7))
+    place = int(rows["index"][1])
+    assert replay.main([str(write(tmp_path / "bag", [changed]))]) == 3
+    last = capsys.readouterr().out.splitlines()[-1]
+    start = f"replay differs: row {place} at t = {rows['time'][1]:.9f} s: angular_velocity: "
+    assert last.startswith(start)
+
+
+def test_another_build_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    changed = Driven().drive(5)
+    changed.records[0][1]["version"] = "0.0.1"
+    assert replay.main([str(write(tmp_path / "same", [changed]))]) == 0
+    assert "recorded by version 0.0.1 (this is" in capsys.readouterr().out
+    at, rows = changed.rows[4]
+    changed.rows[4] = (at, flipped(rows, 1, "time", 0))
+    assert replay.main([str(write(tmp_path / "other", [changed]))]) == 3
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("replay differs, another build (recorded by 0.0.1, this is ")
+
+
+def test_a_split_bag_and_one_file_of_it(
+    driven: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write(tmp_path / "split", [driven], max_duration=2.0)
+    files = sorted(folder.glob("*.mcap"))
+    assert len(files) > 2
+    assert replay.main([str(folder)]) == 0
+    assert capsys.readouterr().out.endswith(f"identical: {driven.impacts} impacts\n")
+    assert replay.main([str(files[0])]) == 0
+
+
+def test_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = Driven().drive(5)
+    del run.rows[3]
+    lost = next(i for i, (_, r) in enumerate(run.records) if i > 8 and r["kind"] == "motion")
+    del run.records[lost]
+    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 0
+    out = capsys.readouterr().out
+    assert ", 3 rows missing in the bag" in out
+    assert f"record {lost} is missing after " in out
+    assert "replayed again from the snapshot at " in out
+
+
+def test_a_bag_of_two_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first = Driven().drive(6)
+    second = Driven(sent=first.sent).drive(7)
+    folder = write(tmp_path / "two", [first, second])
+    assert replay.main([str(folder)]) == 0
+    out = capsys.readouterr().out
+    assert "run 2: 0.000 s to " in out
+    assert out.endswith(f"replay identical: {first.impacts + second.impacts} impacts\n")
+    assert replay.main([str(folder), "--what-if", "restitution:=0.4"]) == 2
+    assert "--run: got 'none, but" in capsys.readouterr().err
+    assert replay.main([str(folder), "--what-if", "restitution:=0.4", "--run", "2"]) == 0
+    assert f"impacts                {second.impacts} " in capsys.readouterr().out
+
+
+# --- several simulators, remapped topics ----------------------------------------------------------
+def test_several_simulators_are_chosen_by_namespace(
+    driven: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    second = Driven().drive(8)
+    folder = tmp_path / "bag"
+    with bag.Writer(folder) as writer:
+        write(folder, [driven], writer=writer)
+        write(folder, [second], ("/second/disk/inputs", "/second/disk/impacts"), writer)
+    assert replay.main([str(folder)]) == 2
+    assert "several simulators are in the bag', allowed: one of /, /second" in (
+        capsys.readouterr().err
+    )
+    for namespace, run in (("/", driven), ("second", second)):
+        assert replay.main([str(folder), "--namespace", namespace]) == 0
+        assert capsys.readouterr().out.endswith(f"identical: {run.impacts} impacts\n")
+    assert replay.main([str(folder), "--namespace", "/third"]) == 2
+    assert "--namespace: got '/third', allowed: /, /second" in capsys.readouterr().err
+
+
+def test_remapped_topics(
+    driven: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write(tmp_path / "bag", [driven], ("/what_drove", "/hits"))
+    assert replay.main([str(folder)]) == 2
+    assert "no disk/inputs" in (error := capsys.readouterr().err)
+    assert "give --inputs with one of /what_drove" in error
+    assert replay.main([str(folder), "--inputs", "/what_drove"]) == 2
+    assert "give --impacts with one of /hits" in capsys.readouterr().err
+    assert replay.main([str(folder), "--inputs", "/what_drove", "--impacts", "/hits"]) == 0
+
+
+# --- bags that cannot be replayed -----------------------------------------------------------------
+def test_a_bag_without_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = Driven()
+    run.advance(1.0)
+    run.session.hold(True)
+    del run.records[0]
+    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
+    error = capsys.readouterr().err
+    assert "1 records without a snapshot" in error
+    assert len(error.splitlines()) == 1
+
+
+def test_rows_from_before_the_first_snapshot_only(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Driven()
+    run.advance(3.0)
+    run.session.snapshot()
+    del run.records[0]
+    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 1
+    assert "replay: none of the " in capsys.readouterr().err
+
+
+def test_a_bag_without_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = Driven()
+    run.advance(3.0)
+    run.records.clear()
+    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
+    assert "/disk/inputs: got 'no messages'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--what-if", "restitution=0.4"], "--what-if: got 'restitution=0.4', allowed: NAME:="),
+        (["--what-if", "restitution:=2"], "restitution: got 2, allowed: a finite number >= 0"),
+        (["--what-if", "mass:=1", "--figure", "a.jpg"], "--figure: got 'a.jpg', allowed: a file"),
+        (["--figure", "a.png"], "--figure: got 'a.png', allowed: a figure of --what-if"),
+        (["--what-if", "mass:=1", "--run", "2"], "--run: got 2, allowed: one of 1"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(
+    run_1: Path, arguments: list[str], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert replay.main([str(run_1), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"replay: {line}")
+    assert len(error.splitlines()) == 1
+
+
+# --- what if --------------------------------------------------------------------------------------
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_what_if_compares_and_draws(
+    run_1: Path, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    figure = tmp_path / f"figure.{kind}"
+    options = ["--what-if", "restitution:=0.3", "friction:=0.1", "--figure", str(figure)]
+    assert replay.main([str(run_1), *options]) == 0
+    out = capsys.readouterr().out
+    assert "recorded" in out
+    assert "restitution:=0.3 friction:=0.1" in out
+    assert "they part at " in out
+    assert figure.stat().st_size > 10_000
+
+
+# --- processes ------------------------------------------------------------------------------------
+@pytest.fixture
+def peer(ros_domain: int) -> Iterator[Peer]:
+    peer = Peer()
+    yield peer
+    peer.close()
+
+
+def test_a_live_run_recorded_in_mid_run_is_identical(
+    start: Starter, peer: Peer, tmp_path: Path
+) -> None:
+    """Commands, kicks, parameters, pause, steps and resets before and while it is recorded."""
+    folder = tmp_path / "run"
+    simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss",
+                      "-p", "snapshot_period:=0.5")  # fmt: skip
+    peer.settle()
+    peer.publish("platform/axial_amplitude", Float64(data=0.045))
+    peer.wait_for_record("motion")
+    peer.spin_until(lambda: len(peer.heard["disk/impacts"]) > 3)
+    recorder = start("recorder", str(folder), "--ros-args", "-p", "max_duration:=1.5")
+    recorder.wait_for("hearing /disk/impacts")
+    peer.command((0.4, {"axial_amplitude": 0.05, "frequency": 3.2}), (0.9, {"axial_amplitude": 0.04,
+                 "frequency": 3.0}))  # fmt: skip
+    peer.publish("disk/impulse", kick_to_msg(KickRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0)))
+    peer.wait_for_record("impulse")
+    assert peer.set_parameters(restitution=0.45, friction=0.4).successful
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True), repeatable=True).success
+    peer.publish("disk/impulse", kick_to_msg(KickRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0)))
+    peer.wait_for_record("impulse")
+    assert peer.call(Trigger, "step").success
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False), repeatable=True).success
+    peer.spin_until(lambda: len(peer.rows) > 20)
+    assert peer.call(Trigger, "reset").success
+    rows = len(peer.rows)
+    peer.spin_until(lambda: len(peer.rows) > rows + 5)
+    assert recorder.end(signal.SIGINT) == 0
+    assert simulator.end(signal.SIGINT) == 0
+    code, process = start.finish("replay", str(folder))
+    assert code == 0, process.output
+    lines = process.stdout.splitlines()
+    assert lines[-1].startswith("replay identical: ")
+    assert int(lines[-1].split()[2]) > 10
+    assert ", 0 rows missing in the bag" in process.stdout
+    assert process.stderr == ""
+    files = sorted(folder.glob("*.mcap"))
+    assert len(files) > 1
+    for file in files:  # each begins with a snapshot
+        assert replay.main([str(file)]) == 0
+
+
+def test_a_simulator_started_again_is_two_runs(start: Starter, peer: Peer, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    recorder = start("recorder", str(folder))
+    recorder.wait_for("recording to")
+    for _ in range(2):
+        enough = len(peer.heard["disk/impacts"]) + 20
+        simulator = start("simulator", "--ros-args", "-p", "preset:=swum", "-p",
+                          "real_time_factor:=0.05")  # fmt: skip
+        while len(peer.heard["disk/impacts"]) < enough:
+            peer.next_diagnostics()
+        recorder.wait_for("hearing /disk/impacts")
+        assert simulator.end(signal.SIGINT) == 0
+    assert recorder.end(signal.SIGINT) == 0
+    code, process = start.finish("replay", str(folder))
+    assert code == 0, process.output
+    assert "run 2: 0.000 s to " in process.stdout
+    assert process.stdout.splitlines()[-1].startswith("replay identical: ")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_with_130(
+    start: Starter, driven: Driven, tmp_path: Path, number: signal.Signals
+) -> None:
+    long = Driven(preset="", frequency=3000.0, axial_amplitude=1e-6)
+    long.session.advance(2000 * 10**9, 1)  # its last row lies far ahead
+    rows = driven.batches[-1][-1:].copy()
+    rows["time"], rows["index"] = 1e5, 1e12
+    long.rows.append((long.sent + 1, rows))
+    folder = write(tmp_path / "long", [long])
+    process = start("replay", str(folder))
+    process.wait_for("long: /disk/inputs")
+    assert process.running
+    assert process.end(number) == 130
+    assert process.stderr == "replay: interrupted\n"
+
+
+def test_it_needs_no_ros_and_no_message_packages(run_1: Path) -> None:
+    code = (
+        "import sys\n"
+        "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'matplotlib'): sys.modules[name] = None\n"
+        f"from bouncing_disk_ros.nodes import replay\nsys.exit(replay.main([{str(run_1)!r}]))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
