@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
@@ -11,8 +12,10 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
-watch both over DDS, and show the result: a summary and a picture. Ctrl-C ends all of it."""
+watch both over DDS, record the run, and show the result: a summary, a picture, and a replay of the
+bag. Ctrl-C ends all of it."""
 _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
+BAG = "output/demo_bag"
 
 _SPECS = (
     Spec("duration", 18.0, "s", "end so long after the programme has begun", low=3.0, high=3600.0),
@@ -28,21 +31,27 @@ def main(args: Sequence[str] | None = None) -> int:
     environment.prepare()
     stop.importing = True
     from bouncing_disk_ros.nodes.show import Show
+    from bouncing_disk_ros.nodes.show_bag import make_room
     from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
     from bouncing_disk_ros.ros.spin import bad_input
 
     stop.importing = False
     own = own_arguments(argv)
-    parser_of("demo", _ABOUT, OPTIONS, _EXAMPLE).parse_args(own)
+    parser = parser_of("demo", _ABOUT, OPTIONS, _EXAMPLE)
+    parser.usage = "demo [--help] [--bag FOLDER] [--ros-args -p NAME:=VALUE ...]"
+    parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
+                        help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
+    folder = parser.parse_args(own).bag
     try:
+        make_room(folder)
         export = environment.use_private_domain()
     except InputError as error:
         return bad_input("demo", error.line)
-    with Show.children() as children:
+    with Show.children(folder) as children:
         return run_tool(
             "demo",
             argv[len(own) :],
-            lambda: Show(OPTIONS, children),
+            lambda: Show(OPTIONS, children, folder),
             lambda node: node.present(stop, export),
             stop,
         )

@@ -1,4 +1,4 @@
-"""The node of `demo`: starts simulator and performer, watches, tells, and draws."""
+"""The node of `demo`: starts simulator, performer and recorder, watches, tells, and draws."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from bouncing_disk_ros.analysis.run_record import Summary, lines, summary_of
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.child import Child
+from bouncing_disk_ros.nodes.show_bag import tell_of_bag
 from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
 from bouncing_disk_ros.nodes.watcher import Watcher
 from bouncing_disk_ros.parameters import Spec
@@ -36,13 +37,17 @@ START_SECONDS = 120.0
 """Patience with the start: the first one compiles the kernels."""
 SETTLING_SECONDS = 12.0
 """So long after the programme's beginning the orbit must have been found."""
+LAST_SECONDS = 0.5
+"""For the messages that came while the simulator was ending."""
+Children = tuple[Child, Child, Child]
+"""Recorder, simulator, performer."""
 FORMATS = (".png", ".pdf", ".svg")
 
 
 class Show(Watcher):
-    """The demonstration; `children` are its processes."""
+    """The demonstration; `children` are its processes, `folder` is that of the bag."""
 
-    def __init__(self, table: Mapping[str, Spec], children: tuple[Child, Child]) -> None:
+    def __init__(self, table: Mapping[str, Spec], children: Children, folder: Path) -> None:
         values = parameters.complete(load_preset(PRESET))
         super().__init__("demo", Disk(*(float(values[name]) for name in Disk._fields)))
         chosen = options(self, table)
@@ -51,7 +56,8 @@ class Show(Watcher):
             raise InputError(
                 "picture", str(self._picture), "a file ending in " + ", ".join(FORMATS)
             )
-        self._simulator, self._performer = children
+        self._recorder, self._simulator, self._performer = children
+        self._folder = folder
         self._live = sys.stdout.isatty()
         self._shown_motions = 0
         self._last_status = 0.0
@@ -59,16 +65,17 @@ class Show(Watcher):
 
     @staticmethod
     @contextmanager
-    def children() -> Iterator[tuple[Child, Child]]:
-        """Simulator and performer, ended when the block is left."""
+    def children(folder: Path) -> Iterator[Children]:
+        """Recorder, simulator and performer, ended when the block is left, the recorder last."""
         start = [f"{name}:={str(value).lower()}" for name, value in AT_REST.items()]
         settings = [f"preset:={PRESET}", *start]
         arguments = [word for setting in settings for word in ("-p", setting)]
         with (
+            Child("recorder", str(folder), "--ros-args", "-p", "status_period:=0.0") as recorder,
             Child("simulator", "--ros-args", *arguments) as simulator,
             Child("perform", PROGRAMME, "--ros-args", "-p", f"timeout:={START_SECONDS}") as perform,
         ):
-            yield simulator, perform
+            yield recorder, simulator, perform
 
     def present(self, stop: Stop, export: str) -> int:
         """The whole show; the exit code."""
@@ -87,16 +94,18 @@ class Show(Watcher):
         if stop.asked:
             print("demo: interrupted", flush=True)
             return ExitCode.INTERRUPTED
-        return self._conclude()
+        return self._conclude(stop)
 
     def _is_over(self) -> bool:
-        broken = self._simulator.code is not None or self._performer.code not in (None, 0)
+        ended = self._simulator.code is not None or self._recorder.code is not None
+        broken = ended or self._performer.code not in (None, 0)
         fades = (motion for motion in self.record.motions if motion.begin_ns < motion.end_ns)
         begin = next((motion.begin_ns / NS for motion in fades), math.inf)
         return broken or self.time >= begin + self._duration
 
     def _check_children(self, expected: bool) -> None:
         for child, unwell in (
+            (self._recorder, self._recorder.code is not None),
             (self._simulator, self._simulator.code is not None),
             (self._performer, self._performer.code not in (None, 0)),
         ):
@@ -151,9 +160,12 @@ class Show(Watcher):
         )
 
     # --- at the end -------------------------------------------------------------------------------
-    def _conclude(self) -> int:
+    def _conclude(self, stop: Stop) -> int:
         from bouncing_disk_ros.plots.run_picture import run_picture, save_picture
 
+        self._simulator.end()  # the recorder after it, so that nothing is cut off
+        wait_for(self, stop, lambda: False, LAST_SECONDS)
+        self._recorder.end()
         summary = summary_of(self.record)
         print("\nSummary\n" + "\n".join(lines(summary)), flush=True)
         title = "From rest to the period-1 orbit: a helical toss, then the semi-elliptical motion"
@@ -162,7 +174,11 @@ class Show(Watcher):
         except OSError as error:
             raise FailedError(f"picture {self._picture} cannot be written: {error}") from None
         print(f"Picture: {self._picture}", flush=True)
-        return self._verdict(summary)
+        try:
+            code = self._verdict(summary)
+        finally:
+            tell_of_bag(self._folder, stop)
+        return ExitCode.INTERRUPTED if stop.asked else code
 
     def _verdict(self, summary: Summary) -> int:
         """Say whether the orbit is the one that the programme is for."""

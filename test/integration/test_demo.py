@@ -9,6 +9,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.nodes.show_bag import make_room
 from support.processes import Starter
 
 OWN_DOMAIN: dict[str, str | None] = dict.fromkeys(
@@ -19,10 +21,10 @@ OWN_DOMAIN: dict[str, str | None] = dict.fromkeys(
 
 def test_the_story_lands_in_period_one(start: Starter, tmp_path: Path) -> None:
     """12 s after the programme's beginning the orbit has settled to the detector's tolerance."""
-    picture = tmp_path / "pictures" / "demo.png"
+    picture, folder = tmp_path / "pictures" / "demo.png", tmp_path / "bags" / "demo"
     code, demo = start.finish(
-        "demo", "--ros-args", "-p", "duration:=12.0", "-p", f"picture:={picture}",
-        env=OWN_DOMAIN, timeout=90.0,
+        "demo", "--bag", str(folder), "--ros-args", "-p", "duration:=12.0", "-p",
+        f"picture:={picture}", env=OWN_DOMAIN, timeout=90.0,
     )  # fmt: skip
     assert code == 0, demo.output
     assert demo.stderr == ""
@@ -36,14 +38,20 @@ def test_the_story_lands_in_period_one(start: Starter, tmp_path: Path) -> None:
     # the detector asks for 1e-3 rad over 8 impacts; with |multiplier| = 1/2 the last ones are 2⁻⁷
     # closer, and the speed depends on the phase in second order: 27 rad/s · (8e-6)² and rounding
     assert abs(float(difference[1])) < 1e-6
-    assert re.search(r"impacts +\d+, 0 rows lost", demo.stdout)
+    impacts = re.search(r"impacts +(\d+), 0 rows lost", demo.stdout)
+    assert impacts is not None
+    assert demo.stdout.splitlines()[-2] == f"Bag: {folder}"
+    replay = re.fullmatch(r"replay identical: (\d+) impacts", demo.stdout.splitlines()[-1])
+    assert replay is not None
+    assert abs(int(replay[1]) - int(impacts[1])) <= 1  # an impact in the simulator's last tick
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert picture.stat().st_size > 30_000
 
 
 def test_too_short_to_tell(start: Starter, tmp_path: Path) -> None:
     code, demo = start.finish(
-        "demo", "--ros-args", "-p", "duration:=3.0", "-p", f"picture:={tmp_path}/short.svg",
+        "demo", "--bag", f"{tmp_path}/bag", "--ros-args", "-p", "duration:=3.0", "-p",
+        f"picture:={tmp_path}/short.svg",
         timeout=90.0,
     )  # fmt: skip
     assert code == 0, demo.output
@@ -54,20 +62,39 @@ def test_too_short_to_tell(start: Starter, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_leaves_nothing_behind(start: Starter, number: signal.Signals) -> None:
-    demo = start("demo", env=OWN_DOMAIN)
+def test_a_signal_leaves_nothing_behind_but_a_whole_bag(
+    start: Starter, number: signal.Signals, tmp_path: Path
+) -> None:
+    demo = start("demo", "--bag", f"{tmp_path}/bag", env=OWN_DOMAIN)
     demo.wait_for(r" s +sticking")
     children = psutil.Process(demo.pid).children(recursive=True)
-    assert len(children) == 2
+    assert len(children) == 3
     assert demo.end(number) == 130
     assert "demo: interrupted" in demo.stdout
     assert "Traceback" not in demo.output
     _, alive = psutil.wait_procs(children, timeout=10.0)
     assert alive == []
+    with bag.open(tmp_path / "bag") as recorded:
+        assert recorded.complete
 
 
-def test_children_die_with_a_killed_demo(start: Starter) -> None:
-    demo = start("demo", env=OWN_DOMAIN)
+def test_an_earlier_bag_is_replaced_and_nothing_else(start: Starter, tmp_path: Path) -> None:
+    earlier, other = tmp_path / "earlier", tmp_path / "other"
+    bag.Writer(earlier).close()
+    make_room(earlier)
+    assert not earlier.exists()
+    make_room(earlier)
+    bag.Writer(other).close()
+    (other / "thesis.txt").write_text("two years of work")
+    code, demo = start.finish("demo", "--bag", str(other))
+    assert code == 2
+    assert demo.stderr.startswith(f"demo: --bag: got '{other}', allowed: a new folder, or")
+    assert len(demo.stderr.splitlines()) == 1
+    assert (other / "thesis.txt").exists()
+
+
+def test_children_die_with_a_killed_demo(start: Starter, tmp_path: Path) -> None:
+    demo = start("demo", "--bag", f"{tmp_path}/bag", env=OWN_DOMAIN)
     demo.wait_for(r" s +sticking")
     children = psutil.Process(demo.pid).children(recursive=True)
     demo.end(signal.SIGKILL)
@@ -83,8 +110,8 @@ def test_children_die_with_a_killed_demo(start: Starter) -> None:
         ("duratoin:=9.0", "demo: parameter: got 'duratoin'"),
     ],
 )
-def test_bad_input_is_one_line(start: Starter, setting: str, line: str) -> None:
-    code, demo = start.finish("demo", "--ros-args", "-p", setting)
+def test_bad_input_is_one_line(start: Starter, setting: str, line: str, tmp_path: Path) -> None:
+    code, demo = start.finish("demo", "--bag", f"{tmp_path}/bag", "--ros-args", "-p", setting)
     assert code == 2
     assert demo.stderr.startswith(line)
     assert len(demo.stderr.splitlines()) == 1
