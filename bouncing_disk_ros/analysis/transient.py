@@ -3,7 +3,8 @@
 Where the mean friction torque of an impact is proportional to what is missing, the speed approaches
 its end as final + (initial − final) exp(−t/T). Where every impact slips the same way, the torque is
 constant and the speed a straight line until it locks. Both are fitted, with no transient and with a
-line that has not ended; the simplest one that the data do not contradict is the answer.
+line that has not ended; the simplest one that the data do not contradict is the answer, and the
+exponential where it and the line that ends fit alike.
 """
 
 from __future__ import annotations
@@ -20,8 +21,13 @@ from bouncing_disk_ros.analysis.estimate import Estimate
 
 LEAST = 8
 """Fewer times tell nothing."""
-WANDERING = 0.01
-"""With fewer independent points, only a curve that leaves less than this of the squares counts."""
+MOST = 2000
+"""More points are averaged in groups first."""
+FEW = 30
+"""Where errors last so long that there are fewer independent points than this, ..."""
+CLEAR = 0.1
+"""... a curve counts only if it leaves less than this part of the squares: a random walk can look
+like any curve, but 97 of 100 leave more."""
 FINISHED = 3.0
 """An exponential approach counts as finished after so many time constants (5 % are left)."""
 
@@ -66,6 +72,7 @@ def transient_of(times: NDArray[np.float64], speeds: NDArray[np.float64]) -> Tra
     if len(times) < LEAST or times[-1] == times[0]:
         note = f"not identifiable: {len(times)} points, at least {LEAST} are needed"
         return _nothing(TransientKind.UNRESOLVED, math.nan, math.nan, note)
+    times, speeds = _thinned(times), _thinned(speeds)
     fits = {curve: fit(curve, times, speeds) for curve in Curve}
     return _chosen(fits, times, speeds)
 
@@ -76,11 +83,11 @@ def _chosen(
     best = min(fits.values(), key=lambda f: f.misfit)
     count = effective(best, times, speeds)
     level, line = fits[Curve.LEVEL], fits[Curve.LINE]
-    if count < LEAST:
-        if best.misfit > WANDERING * level.misfit:
+    if count < min(FEW, len(times) / 2.0):
+        if best.misfit > CLEAR * level.misfit:
             note = "not identifiable: the speed wanders too slowly for the length of the data"
             return _nothing(TransientKind.UNRESOLVED, level.start, math.nan, note)
-        count = float(LEAST)  # a curve that leaves so little is there, if not the whole truth
+        count = max(count, float(LEAST))
     if _as_good(level, best, count, 3):
         return _nothing(TransientKind.NONE, level.start, level.start, "")
     if _as_good(line, best, count, 1):
@@ -90,9 +97,14 @@ def _chosen(
         return Transient(
             TransientKind.LINEAR, False, line.start, math.nan, slow, rate, math.nan, note
         )
-    if fits[Curve.RAMP].misfit <= fits[Curve.EXPONENTIAL].misfit:
-        return _ramp(fits[Curve.RAMP], times, speeds, count)
-    return _exponential(fits[Curve.EXPONENTIAL], times, speeds, count)
+    ramp, exponential = fits[Curve.RAMP], fits[Curve.EXPONENTIAL]
+    if not _as_good(exponential, best, count, 1):
+        return _ramp(ramp, times, speeds, count)
+    found = _exponential(exponential, times, speeds, count)
+    if not _as_good(ramp, best, count, 1):
+        return found
+    also = "a straight line that ends fits as well"
+    return found._replace(note="; ".join(note for note in (found.note, also) if note))
 
 
 def _ramp(
@@ -115,6 +127,14 @@ def _exponential(
     none = Estimate(math.nan, math.nan, math.nan, 0, "not linear")
     kind = TransientKind.EXPONENTIAL
     return Transient(kind, finished, found.start, found.final, constant, none, math.nan, note)
+
+
+def _thinned(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of equal numbers of points, at most MOST of them (a rest at the end is left out)."""
+    group = -(-len(values) // MOST)
+    whole = len(values) // group * group
+    means: NDArray[np.float64] = np.mean(values[:whole].reshape(-1, group), axis=1)
+    return means
 
 
 def _nothing(kind: TransientKind, initial: float, final: float, note: str) -> Transient:
