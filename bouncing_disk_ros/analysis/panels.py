@@ -19,6 +19,7 @@ class Look(StrEnum):
 
     POINTS = "points"
     LINE = "line"
+    WIDE = "wide"  # a line that one of LINE may run on
     DASHED = "dashed"
     RINGS = "rings"
     CROSSES = "crosses"
@@ -88,3 +89,14 @@ def with_gaps(x: Column, y: Column, after: float) -> tuple[Column, Column]:
     """The same line, broken (nan) where neighbours in x lie further apart than `after`."""
     breaks = np.flatnonzero(np.diff(x) > after) + 1
     return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+
+
+def places(part: Series, cells: int = 200) -> int:
+    """At how many different places of its panel the points of a series lie; so dots are sized."""
+    seen = []
+    for values in (part.x, part.y):
+        width = float(np.ptp(values)) if len(values) else 0.0
+        seen.append(
+            np.round((values - values.min()) / width * cells) if width > 0.0 else 0 * values
+        )
+    return len(np.unique(np.stack(seen), axis=1).T)

@@ -36,7 +36,8 @@ def energy_panel(report: Report, most: int) -> Panel:
         keep = envelope(values, most)
         if len(keep) < len(values):
             note = f"{len(keep)} of {len(values)} reports. "
-        drawn.append(series(name, times[keep], values[keep], Look.LINE, colour))
+        look = Look.WIDE if name.startswith("work") else Look.LINE
+        drawn.append(series(name, times[keep], values[keep], look, colour))
     check, disks = report.books, report.record.disks
     if check is not None and disks and known(disks[-1][1]):
         rows = report.rows

@@ -7,6 +7,8 @@ import math
 from bouncing_disk_ros.analysis.estimate import Estimate
 from bouncing_disk_ros.analysis.transient import Transient, TransientKind
 
+FEWEST = 3
+"""A straight line through fewer points tells of no rate."""
 ABSENT = "not in this bag"
 Pairs = list[tuple[str, str]]
 
@@ -33,6 +35,8 @@ def transient_words(transient: Transient) -> str:
         case TransientKind.EXPONENTIAL:
             constant = estimate_words(transient.time_constant, "points", " s")
             return f"exponential {path}, time constant T {constant}{note}"
+        case TransientKind.LINEAR if transient.finished and transient.rate.impacts < FEWEST:
+            return f"{path} within {transient.rate.impacts + 1} impacts{note}"
         case TransientKind.LINEAR:
             rate = estimate_words(transient.rate, "points", " rad/s²")
             ends = "" if math.isnan(transient.end) else f", locked at {transient.end:.4g} s"

@@ -11,7 +11,7 @@ from bouncing_disk_ros.bag.topic import Message
 
 T = TypeVar("T")
 WINDOW_NS = 1_000_000_000
-"""Topics of one node are received at most so much out of the order in which they were sent."""
+"""Messages of one node come at most so much later than others that were sent after them."""
 
 
 def in_order_of_sending(messages: Iterable[tuple[Message, T]]) -> Iterator[tuple[Message, T]]:
@@ -23,7 +23,8 @@ def in_order_of_sending(messages: Iterable[tuple[Message, T]]) -> Iterator[tuple
         sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
         sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
         heapq.heappush(waiting, (sent, counter, row))
-        while waiting[0][0] < message.log_time_ns - WINDOW_NS:
+        # latched messages may have been sent long ago, and come in any order
+        while waiting[0][2][0].log_time_ns < message.log_time_ns - WINDOW_NS:
             yield heapq.heappop(waiting)[2]
     while waiting:
         yield heapq.heappop(waiting)[2]

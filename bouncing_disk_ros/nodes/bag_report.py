@@ -63,7 +63,9 @@ def parser() -> argparse.ArgumentParser:
 def main(args: Sequence[str] | None = None) -> int:
     """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
     argv = list(sys.argv[1:] if args is None else args)
-    given = parser().parse_args(argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv)
+    given = parser().parse_intermixed_args(
+        argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv
+    )
     environment.use_package_index()
     use_matplotlib_folder()
     from bouncing_disk_ros.bag import BagError

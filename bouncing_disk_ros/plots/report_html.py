@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 import plotly.io
 from plotly.offline import get_plotlyjs
 
-from bouncing_disk_ros.analysis.panels import Look, Panel, Series
+from bouncing_disk_ros.analysis.panels import Look, Panel, Series, places
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_panels import panels
 from bouncing_disk_ros.analysis.report_tables import tables
@@ -135,20 +135,22 @@ def _plot(panel: Panel) -> go.Figure:
     figure.update_layout(
         template="none", margin={"l": 10, "r": 10, "t": 30, "b": 10}, hovermode="closest",
         showlegend=len(panel.series) > 1,
-        legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
+        legend={"orientation": "h", "y": -0.2, "yanchor": "top", "itemsizing": "constant"},
     )  # fmt: skip
     return figure
 
 
 def _trace(part: Series) -> go.Scatter:
-    color, count = COLOURS[part.colour], len(part.x)
+    color = COLOURS[part.colour]
     look: dict[str, object]
     match part.look:
         case Look.POINTS:
-            size = 6 if count < 500 else 4 if count < 2000 else 2.5
+            at = places(part)
+            size = 6 if at < 500 else 4 if at < 2000 else 2.5
             look = {"mode": "markers", "marker": {"color": color, "size": size}}
-        case Look.LINE:
-            look = {"mode": "lines", "line": {"color": color, "width": 1.6}}
+        case Look.LINE | Look.WIDE:
+            width = 1.6 if part.look is Look.LINE else 5.0
+            look = {"mode": "lines", "line": {"color": color, "width": width}}
         case Look.DASHED:
             look = {"mode": "lines", "line": {"color": color, "width": 1.6, "dash": "dash"}}
         case Look.RINGS:

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.analysis.panels import Look, Panel, Series
+from bouncing_disk_ros.analysis.panels import Look, Panel, Series, places
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_panels import panels
 from bouncing_disk_ros.analysis.report_words import ABSENT
@@ -70,7 +70,9 @@ def _draw(axes: Any, panel: Panel) -> None:
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
     if len(panel.series) > 1:
-        axes.legend(fontsize=8, loc="best", framealpha=0.85)
+        legend = axes.legend(fontsize=8, loc="best", framealpha=0.85)
+        for handle in legend.legend_handles:
+            handle.set_markersize(min(max(handle.get_markersize(), 4.0), 8.0))
     if panel.note:
         note = "\n".join(textwrap.wrap(panel.note, 75))
         axes.text(1.0, -0.17, note, transform=axes.transAxes, ha="right", va="top", fontsize=7,
@@ -98,10 +100,12 @@ def _draw_series(axes: Any, part: Series) -> None:
     many = {"rasterized": count > _RASTER}
     match part.look:
         case Look.POINTS:
-            size = 4.0 if count < 500 else 2.0 if count < 5000 else 1.0
+            at = places(part)
+            size = 4.0 if at < 500 else 2.0 if at < 5000 else 1.0
             axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
-        case Look.LINE:
-            axes.plot(part.x, part.y, color=color, lw=1.4, label=label, **many)
+        case Look.LINE | Look.WIDE:
+            width = 1.4 if part.look is Look.LINE else 4.0
+            axes.plot(part.x, part.y, color=color, lw=width, label=label, **many)
         case Look.DASHED:
             axes.plot(part.x, part.y, "--", color=color, lw=1.4, label=label, zorder=3)
         case Look.RINGS:

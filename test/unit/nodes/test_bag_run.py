@@ -173,6 +173,9 @@ def test_messages_come_in_the_order_of_sending() -> None:
     order = [rows.index(row) for row, _ in in_order_of_sending((row, None) for row in rows)]
     # of one topic the order of reception stays; a sender's clock that is ahead does not count
     assert order == [1, 2, 0, 3, 4]
+    latched = [message("motion", 30.0, 25.2), message("inputs", 30.1, 25.1), message("a", 40.0, 40)]
+    order = [latched.index(row) for row, _ in in_order_of_sending((row, None) for row in latched)]
+    assert order == [1, 0, 2]
 
 
 @pytest.mark.parametrize(
