@@ -12,8 +12,8 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
-watch both over DDS, record the run, and show the result: a summary, a picture, and a replay of the
-bag. Ctrl-C ends all of it."""
+watch both over DDS, record the run, and show the result: a summary, a picture, a report on
+the bag, and its replay. Ctrl-C ends all of it."""
 _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
 BAG = "output/demo_bag"
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
@@ -30,14 +33,46 @@ def _is_of_a_bag(file: Path) -> bool:
 
 
 def tell_of_bag(folder: Path, stop: Stop) -> None:
-    """Name the bag, and replay it; FailedError when it cannot be replayed, or differs."""
+    """Name the bag, report on it and replay it; FailedError when that cannot be, or differs."""
     print(f"Bag: {folder}", flush=True)
-    try:
-        line = replayed(folder, stop)
-    except KeyboardInterrupt:
-        print("demo: interrupted", flush=True)
-        return
+    with _reporting(folder) as report:  # beside the replay: the other core has nothing to do
+        try:
+            line = replayed(folder, stop)
+            print(f"Report: {_report(report, stop)}", flush=True)
+        except KeyboardInterrupt:
+            report.terminate()
+            print("demo: interrupted", flush=True)
+            return
+        except BaseException:
+            report.terminate()
+            raise
     print(line, flush=True)
+
+
+def _reporting(folder: Path) -> subprocess.Popen[str]:
+    """`bag_report` at work; the demonstration has drawn its own figure."""
+    command = [sys.executable, "-m", "bouncing_disk_ros", "bag_report", str(folder)]
+    return subprocess.Popen(
+        [*command, "--figures", "none"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def _report(report: subprocess.Popen[str], stop: Stop) -> str:
+    """The file of the report when it is done."""
+    while True:
+        try:
+            said, wrong = report.communicate(timeout=0.1)
+            break
+        except subprocess.TimeoutExpired:
+            if stop.asked:
+                raise KeyboardInterrupt from None
+    if stop.asked:
+        raise KeyboardInterrupt
+    if report.returncode:
+        reason = (wrong.strip().splitlines() or ["it said nothing"])[-1]
+        raise FailedError(f"no report on the bag: {reason}")
+    return os.path.relpath(said.strip().splitlines()[-1].removeprefix("written: "))
 
 
 def replayed(folder: Path, stop: Stop) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from pathlib import Path
@@ -40,7 +41,10 @@ def test_the_story_lands_in_period_one(start: Starter, tmp_path: Path) -> None:
     assert abs(float(difference[1])) < 1e-6
     impacts = re.search(r"impacts +(\d+), 0 rows lost", demo.stdout)
     assert impacts is not None
-    assert demo.stdout.splitlines()[-2] == f"Bag: {folder}"
+    report = folder.with_name("demo_report.html")
+    last = [f"Bag: {folder}", f"Report: {os.path.relpath(report)}"]
+    assert demo.stdout.splitlines()[-3:-1] == last
+    assert report.stat().st_size > 30_000
     replay = re.fullmatch(r"replay identical: (\d+) impacts", demo.stdout.splitlines()[-1])
     assert replay is not None
     assert abs(int(replay[1]) - int(impacts[1])) <= 1  # an impact in the simulator's last tick
