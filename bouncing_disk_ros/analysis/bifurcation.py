@@ -31,6 +31,7 @@ from bouncing_disk_ros.errors import InputError, closest
 AXES = ("forcing", "restitution", "phase_lag", "angular_forcing")
 """The parameters that a diagram can run along: the fields of NextCollisionMap."""
 SETTLING, MEASURED_IMPACTS, KEPT = 1000, 2000, 300
+_BESIDE = 1e-6
 STATE = 5
 """Numbers in the state of a branch: τ, w_A, α̇ and the vector that shows how changes grow."""
 
@@ -61,12 +62,16 @@ class Branch(NamedTuple):
 def begin(section: NextCollisionMap, start: MapState | None = None) -> Array:
     """(1, 5) the state to start a branch from; default: the period-1 orbit at these parameters.
 
-    Raises InputError for a start out of range, or where there is no period-1 orbit.
+    Where that is unstable, a state 1e-6 rad beside it: on it rounding may stay for ever. Raises
+    InputError for a start out of range, or where there is no period-1 orbit.
     """
     if start is None:
-        start = fixed_point(
+        orbit = fixed_point(
             section.forcing, section.restitution, section.phase_lag, section.angular_forcing
-        ).state
+        )
+        start = orbit.state
+        if not orbit.stable:
+            start = start._replace(forcing_phase=start.forcing_phase + _BESIDE)
     return np.array([[*section.checked(start), 1.0, 0.0]])
 
 

@@ -103,6 +103,12 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
     np.testing.assert_allclose(down.mean_speed[::-1], one.mean_speed, atol=1e-10)
 
 
+def test_a_branch_leaves_the_unstable_orbit_that_it_begins_on() -> None:
+    branch = follow(PAPER, "forcing", np.array([0.52, 0.521]))
+    assert (branch.lyapunov_exponent < 0.0).all()
+    assert np.ptp(branch.forcing_phase[0]) > 0.5
+
+
 def test_several_starts_at_each_value() -> None:
     starts = [MapState(1.0, -0.01), MapState(0.2, -1.33)]
     branch = from_starts(PAPER, "forcing", np.array([0.3, 0.34]), starts, measured=500, kept=7)
