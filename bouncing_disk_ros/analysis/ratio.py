@@ -27,6 +27,8 @@ LEAST_ROWS = 6
 _NORMAL = 1.959963984540054  # 97.5 % of the normal distribution
 _EXACT_UP_TO = 60
 """From here on the normal approximation, with its continuity correction, has the same counts."""
+_MANY = 1000
+"""With more rows than this the gap between two neighbouring ratios of pairs is no matter."""
 _DOUBLINGS = 150
 """From the scatter of rounding to 10²⁹: a ratio beyond is unbounded, for Σx may be 0."""
 _KOLMOGOROV = 1.949474
@@ -47,21 +49,28 @@ def ratio_of(y: Column, x: Column, resolution: float = 0.0) -> Ratio:
     `resolution`: errors of y − r x below this are rounding, alike in many rows, not chance; the
     interval is widened by it. Fewer than `LEAST_ROWS` rows: the interval is (−inf, inf).
     """
-    n, total = len(y), float(np.sum(x))
-    if n == 0 or total == 0.0:
-        return Ratio(math.nan, math.nan, math.nan)
-    start = float(np.sum(y)) / total
-    middle = 0.5 * n * (n + 1)
-    above = _crossing(y, x, start, middle, strict=True)
-    below = _crossing(y, x, start, middle, strict=False)
-    value = 0.5 * (above + below)
+    n, total, value = len(y), float(np.sum(x)), middle_of(y, x)
+    if math.isnan(value):
+        return Ratio(value, value, value)
     if n < LEAST_ROWS:
         return Ratio(value, -math.inf, math.inf)
     count = critical_count(n, 0.5 * (1.0 - LEVEL))
-    low = _crossing(y, x, value, 2.0 * middle - 2 * count, strict=False)
+    low = _crossing(y, x, value, float(n * (n + 1) - 2 * count), strict=False)
     high = _crossing(y, x, value, 2.0 * count, strict=True)
     wide = resolution / abs(total / n)
     return Ratio(value, min(low, value) - wide, max(high, value) + wide)
+
+
+def middle_of(y: Column, x: Column) -> float:
+    """The estimate alone: the ratio whose test is the most balanced; nan without rows or Σx = 0."""
+    n, total = len(y), float(np.sum(x))
+    if n == 0 or total == 0.0:
+        return math.nan
+    start = float(np.sum(y)) / total
+    above = _crossing(y, x, start, 0.5 * n * (n + 1), strict=True)
+    if n > _MANY:
+        return above
+    return 0.5 * (above + _crossing(y, x, start, 0.5 * n * (n + 1), strict=False))
 
 
 def lower_bound(y: Column, x: Column) -> float:
@@ -89,24 +98,30 @@ def critical_count(n: int, chance: float) -> int:
 
 def twice_rank_sum(d: Column) -> tuple[float, Column]:
     """Twice the signed-rank statistic of d (zeros count half), and the signed ranks."""
-    size = np.abs(d)
-    ordered = np.sort(size)
-    left = np.searchsorted(ordered, size, side="left")
-    right = np.searchsorted(ordered, size, side="right")
-    scores: Column = np.multiply(0.5 * (left + right + 1), np.sign(d), dtype=np.float64)
-    n = len(d)
+    n, size = len(d), np.abs(d)
+    order = np.argsort(size)
+    ordered = size[order]
+    begins = np.concatenate(([0], np.flatnonzero(ordered[1:] > ordered[:-1]) + 1))
+    ends = np.concatenate((begins[1:], [n]))
+    ranks = 0.5 * (begins + ends + 1)  # the mean rank of those that are alike
+    scores = np.empty(n)
+    scores[order] = ranks if len(ranks) == n else np.repeat(ranks, ends - begins)
+    scores *= np.sign(d)
     return 0.5 * n * (n + 1) + float(np.sum(scores)), scores
 
 
 def _crossing(y: Column, x: Column, start: float, level: float, *, strict: bool) -> float:
     """Where twice the rank sum of y − r x, which falls with r, falls below `level` (strict: to it).
 
-    Found to a millionth of the scatter of the ratio, or to rounding.
+    Found to a millionth of the scatter of the ratio, or to rounding, by the secant of an interval
+    that holds it; by halves where that is slow, as at the step of rows without errors.
     """
 
+    def excess(r: float) -> float:
+        return twice_rank_sum(y - r * x)[0] - level
+
     def passed(r: float) -> bool:
-        value = twice_rank_sum(y - r * x)[0]
-        return value <= level if strict else value < level
+        return excess(r) <= 0.0 if strict else excess(r) < 0.0
 
     scatter = float(np.median(np.abs(y - start * x))) / abs(float(np.mean(x)))
     step = max(scatter / math.sqrt(len(y)), 4.0 * np.finfo(float).eps * max(abs(start), 1e-300))
@@ -114,11 +129,22 @@ def _crossing(y: Column, x: Column, start: float, level: float, *, strict: bool)
     high = _beyond(start, step, passed)
     if math.isinf(low) or math.isinf(high):
         return low if math.isinf(low) else high
+    above, below = excess(low), excess(high)
+    secant = True
     while high - low > 1e-6 * step:
-        middle = 0.5 * (low + high)
+        width = high - low
+        part = above / (above - below) if secant and above > below else 0.5
+        middle = low + min(max(part, 0.02), 0.98) * width
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
         if middle in (low, high):
             break
-        low, high = (low, middle) if passed(middle) else (middle, high)
+        value = excess(middle)
+        if value < 0.0 or (strict and value == 0.0):
+            high, below, above = middle, value, 0.5 * above  # Illinois: the other end counts half
+        else:
+            low, above, below = middle, value, 0.5 * below
+        secant = high - low < 0.5 * width
     return 0.5 * (low + high)
 
 
