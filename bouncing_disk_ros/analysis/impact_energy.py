@@ -43,7 +43,9 @@ class BooksCheck(NamedTuple):
     rows: int
     summed: int  # rows of several impacts among them
     missing: int  # rows lost in between
-    booked_axial: float  # J
+    start_axial: float  # in the books at `begin`, J
+    start_friction: float
+    booked_axial: float  # since then, J
     booked_friction: float
     rows_axial: float
     rows_friction: float
@@ -58,31 +60,45 @@ def books_check(
 ) -> BooksCheck | None:
     """Compare over the longest stretch at the end in which the books and the disk stay the same.
 
-    The books count from the start or the last reset; the stretch begins with the first report
-    after the last reset or change of parameters. None: no two reports, or the disk is unknown.
+    The books count from the start or the last reset, and so does the stretch where the rows do;
+    else it begins with the first report after the last change of parameters. None: no reports, no
+    rows, or the disk is unknown.
     """
-    since = max((c.time for c in changes if c.what in ("reset", "parameters")), default=-1.0)
-    reports = [report for report in health if report.simulated > since and report.energy]
-    if len(reports) < 2 or not disks or not known(disks[-1][1]):
+    reset, changed = (_last(changes, what) for what in ("reset", "parameters"))
+    reports = [row for row in health if row.simulated > max(reset, changed) and row.energy]
+    if not reports or not len(rows) or not disks or not known(disks[-1][1]):
         return None
-    first, last = reports[0], reports[-1]
-    assert first.energy is not None
+    begin, axial, friction = reset, 0.0, 0.0
+    if changed > reset or (reset < 0.0 and rows["index"][0] > 0.0):
+        first = reports[0].energy
+        assert first is not None
+        begin = reports[0].simulated
+        axial, friction = first.loss_impact_axial, first.loss_impact_friction
+    last = reports[-1]
     assert last.energy is not None
-    low, high = np.searchsorted(rows["time"], (first.simulated, last.simulated), side="right")
+    # a disk that starts in contact and falls behind has an impact at the very instant of a reset
+    low = np.searchsorted(rows["time"], begin, side="left" if begin == reset else "right")
+    high = np.searchsorted(rows["time"], last.simulated, side="right")
     part = rows[int(low) : int(high)]
     if not len(part):
         return None
     found = impact_energy(part, disks[-1][1])
     fall = part["axial_impact_velocity"][found.summed]
     return BooksCheck(
-        first.simulated,
+        max(begin, 0.0),
         last.simulated,
         len(part),
         int(np.sum(found.summed)),
         int(part["index"][-1] - part["index"][0]) + 1 - len(part),
-        last.energy.loss_impact_axial - first.energy.loss_impact_axial,
-        last.energy.loss_impact_friction - first.energy.loss_impact_friction,
+        axial,
+        friction,
+        last.energy.loss_impact_axial - axial,
+        last.energy.loss_impact_friction - friction,
         float(np.sum(found.axial[~found.summed])),
         float(np.sum(found.friction)),
         float(np.sum(0.5 * disks[-1][1].mass * fall * fall)),
     )
+
+
+def _last(changes: Sequence[Change], what: str) -> float:
+    return max((change.time for change in changes if change.what == what), default=-1.0)

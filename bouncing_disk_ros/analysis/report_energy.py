@@ -41,23 +41,21 @@ def energy_panel(report: Report, most: int) -> Panel:
     check, disks = report.books, report.record.disks
     if check is not None and disks and known(disks[-1][1]):
         rows = report.rows
-        begin, end = np.searchsorted(rows["time"], (check.begin, check.end), side="right")
-        rows = rows[int(begin) : int(end)]
+        end = int(np.searchsorted(rows["time"], check.end, side="right"))
+        rows = rows[end - check.rows : end]
         losses = impact_energy(rows, disks[-1][1])
         at = times[(times >= check.begin) & (times <= check.end)]
         at = at[np.unique(np.linspace(0, len(at) - 1, min(len(at), _RINGS)).astype(int))]
-        start = next(row.energy for row in health if row.simulated == check.begin)
-        assert start is not None
         axial = np.where(losses.summed, 0.0, losses.axial)
         for name, each, first, colour in (
-            ("axial", axial, start.loss_impact_axial, 1),
-            ("friction", losses.friction, start.loss_impact_friction, 3),
+            ("axial", axial, check.start_axial, 1),
+            ("friction", losses.friction, check.start_friction, 3),
         ):
             summed = np.concatenate(([0.0], np.cumsum(each)))
             until = np.searchsorted(rows["time"], at, side="right")
             drawn.append(
                 series(f"{name}, from the impacts", at, first + summed[until], Look.RINGS, colour)
             )
-        note += "Rings: losses recomputed from the impacts, begun with the first report. "
+        note += "Rings: losses recomputed from the impacts. "
     return Panel("Energy books", "simulated time t (s)", "energy E (J)", drawn, note,
                  x_range=time_range(report))  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_words import ABSENT, Pairs
@@ -39,10 +40,7 @@ def _checked(report: Report) -> Pairs:
         return [
             (
                 "recomputed from impacts",
-                (
-                    "not possible: needs impacts, the disk's parameters "
-                    "and two reports on /diagnostics"
-                ),
+                ("not possible: needs impacts, the disk's parameters and reports on /diagnostics"),
             )
         ]
     rest = f", {check.missing} rows lost" if check.missing else ""
@@ -69,9 +67,12 @@ def real_time(report: Report) -> Pairs:
     if real is None:
         found.append(("real time", f"/diagnostics is {ABSENT}"))
     else:
+        reached = f"{real.reached:.4f}"
+        if math.isnan(real.reached):
+            reached = f"not known from {real.reports} report{'s' if real.reports > 1 else ''}"
         p50, p99, largest = (1e3 * value for value in real.lateness)
         found += [
-            ("real-time factor", f"asked {real.asked}, reached {real.reached:.4f}"),
+            ("real-time factor", f"asked {real.asked}, reached {reached}"),
             (
                 "lateness of the ticks",
                 (f"p50 {p50:.2f} ms, p99 {p99:.2f} ms, largest {largest:.2f} ms"),

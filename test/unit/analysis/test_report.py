@@ -107,15 +107,33 @@ def test_slipping_impacts_speed_the_disk_up_on_a_line(settled: Report) -> None:
 def test_losses_from_the_rows_are_those_of_the_books(settled: Report) -> None:
     check = settled.books
     assert check is not None
-    assert (check.begin, check.end, check.missing, check.summed) == (0.5, 39.5, 0, 0)
+    assert (check.begin, check.end, check.missing, check.summed) == (0.0, 39.5, 0, 0)
     # each side sums about a hundred terms to rounding
     assert check.rows_axial == pytest.approx(check.booked_axial, rel=1e-12)
     assert check.rows_friction == pytest.approx(check.booked_friction, rel=1e-12)
     assert check.rows_friction > 0.1
+    assert check.rows == 119  # at 0, 1/3 ... 39 1/3 s
     rings = [part for part in panels(settled, 100)[4].series if "from the impacts" in part.name]
     for part, field in zip(rings, ("loss_impact_axial", "loss_impact_friction"), strict=True):
         energy = settled.record.health[-1].energy
         assert part.y[-1] == pytest.approx(getattr(energy, field), rel=1e-12)
+
+
+def test_books_from_a_bag_begun_in_mid_run_and_after_a_reset() -> None:
+    session = session_of()
+    record = heard(session, 6.1)
+    record.chunks = [record.rows[5:]]
+    report = report_of(record, Source("a"))
+    assert report.books is not None
+    assert report.books.begin == 0.5  # the first report; the rows begin later
+    assert report.books.rows_axial < report.books.booked_axial
+    session.reset()
+    record.changes.append(Change(6.1, "reset"))
+    heard(session, 12.2, record)
+    report = report_of(record, Source("a"))
+    assert report.books is not None
+    assert report.books.begin == 6.1
+    assert report.books.rows_axial == pytest.approx(report.books.booked_axial, rel=1e-12)
 
 
 def test_rows_of_chatters_are_left_out_of_the_books() -> None:

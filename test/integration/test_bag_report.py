@@ -1,0 +1,114 @@
+"""bag_report as a process: on a real recording, on what it must refuse; files, exit codes."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from bouncing_disk_ros import bag
+from support.processes import Starter
+from support.recorded import RecordedRun, period_one_bag
+
+WAIT = 120.0  # s; matplotlib and plotly are slow to import on a loaded machine
+
+
+def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    recorder = start("recorder", str(folder), "--ros-args", "-p", "status_period:=1.0")
+    recorder.wait_for("recording to")
+    simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss",
+                      "-p", "real_time_factor:=20.0", "-p", "state_rate:=20.0")  # fmt: skip
+    recorder.wait_for("hearing /disk/impacts")
+    recorder.wait_for(r"recording: .* ([3-9]|\d\d)\d{3} messages")
+    assert simulator.end(signal.SIGINT) == 0
+    assert recorder.end(signal.SIGINT) == 0
+    code, report = start.finish("bag_report", str(folder), timeout=WAIT)
+    assert code == 0, report.output
+    assert report.complaints == []
+    report.wait_for(r"orbit found +period-1, from \d+ rows of impacts")
+    report.wait_for(r"τ_imp +0\.736624 rad, theory 0\.736624")
+    report.wait_for(r"at the end +27\.390382 rad/s")
+    report.wait_for(r"restitution ε +0\.5 ± .*; in force 0\.5")
+    report.wait_for(r"real-time factor +asked 20, reached \d")
+    report.wait_for(r"impacts lost by index +0 rows")
+    report.wait_for(r"recorder's notes +lost on the way 0, impact rows 0")
+    page, figure = tmp_path / "run_report.html", tmp_path / "run_report.png"
+    assert report.stdout.splitlines()[-2:] == [f"written: {page}", f"written: {figure}"]
+    assert page.stat().st_size > 1_000_000
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_files_are_ours_or_left_alone(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    for _ in range(2):  # the second replaces what the first has made
+        code, report = start.finish(
+            "bag_report", str(folder), "--figures", "svg", str(tmp_path / "first"), timeout=WAIT
+        )
+        assert code == 0, report.output
+    (tmp_path / "first.svg").write_text("a drawing of my own")
+    before = (tmp_path / "first.html").read_bytes()
+    code, report = start.finish(
+        "bag_report", str(folder), str(tmp_path / "first"), "--figures", "svg", timeout=WAIT
+    )
+    assert code == 2
+    assert len(report.stderr.splitlines()) == 1
+    assert "a new file, or one that bag_report has made" in report.stderr
+    assert (tmp_path / "first.svg").read_text() == "a drawing of my own"
+    assert (tmp_path / "first.html").read_bytes() == before
+
+
+def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    with bag.Writer(tmp_path / "two") as writer:
+        for namespace in ("/left", "/right"):
+            RecordedRun(writer, namespace).run(1.0)
+    with bag.Writer(tmp_path / "empty"):
+        pass
+    for arguments, said in (
+        ((tmp_path / "none",), "There is nothing of that name"),
+        ((tmp_path / "empty",), "got 'no messages'"),
+        ((tmp_path / "two",), "allowed: /left, /right. Choose one: --namespace."),
+        ((folder, "--segment", "9"), "allowed: longest, last, or a number from 1 to 1"),
+        ((folder, "--run", "2"), "run: got 2, allowed: 1 to 1"),
+        ((folder, "--figures", "pgn"), "Did you mean png?"),
+    ):
+        code, report = start.finish("bag_report", *map(str, arguments), timeout=WAIT)
+        assert code == 2
+        assert report.stdout == ""
+        assert len(report.stderr.splitlines()) == 1, report.stderr
+        assert said in report.stderr
+    assert not list(tmp_path.glob("*_report.*"))
+
+
+def test_a_cut_off_bag_is_reported_with_what_is_missing(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 12.0)
+    (folder / "metadata.yaml").unlink()
+    (file,) = folder.glob("*.mcap")
+    file.write_bytes(file.read_bytes()[:-400])
+    code, report = start.finish("bag_report", str(folder), "--text-only", timeout=WAIT)
+    assert code == 0, report.output
+    report.wait_for(r"damage +metadata.yaml is missing")
+    report.wait_for("orbit found +period-1")
+
+
+def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    report = start.command([sys.executable, "-c", _INTERRUPTED, str(folder)])
+    report.wait_for("reading")
+    assert report.end(signal.SIGINT) == 130
+    assert "bag_report: interrupted" in report.stderr
+    assert "Traceback" not in report.stderr
+    assert not list(tmp_path.glob("*_report.*"))
+
+
+_INTERRUPTED = """
+import sys, time
+from bouncing_disk_ros.nodes import bag_report, bag_run
+def slow(self):
+    print("reading", flush=True)
+    time.sleep(60)
+    yield
+bag_run.BagRun.read = slow
+sys.exit(bag_report.main())
+"""
