@@ -17,6 +17,7 @@ EXECUTABLES: dict[str, str] = {
     "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
     "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
     "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
+    "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
     "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
     "basin_shares": "shares of the basins over a parameter, with the best phase lag",
     "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",

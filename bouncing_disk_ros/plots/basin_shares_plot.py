@@ -29,7 +29,9 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     x = result["value"].values
     names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
     shares = 100.0 * result["fraction"].values.T
-    top.stackplot(x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4)
+    top.stackplot(
+        x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4, step="mid"
+    )
     top.set_ylim(0.0, 100.0)
     top.set_ylabel("share of the plane of starts (%)")
     present = shares.max(axis=1) > 0.0

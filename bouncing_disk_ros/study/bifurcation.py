@@ -41,7 +41,7 @@ class Bifurcation(Study):
             raise InputError("along", given["along"], "one of " + ", ".join(NAMES))
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
-        self._axis = NAMES[str(given["along"])][0]
+        self.axis = NAMES[str(given["along"])][0]
         self._start()
 
     def section(self, **changed: float) -> NextCollisionMap:
@@ -52,7 +52,7 @@ class Bifurcation(Study):
     def _start(self) -> np.ndarray:
         """The state of the first value: that given, or the period-1 orbit there."""
         given = self.parameters
-        section = self.section(**{self._axis: float(given["begin"])})
+        section = self.section(**{self.axis: float(given["begin"])})
         velocity = float(given["initial_velocity"])
         if velocity == 0.0:
             return begin(section)
@@ -100,7 +100,7 @@ class Bifurcation(Study):
         values = self.axes["value"].values[region.slices["value"]].astype(float)
         state = self._start() if before is None else before["state"][-1:].astype(float)
         branch = follow(
-            self.section(), self._axis, values, state, settling=int(given["settling"]),
+            self.section(), self.axis, values, state, settling=int(given["settling"]),
             measured=int(given["measured"]), kept=int(given["kept"]),
         )  # fmt: skip
         return _fields_of(branch)
@@ -121,16 +121,16 @@ class Bifurcation(Study):
     def doublings(self) -> list[Doubling]:
         """Period doublings of the period-1 orbit, by continuation, not read off the diagram."""
         count = int(self.parameters["doublings"])
-        if self._axis not in ("forcing", "restitution") or not count:
+        if self.axis not in ("forcing", "restitution") or not count:
             return []
         low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
-        first, last = (low, high) if self._axis == "forcing" else (high, low)
-        section = self.section(**{self._axis: first})
+        first, last = (low, high) if self.axis == "forcing" else (high, low)
+        section = self.section(**{self.axis: first})
         try:
             orbit = fixed_point(section.forcing, section.restitution)
         except InputError:  # no period-1 orbit at that end
             return []
-        return list(period_doublings(orbit, self._axis, last, count))
+        return list(period_doublings(orbit, self.axis, last, count))
 
 
 def _fields_of(branch: Branch) -> Arrays:
@@ -145,3 +145,11 @@ def _fields_of(branch: Branch) -> Arrays:
         "contacts": branch.contacts[:, 0],
         "state": branch.ends[:, 0],
     }
+
+
+def branch_of(result: xr.Dataset) -> Branch:
+    """A stored diagram as the analysis gives it."""
+    one = {name: result[name].values[:, None] for name in result.data_vars
+           if name in Branch._fields}  # fmt: skip
+    one["contact"] = one["contact"].astype(bool)
+    return Branch(values=result["value"].values, ends=result["state"].values[:, None], **one)
