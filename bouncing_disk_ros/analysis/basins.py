@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
 UNRESOLVED = UNDECIDED
 TRANSIENT, MOST = 500, 100_000
+LONGER = 20
+"""Starts that are still open get so many times the impacts: chaos may be a long transient."""
 WATCHED = 200
 """Impacts that must all lie on a chaotic attractor's cells for a start to belong to it."""
 
@@ -31,7 +33,9 @@ class LabelRule(NamedTuple):
 
     tolerance: float = 1e-4  # of τ (rad) and w_A (πg/ω) to a point of a periodic attractor
     repetitions: int = 4  # so often in a row it must go around, and at least 8 impacts
-    cap: int = 0  # impacts after which a start is unresolved; 0: see `impacts_needed`
+    cap: int = (
+        0  # impacts after which a start is unresolved; 0: `impacts_needed`, LONGER for the rest
+    )
 
 
 class Basins(NamedTuple):
@@ -64,10 +68,28 @@ def label_starts(
     Each label depends on its own start alone, so the arrays may be cut anywhere.
     """
     rule = rule or LabelRule()
-    rule = rule._replace(cap=rule.cap or impacts_needed(attractors, rule.tolerance))
-    points, of, longest = _periodic_points(attractors)
     n = len(tau)
     found = Basins(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+    if rule.cap:
+        _label(attractors, forcing, restitution, tau, w, rule, found)
+        return found
+    first = rule._replace(cap=impacts_needed(attractors, rule.tolerance))
+    _label(attractors, forcing, restitution, tau, w, first, found)
+    late = np.flatnonzero(found.label == UNRESOLVED)
+    if len(late):
+        rest = Basins(found.label[late], found.impacts[late], found.time[late])
+        longer = first._replace(cap=LONGER * first.cap)
+        _label(attractors, forcing, restitution, tau[late], w[late], longer, rest)
+        found.label[late], found.impacts[late], found.time[late] = rest
+    return found
+
+
+def _label(
+    attractors: Attractors, forcing: float, restitution: float, tau: Floats, w: Floats,
+    rule: LabelRule, found: Basins,
+) -> None:  # fmt: skip
+    """Label starts by the rule, its cap given, into `found`."""
+    points, of, longest = _periodic_points(attractors)
     confirm = max(8, rule.repetitions * longest)
     label(
         tau, w, forcing, restitution, points, of, rule.tolerance, confirm, rule.cap,
@@ -76,8 +98,7 @@ def label_starts(
     open_ = np.flatnonzero(found.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
         found.label[open_] = _chaotic(attractors, forcing, restitution, tau[open_], w[open_], rule)
-        found.time[open_] = math.nan
-    return found._replace(time=np.where(found.label == UNRESOLVED, math.nan, found.time))
+    found.time[open_] = math.nan
 
 
 def impacts_needed(attractors: Attractors, tolerance: float) -> int:

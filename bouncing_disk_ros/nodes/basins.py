@@ -61,7 +61,9 @@ def lines(result: xr.Dataset) -> list[str]:
         )
     ]
     rows.append(f"  {'unresolved':24} {100 * float(result['unresolved_fraction']):8.3f} %")
-    if "box_dimension" in result:
+    if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
+        rows.append("  no boundary within the window, or too little of it")
+    elif "box_dimension" in result:
         entropy = float(result["boundary_basin_entropy"])
         rows.append(
             f"  basin entropy {float(result['basin_entropy']):.4f}, at the boundary {entropy:.4f} "

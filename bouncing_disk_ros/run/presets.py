@@ -73,4 +73,4 @@ def _path(name: str) -> Path:
 
 
 def _is_preset(file: Path) -> bool:
-    return PRESET_KEY in file.read_text(encoding="utf-8")
+    return f"{PRESET_KEY}:" in file.read_text(encoding="utf-8")
