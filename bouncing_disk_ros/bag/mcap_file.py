@@ -2,40 +2,38 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, McapRecord, Metadata, Schema
-from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from bouncing_disk_ros.bag.latched import MARK, without_repeats
 from bouncing_disk_ros.bag.metadata import FileRow, TopicRow, qos_text
+from bouncing_disk_ros.bag.options import COMPRESSIONS, Options
 from bouncing_disk_ros.bag.schema import ENCODING, schema_of
 from bouncing_disk_ros.bag.stream import RecordStream
 
 PROFILE = "ros2"
-COMPRESSIONS = {
-    "zstd": CompressionType.ZSTD,
-    "lz4": CompressionType.LZ4,
-    "none": CompressionType.NONE,
-}
 
 
 class McapFile:
     """One file of a bag. Methods raise OSError when the disk takes no more; then `abandon` it."""
 
-    def __init__(self, path: Path, compression: str, chunk_size: int, library: str) -> None:
+    def __init__(self, path: Path, options: Options, library: str) -> None:
         self.path = path
         self._stream = RecordStream(path)
-        self._writer = McapWriter(self._stream, chunk_size, COMPRESSIONS[compression])  # type: ignore[arg-type, unused-ignore]
+        compression = COMPRESSIONS[options.compression]
+        self._writer = McapWriter(self._stream, options.chunk_size, compression)  # type: ignore[arg-type, unused-ignore]
         self._writer.start(PROFILE, library)
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self.start_ns: int | None = None
-        self._chunk_began: float | None = None
+        self._period = options.chunk_period
+        self.due = math.inf  # when the open chunk is to be closed, by the steady clock
 
     # --- content ----------------------------------------------------------------------------------
     def add_channel(self, topic: TopicRow, *, repeats: bool = False) -> int:
@@ -74,12 +72,13 @@ class McapFile:
         """Add one message to the open chunk."""
         if self.start_ns is None:
             self.start_ns = log_time_ns
-        position = self._stream.position
+        stream = self._stream
+        position = stream.position
         self._writer.add_message(channel, log_time_ns, data, publish_time_ns, sequence)
-        if self._stream.position != position:  # the chunk was full
-            self._chunk_began = None
-        elif self._chunk_began is None:
-            self._chunk_began = time.monotonic()
+        if stream.position != position:  # the chunk was full
+            self.due = math.inf
+        elif self.due == math.inf:
+            self.due = time.monotonic() + self._period
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """Add an attachment."""
@@ -89,15 +88,10 @@ class McapFile:
         """Add a metadata record."""
         self._writer.add_metadata(name, dict(values))
 
-    @property
-    def chunk_age(self) -> float:
-        """Seconds since the first message of the open chunk came; 0 without one."""
-        return 0.0 if self._chunk_began is None else time.monotonic() - self._chunk_began
-
     def close_chunk(self) -> None:
         """Compress and write what is held in the open chunk."""
         self._writer.flush()
-        self._chunk_began = None
+        self.due = math.inf
 
     # --- end --------------------------------------------------------------------------------------
     @property

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bouncing_disk_ros.bag.mcap_file import COMPRESSIONS
+from mcap.writer import CompressionType
+
 from bouncing_disk_ros.errors import InputError
+
+COMPRESSIONS = {
+    "zstd": CompressionType.ZSTD,
+    "lz4": CompressionType.LZ4,
+    "none": CompressionType.NONE,
+}
 
 
 class WriteError(Exception):

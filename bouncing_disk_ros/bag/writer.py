@@ -52,6 +52,7 @@ class Writer:
         self._finished: list[tuple[FileRow, dict[str, int]]] = []
         self._channels: dict[str, int] = {}
         self._file: McapFile | None = None
+        self._splits = self.options.max_size > 0 or self.options.max_duration > 0
         self._closed = False
         try:
             self.folder.mkdir(parents=True)
@@ -103,10 +104,7 @@ class Writer:
     ) -> None:
         """Add one message: CDR as received, when it was received and sent, its number."""
         self._given[topic] += 1
-        file = self._open_file()
-        if self._is_full(file, log_time_ns):
-            self.split()
-            file = self._open_file()
+        file = self._file_for(log_time_ns) if self._splits else self._file or self._open_file()
         sent = log_time_ns if publish_time_ns is None else publish_time_ns
         number = sequence & 0xFFFFFFFF
         try:
@@ -117,7 +115,8 @@ class Writer:
             self._fail(error)
         if topic in self._latched:
             self._latched[topic].take(data, sent, number)
-        self.tick()
+        if time.monotonic() >= file.due:
+            self.tick()
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Attach a file; every file of a split bag gets it."""
@@ -127,7 +126,7 @@ class Writer:
 
     def tick(self) -> None:
         """Close a chunk that is old enough; call it now and then while nothing is written."""
-        if self._open_file().chunk_age >= self.options.chunk_period:
+        if time.monotonic() >= self._open_file().due:
             self._guarded(lambda: self._open_file().close_chunk())
 
     def split(self) -> None:
@@ -153,18 +152,20 @@ class Writer:
         except OSError as error:
             self._fail(error)
 
-    def _is_full(self, file: McapFile, log_time_ns: int) -> bool:
-        if file.start_ns is None:
-            return False
-        limit = self.options.max_duration
-        too_long = limit > 0 and log_time_ns - file.start_ns >= limit * 1e9
-        return too_long or 0 < self.options.max_size <= file.size
+    def _file_for(self, log_time_ns: int) -> McapFile:
+        """The file that a message goes into: a new one when the open one is full."""
+        file = self._open_file()
+        if file.start_ns is not None:
+            limit = self.options.max_duration
+            too_long = limit > 0 and log_time_ns - file.start_ns >= limit * 1e9
+            if too_long or 0 < self.options.max_size <= file.size:
+                self.split()
+        return self._open_file()
 
     def _begin_file(self) -> None:
         name = f"{self.folder.name}_{len(self._finished)}.mcap"
         library = f"bouncing_disk_ros {self.notes['version']}".strip()
-        options = self.options
-        self._file = McapFile(self.folder / name, options.compression, options.chunk_size, library)
+        self._file = McapFile(self.folder / name, self.options, library)
         self._file.note(NOTE, signed(self.notes))
         for row in self._attachments:
             self._file.attach(*row)

@@ -65,7 +65,7 @@ class Selection:
         self._exclude = _pattern("exclude", str(values["exclude"]))
         default = not (given or self._all or self._regex)
         own = {resolve(name): topic for name, topic in TOPICS.items()}
-        self._names = set(own) if default else {resolve(name) for name in given}
+        self._names = set(own) if default else {_resolved(name, resolve) for name in given}
         self.known = {name: topic for name, topic in own.items() if self.wants(name)}
         self.named = sorted(name for name in self._names if self.wants(name))
 
@@ -76,6 +76,14 @@ class Selection:
         if name in self._names or (self._regex is not None and self._regex.fullmatch(name)):
             return True
         return self._all and not any(part.startswith("_") for part in name.split("/"))
+
+
+def _resolved(name: str, resolve: Callable[[str], str]) -> str:
+    try:
+        return resolve(name)
+    except Exception as error:  # noqa: BLE001 (rclpy raises a private type here)
+        why = str(error).removeprefix("failed to resolve name: ").partition(", at ")[0]
+        raise InputError("topics", name, "names of topics", f"{why}.") from None
 
 
 def _pattern(field: str, text: str) -> re.Pattern[str] | None:

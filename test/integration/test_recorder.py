@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import signal
 import sys
 import time
@@ -18,7 +20,7 @@ from std_msgs.msg import Float64MultiArray, String
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.run.inputs import from_json, replay
-from support.processes import Process, Starter
+from support.processes import PATIENCE, Process, Starter
 from support.talker import RELIABLE, Talker, wait_until
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -128,6 +130,51 @@ def test_received_and_lost_make_what_was_sent(
             assert len(sequences) == int(match[1])
         data = next(iter(run.decoded("/large")))[1].data
     np.testing.assert_array_equal(data, np.array(rows))
+
+
+def test_what_a_stalled_recorder_misses_is_counted(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/weak", "status_period:=0.05")
+    publisher = talker.publisher("/weak", Float64MultiArray, BEST_EFFORT)
+    message, sent = Float64MultiArray(data=array("d", range(1000))), 1
+    publisher.publish(message)
+    process.wait_for("recording: .* 1 messages")
+    process.send(signal.SIGSTOP)
+    for _ in range(4000):  # 32 MB: more than the middleware holds for a best-effort reader
+        publisher.publish(message)
+        sent += 1
+    process.send(signal.SIGCONT)
+    end = time.monotonic() + PATIENCE
+    while not re.search(r", [1-9]\d* lost on the way", process.output):
+        assert time.monotonic() < end, process.output  # a gap shows when something comes after it
+        publisher.publish(message)
+        sent += 1
+        time.sleep(0.05)
+    finish(process)
+    match = process.wait_for(r"/weak +(\d+) recorded, lost on the way: (\d+)")
+    with bag.open(tmp_path / "run") as run:
+        sequences = [row.sequence for row in run.messages("/weak")]
+    assert sequences[0] == 1
+    assert len(sequences) == int(match[1])
+    assert int(match[2]) > 0
+    assert int(match[1]) + int(match[2]) == sequences[-1] <= sent
+
+
+def test_what_the_queue_cannot_hold_is_told(start: Starter, talker: Talker, tmp_path: Path) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/large", "queue_size:=0.001")
+    publisher, sent = talker.publisher("/large", Float64MultiArray), 300
+    message = Float64MultiArray(data=array("d", range(10_000)))
+    for _ in range(sent):
+        publisher.publish(message)
+    publisher.wait_for_all_acked()
+    finish(process)
+    match = process.wait_for(r"/large +(\d+) recorded, lost on the way: 0(.*: (\d+))?")
+    assert int(match[1]) + int(match[3] or 0) == sent
+    with bag.open(tmp_path / "run") as run:
+        assert run.message_count == int(match[1])
+        dropped = json.loads(run.notes["received_but_not_recorded"])
+    assert dropped.get("/large", 0) == int(match[3] or 0)
 
 
 def test_two_publishers_are_not_counted(start: Starter, talker: Talker, tmp_path: Path) -> None:
@@ -279,6 +326,7 @@ def test_a_full_disk_ends_the_recorder_with_a_reason(
         (["/proc/none/run"], "output: got '/proc/none/run', allowed: the name of a new folder"),
         (["--ros-args", "-p", "compression:=rar"], "compression: got 'rar', allowed: zstd, lz4"),
         (["--ros-args", "-p", "compresion:=lz4"], "Did you mean compression?"),
+        (["--ros-args", "-p", "topics:=/2nd"], "topics: got '/2nd', allowed: names of topics"),
         (["--ros-args", "-p", "regex:='('"], "allowed: a regular expression"),
     ],
 )

@@ -8,28 +8,20 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
-from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64MultiArray
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.ros.conversions import impacts_to_msg
-from soak import large_bag
-from support.bags import START_NS, impact_rows
+from support import large_bag
 from support.processes import Starter
 from support.talker import Talker
 
 GIGABYTES = float(os.environ.get("BOUNCING_DISK_SOAK_GB", "2"))
-HERE = Path(__file__).parent
-MESSAGE = 80_000  # B
 #: B; what interpreter, libraries and allocators may take besides what is derived
 SLACK = 48 * 2**20
 
@@ -38,19 +30,9 @@ pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, int]]:
-    """A bag of some gigabytes, half clouds of 625 impacts, half rows of numbers; and its count."""
+    """The bag, and how many messages each of its topics has."""
     folder = tmp_path_factory.mktemp("large") / "run"
-    cloud = serialize_message(impacts_to_msg(impact_rows(0, 625), START_NS))
-    values = np.random.default_rng(1).normal(size=MESSAGE // 8)
-    numbers = serialize_message(Float64MultiArray(data=array("d", values.tobytes())))
-    count = round(GIGABYTES * 1e9 / (len(cloud) + len(numbers)))
-    with bag.Writer(folder, bag.Options(compression="none")) as writer:
-        writer.add_topic(large_bag.CLOUD, "sensor_msgs/msg/PointCloud2")
-        writer.add_topic(large_bag.NUMBERS, "std_msgs/msg/Float64MultiArray")
-        for number in range(count):
-            writer.write(large_bag.CLOUD, cloud, START_NS + number)
-            writer.write(large_bag.NUMBERS, numbers, START_NS + number)
-    yield folder, count
+    yield folder, large_bag.make(folder, GIGABYTES)
     shutil.rmtree(folder)
 
 
@@ -60,16 +42,17 @@ def test_reading_takes_little_memory(large: tuple[Path, int], way: str, whole: b
     folder, count = large
     if not whole:
         cut(folder)
-    script = str(HERE / "large_bag.py")
-    done = subprocess.run(
-        [sys.executable, script, str(folder), way], capture_output=True, text=True, check=True
-    )
-    before, after, found = (int(word) for word in done.stdout.split())
-    expected = {"messages": 2 * count, "decoded": 2 * count, "columns": count, "rows": 625 * count}
+    before, after, found = large_bag.read(folder, way)
+    expected = {
+        "messages": 2 * count,
+        "decoded": 2 * count,
+        "columns": count,
+        "rows": large_bag.ROWS * count,
+    }
     print(f"\n{way}: {GIGABYTES:g} GB with {(after - before) / 2**20:.0f} MiB")
     assert found == expected[way]
     # a range of columns twice: as it is gathered and as one array; a walk holds 64 MiB of the file
-    in_range = 0 if way in ("messages", "decoded") else 2 * large_bag.RANGE_NS * MESSAGE
+    in_range = 0 if way in ("messages", "decoded") else 2 * large_bag.RANGE_NS * large_bag.MESSAGE
     assert after - before < in_range + SLACK + (0 if whole else 64 * 2**20)
 
 
@@ -89,9 +72,9 @@ def test_recording_takes_no_more_memory_than_its_queue(
     process = start("recorder", str(tmp_path / "run"), "--ros-args", *options)
     process.wait_for("recording to")
     watched, largest = psutil.Process(process.pid), 0
-    count = round(GIGABYTES * 1e9 / MESSAGE)
+    count = round(GIGABYTES * 1e9 / large_bag.MESSAGE)
     publisher = talker.publisher("/large", Float64MultiArray)
-    message = Float64MultiArray(data=array("d", range(MESSAGE // 8)))
+    message = Float64MultiArray(data=array("d", range(large_bag.MESSAGE // 8)))
     before = watched.memory_info().rss
     for number in range(count):
         publisher.publish(message)
@@ -102,4 +85,4 @@ def test_recording_takes_no_more_memory_than_its_queue(
     with bag.open(tmp_path / "run") as run:
         print(f"\n{run.message_count} of {count} with {(largest - before) / 2**20:.0f} MiB")
         assert run.message_count > 0
-    assert largest - before < queue + 100 * MESSAGE + SLACK
+    assert largest - before < queue + 100 * large_bag.MESSAGE + SLACK
