@@ -103,7 +103,13 @@ def check_setting(node: str, name: str, value: str) -> None:
 def check_launch(package: str, file: str, *arguments: str) -> None:
     assert package == "bouncing_disk_ros"
     text = (ROOT / "launch" / file).read_text("utf-8")
-    assert all(f'"{argument.split(":=")[0]}"' in text for argument in arguments)
+    own = [argument for argument in arguments if argument != "--show-args"]
+    assert all(f'"{argument.split(":=")[0]}"' in text for argument in own)
+
+
+def check_transition(node: str, transition: str) -> None:
+    assert node == "/bouncing_disk"
+    assert transition in ("configure", "activate", "deactivate", "cleanup", "shutdown")
 
 
 def check_topic(*words: str) -> None:
@@ -118,6 +124,7 @@ KINDS: dict[tuple[str, ...], Callable[..., None]] = {
     ("service", "call"): check_call,
     ("param", "set"): check_setting,
     ("launch",): check_launch,
+    ("lifecycle", "set"): check_transition,
     ("node", "list"): lambda: None,
     ("topic", "list"): lambda: None,
 }
