@@ -17,7 +17,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
 from bouncing_disk_ros.core.clock import phase_after
 from bouncing_disk_ros.core.contact import load, load_returns
-from bouncing_disk_ros.core.flight import first_impact, separation_phase
+from bouncing_disk_ros.core.flight import first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.impact import BOUNCES, chatter_end
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import ROOM, Jet, Record, axial_jet
@@ -108,8 +108,7 @@ def after_impact(
         jet = axial_jet(motion, s, c, 0.0)
     if not load(motion, GRAVITY, jet)[1]:
         return MAP_IMPACT, tau, waited
-    kind = MAP_REST if separation_phase(motion, GRAVITY) < 0.0 else MAP_CONTACT
-    return kind, tau, waited
+    return (MAP_REST if never_leaves(motion, GRAVITY) else MAP_CONTACT), tau, waited
 
 
 @kernel

@@ -51,9 +51,12 @@ CHATTER = 13 * LANES  # `chatter_scale`
 LEFT = 14 * LANES  # impacts to come
 JOB = 15 * LANES  # index of the trajectory, −1: none
 ASK = 16 * LANES  # 1: the lane wants attention
-FIELDS = 17
+STEP = 17 * LANES  # a step, or 1/h₁
+T0, T1, T2, T3 = 18 * LANES, 19 * LANES, 20 * LANES, 21 * LANES  # between loops of one function
+FIELDS = 22
 
-MANY_LOOKS = 40.0
+MANY_LOOKS = 40.0  # rounds of a flight; a longer search is left to the scalar map
+TODO, DONE = 0, 1  # of the tally: trajectories given to lanes, and finished
 
 
 def lane(function: Kernel) -> Kernel:
@@ -91,11 +94,12 @@ def enter(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
 
 @lane
 def place(z: Scratch, i: int, tau: float, w: float) -> None:
-    """Put a lane at an impact."""
+    """Put a lane at an impact; until the next `launch` its delay is nan, and nothing happens."""
     z[TAU + i] = tau
     z[W + i] = w
     z[SPEED + i] = -z[RESTITUTION + i] * w
-    z[LANDED + i] = 1.0
+    z[DELAY + i] = math.nan
+    z[LANDED + i] = 0.0
     z[LOOKS + i] = 0.0
     z[ASK + i] = 0.0
 
@@ -104,15 +108,6 @@ def place(z: Scratch, i: int, tau: float, w: float) -> None:
 def idle(z: Scratch, i: int) -> None:
     """Give a lane nothing to do: it bounces for ever on a platform that does not move."""
     enter(z, i, -1, math.inf, (0.0, -1.0, 0.0, 1.0))
-
-
-@lane
-def busy(z: Scratch) -> bool:
-    """Whether any lane has a trajectory."""
-    most = -1.0
-    for i in range(LANES):
-        most = max(most, z[JOB + i])
-    return most >= 0.0
 
 
 @kernel

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
     ASK,
+    DONE,
     FIELDS,
     FORCING,
     JOB,
@@ -17,8 +19,8 @@ from bouncing_disk_ros.core.lanes import (
     LEFT,
     RESTITUTION,
     TAU,
+    TODO,
     W,
-    busy,
     enter,
     idle,
     place,
@@ -47,21 +49,23 @@ def _step(z: Any, i: int, counts: Any) -> None:
 
 
 @kernel
-def _attend(z: Any, i: int, todo: int, impacts: int, state: Any, counts: Any) -> int:
-    """Carry a lane on, or give it the next trajectory; the index of the one after that."""
+def _attend(z: Any, i: int, impacts: int, state: Any, counts: Any, tally: Any) -> None:
+    """Carry a lane on, or give it the next trajectory."""
     tau, w, forcing, restitution = state
     job = int(z[JOB + i])
     if job >= 0 and z[LEFT + i] > 0.0:
         _step(z, i, counts)
         if z[LEFT + i] > 0.0:
-            return todo
+            return
     if job >= 0:
         tau[job], w[job] = z[TAU + i], z[W + i]
-    if todo == len(tau):
+        tally[DONE] += 1
+    job = tally[TODO]
+    if job == len(tau):
         idle(z, i)
-        return todo
-    enter(z, i, todo, float(impacts), (tau[todo], w[todo], forcing[todo], restitution[todo]))
-    return todo + 1
+        return
+    enter(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
+    tally[TODO] += 1
 
 
 @entry(types.void(_FLOATS, _FLOATS, _FLOATS, _FLOATS, types.int64, types.int64[:, ::1]))
@@ -76,15 +80,15 @@ def iterate(tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, coun
         return
     state = (tau, w, forcing, restitution)
     z = scratch(FIELDS)
-    todo = 0
+    tally = np.zeros(2, np.int64)
     for i in range(LANES):
         idle(z, i)
-        todo = _attend(z, i, todo, impacts, state, counts)
-    while busy(z):
-        while launch(z) > 0:
+        _attend(z, i, impacts, state, counts, tally)
+    while tally[DONE] < len(tau):
+        if launch(z) > 0:
             for i in range(LANES):
                 if z[ASK + i] > 0.0:
-                    todo = _attend(z, i, todo, impacts, state, counts)
+                    _attend(z, i, impacts, state, counts, tally)
         look(z, False)
         look(z, True)
         land(z)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
     ASK,
     DELAY,
+    DONE,
     FIELDS,
     FORCING,
     JOB,
@@ -20,8 +22,8 @@ from bouncing_disk_ros.core.lanes import (
     LEFT,
     RESTITUTION,
     TAU,
+    TODO,
     W,
-    busy,
     enter,
     fate,
     idle,
@@ -62,9 +64,30 @@ def _predecessors(of: Any) -> Any:
 
 
 @lane
+def _compare_one(
+    z: Any, first: int, last: int, tau: float, w: float, tolerance: float, confirm: float
+) -> None:
+    """`_compare` where there is one point."""
+    for i in range(first, last):
+        landed = z[LANDED + i] > 0.0
+        run, time, ask = z[RUN + i], z[TIME + i], z[ASK + i]
+        apart = abs(z[TAU + i] - tau)
+        near = min(apart, TWO_PI - apart) <= tolerance and abs(z[W + i] - w) <= tolerance
+        longer = run + 1.0 if near else 0.0
+        run = longer if landed else run
+        z[RUN + i] = run
+        z[POINT + i] = 0.0
+        z[TIME + i] = time + z[DELAY + i] if landed else time
+        z[ASK + i] = 1.0 if run >= confirm else ask
+
+
+@lane
 def _compare(z: Any, first: int, last: int, points: Any, rule: Any) -> None:
     """Near which point each lane's last impact was; one that continues the run goes first."""
     tolerance, confirm, before = rule[0], rule[1], rule[4]
+    if len(points) == 1:
+        _compare_one(z, first, last, points[0, 0], points[0, 1], tolerance, confirm)
+        return
     for i in range(first, last):
         z[_NEXT + i] = -1.0
         z[_NEAR + i] = 0.0
@@ -79,12 +102,13 @@ def _compare(z: Any, first: int, last: int, points: Any, rule: Any) -> None:
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
         run, point, ask, following = z[RUN + i], z[POINT + i], z[ASK + i], z[_NEXT + i]
+        time = z[TIME + i]
         again = 1.0 if following >= 0.0 else 0.0
         longer = run + 1.0 if z[_NEAR + i] > 0.0 else again
         run = longer if landed else run
         z[RUN + i] = run
         z[POINT + i] = following if landed else point
-        z[TIME + i] += z[DELAY + i] if landed else 0.0
+        z[TIME + i] = time + z[DELAY + i] if landed else time
         z[ASK + i] = 1.0 if run >= confirm else ask
 
 
@@ -103,8 +127,9 @@ def _decision(z: Any, i: int, points: Any, of: Any, rule: Any) -> int:
     _, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     place(z, i, tau, w)
     z[LEFT + i] -= 1.0
-    z[DELAY + i] = delay
+    z[DELAY + i], z[LANDED + i] = delay, 1.0
     _compare(z, i, i + 1, points, rule)
+    z[DELAY + i], z[LANDED + i] = math.nan, 0.0
     if z[RUN + i] >= rule[1]:
         return int(of[int(z[POINT + i])])
     return UNDECIDED if z[LEFT + i] <= 0.0 else _OPEN
@@ -120,23 +145,24 @@ def _enter(z: Any, i: int, job: int, cap: int, state: Any) -> None:
 
 @kernel
 def _attend(
-    z: Any, i: int, todo: int, cap: int, state: Any, points: Any, of: Any, rule: Any, out: Any
-) -> int:
-    """Carry a lane on, or give it the next start; the index of the one after that."""
+    z: Any, i: int, cap: int, state: Any, points: Any, of: Any, rule: Any, out: Any, tally: Any
+) -> None:
+    """Carry a lane on, or give it the next start."""
     job = int(z[JOB + i])
     if job >= 0:
         found = _decision(z, i, points, of, rule)
         if found == _OPEN:
-            return todo
+            return
         out[0][job] = found
         out[1][job] = cap - int(z[LEFT + i])
         out[2][job] = z[TIME + i]
+        tally[DONE] += 1
     z[RUN + i] = 0.0
-    if todo == len(state[0]):
+    if tally[TODO] == len(state[0]):
         idle(z, i)
-        return todo
-    _enter(z, i, todo, cap, state)
-    return todo + 1
+        return
+    _enter(z, i, tally[TODO], cap, state)
+    tally[TODO] += 1
 
 
 @entry(
@@ -194,15 +220,15 @@ def label(
     rule = (tolerance, float(confirm), contact_label, rest_label, _predecessors(of))
     out = (out_label, out_impacts, out_time)
     z = scratch(_FIELDS)
-    todo = 0
+    tally = np.zeros(2, np.int64)
     for i in range(LANES):
         idle(z, i)
-        todo = _attend(z, i, todo, cap, state, points, of, rule, out)
-    while busy(z):
-        while launch(z) > 0:
+        _attend(z, i, cap, state, points, of, rule, out, tally)
+    while tally[DONE] < len(tau):
+        if launch(z) > 0:
             for i in range(LANES):
                 if z[ASK + i] > 0.0:
-                    todo = _attend(z, i, todo, cap, state, points, of, rule, out)
+                    _attend(z, i, cap, state, points, of, rule, out, tally)
         look(z, False)
         look(z, True)
         land(z)

@@ -31,6 +31,11 @@ from bouncing_disk_ros.core.lanes import (
     SINE,
     SLOPE,
     SPEED,
+    STEP,
+    T0,
+    T1,
+    T2,
+    T3,
     TAU,
     Scratch,
     W,
@@ -94,27 +99,29 @@ def launch(z: Scratch) -> int:
 
     Returns how many lanes have ASK set, be it by others or here: where a chatter may be complete.
     """
-    wanted = 0
+    for i in range(LANES):
+        s, c, _, _ = lane_turn(z[TAU + i])
+        z[SINE + i] = s
+        z[COSINE + i] = c
     for i in range(LANES):
         f = z[FORCING + i]
-        u = z[SPEED + i]
-        s, c, _, _ = lane_turn(z[TAU + i])
+        begin, end = lane_above(f * ROOM, f * z[SINE + i], f * z[COSINE + i] + z[SPEED + i])
+        z[BEGIN + i] = begin
+        z[END + i] = end
+    wanted = 0
+    for i in range(LANES):
+        f, u, end = z[FORCING + i], z[SPEED + i], z[END + i]
         top = f * ROOM
-        begin, end = lane_above(top, f * s, f * c + u)
-        a = GRAVITY - f * s
+        a = GRAVITY - f * z[SINE + i]
         # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand
         k = GRAVITY + top
         sharp = a * a + top * u * (2.0 / 3.0)
         sharper = a > 0.0 and sharp < k * a
         d = (2.0 * u * a if sharper else 2.0 * u) / (sharp if sharper else k)
-        d = end if begin <= d < end else d
-        fresh = z[LANDED + i] > 0.0
+        d = end if z[BEGIN + i] <= d < end else d
         before, looks, ask = z[DELAY + i], z[LOOKS + i], z[ASK + i]
-        asks = ask > 0.0 or may_end(a, f * c, top, u, z[CHATTER + i])
-        z[SINE + i] = s
-        z[COSINE + i] = c
-        z[BEGIN + i] = begin
-        z[END + i] = end
+        fresh = z[LANDED + i] > 0.0 or before != before
+        asks = ask > 0.0 or may_end(a, f * z[COSINE + i], top, u, z[CHATTER + i])
         z[DELAY + i] = d if fresh else before
         z[LOOKS + i] = 0.0 if fresh else looks
         z[ASK + i] = 1.0 if asks else 0.0
@@ -124,29 +131,39 @@ def launch(z: Scratch) -> int:
 
 @lane
 def look(z: Scratch, last: bool) -> None:
-    """One look at the gap: a step to the root if one is proven ahead, else a step that is safe."""
+    """One look at the gap: a step to the root if one is proven ahead, else a step that is safe.
+
+    Loops of a few dozen instructions: the processor works on several turns of such a loop at once.
+    """
     for i in range(LANES):
-        f = z[FORCING + i]
-        d = z[DELAY + i]
-        s, c = z[SINE + i], z[COSINE + i]
-        jet = turned_gap(f, 1.0, s, c, GRAVITY, 0.0, z[SPEED + i], d, lane_turn(d))
-        h, h1, _, _, _ = jet
-        top = f * ROOM
-        k = GRAVITY + top
+        sx, cx, se, ce = lane_turn(z[DELAY + i])
+        z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = sx, cx, se, ce
+    for i in range(LANES):
+        f, u, d = z[FORCING + i], z[SPEED + i], z[DELAY + i]
+        turn = (z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i])
+        jet = turned_gap(f, 1.0, z[SINE + i], z[COSINE + i], GRAVITY, 0.0, u, d, turn)
+        h, h1, h2, h3, _ = jet
+        k = GRAVITY + f * ROOM
         above = max(h, 0.0)
         ahead = one_root_ahead(above, h1, k)
         over, under = parabola_quotient(above, h1, k)
-        r = (1.0 if ahead else over) / (h1 if ahead else under)
+        z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = h, h1, h2, h3
+        z[STEP + i] = (1.0 if ahead else over) / (h1 if ahead else under)
+        z[LANDED + i] = 1.0 if ahead else 0.0
+    for i in range(LANES):
+        d, r, end = z[DELAY + i], z[STEP + i], z[END + i]
+        ahead = z[LANDED + i] > 0.0
+        h1, h2 = z[T1 + i], z[T2 + i]
+        jet = (z[T0 + i], h1, h2, z[T3 + i], -(h2 + GRAVITY))  # ω = 1
         x = inverse_series(jet, r)
-        end = z[END + i]
         safe = d + max(r, 4.0 * ROUNDING * d)
         safe = end if z[BEGIN + i] <= safe < end else safe
         z[DELAY + i] = d + x if ahead else safe
         if last:
             # implies the conditions of flight._impact_ahead: Γ/k⁴ < 3.4 and Γ/k² < 0.8
+            k = GRAVITY + z[FORCING + i]
             short = ahead and k * abs(x) < 1e-4 * min(abs(h1), 1.0)
-            slope = slope_after(jet, x)
-            z[SLOPE + i] = slope
+            z[SLOPE + i] = slope_after(jet, x)
             z[LANDED + i] = 1.0 if short else 0.0
 
 
