@@ -17,10 +17,13 @@ in any company and on any processor.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import (
     Kernel,
@@ -56,28 +59,59 @@ T0, T1, T2, T3 = 18 * LANES, 19 * LANES, 20 * LANES, 21 * LANES  # between loops
 FIELDS = 22
 
 MANY_LOOKS = 40.0  # rounds of a flight; a longer search is left to the scalar map
-TODO, DONE = 0, 1  # of the tally: trajectories given to lanes, and finished
 
 
 def lane(function: Kernel) -> Kernel:
     """Compile for lanes, and a kernel of the core once more: multiply and add may be one rounding.
 
     What such a sum leaves is more exact, not less; nothing is reordered, and inf and nan are as
-    they should be. Not for functions that take a rounding error apart.
+    they should be. Not for functions that take a rounding error apart. Arrays are not counted
+    (`_nrt`), which costs more than a flight, and so none can be made.
     """
-    python = getattr(function, "py_func", function)
     compiled: Kernel = njit(
-        error_model="numpy", nogil=True, forceinline=True, fastmath={"contract", "nsz"}
-    )(python)
+        error_model="numpy",
+        nogil=True,
+        forceinline=True,
+        fastmath={"contract", "nsz"},
+        _nrt=False,
+    )(getattr(function, "py_func", function))
     return compiled
 
 
-@lane
-def scratch(fields: int) -> Scratch:
-    """Zeros for so many fields, aligned to a cache line: no vector is to lie across two."""
+def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
+    """`entry` for a function whose arrays are not counted."""
+
+    def compile_entry(function: Kernel) -> Kernel:
+        compiled: Kernel = njit(
+            *signature, error_model="numpy", nogil=True, cache=True, _nrt=False
+        )(function)
+        return compiled
+
+    return compile_entry
+
+
+def scratch(fields: int) -> NDArray[np.float64]:
+    """Room for so many fields, aligned to a cache line: no vector is to lie across two."""
     z = np.zeros(fields * LANES + 8)
-    shift = (-(z.ctypes.data // 8)) % 8
+    shift = (-z.ctypes.data // 8) % 8
     return z[shift : shift + fields * LANES]
+
+
+def in_slices(work: Callable[[slice], object], n: int, workers: int) -> None:
+    """Do `work` on all of range(n) by slices, on threads of their own if workers > 1.
+
+    Work that releases the GIL, writes to its slice alone and looks at nothing else of what is
+    written gives the same results for any number of workers. The slices are smaller than the shares
+    of the workers, for starts differ in cost. The first error is raised.
+    """
+    if workers <= 1:
+        work(slice(0, n))
+        return
+    size = max(4 * LANES, -(-n // (8 * workers)))
+    slices = [slice(k, min(k + size, n)) for k in range(0, n, size)]
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(work, slices):
+            pass
 
 
 @lane
@@ -90,6 +124,7 @@ def enter(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
     z[RESTITUTION + i] = restitution
     z[CHATTER + i] = chatter_scale(restitution)
     place(z, i, tau, w)
+    z[ASK + i] = 1.0 if left <= 0.0 else 0.0
 
 
 @lane

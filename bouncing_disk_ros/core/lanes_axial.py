@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
     ASK,
-    DONE,
     FIELDS,
     FORCING,
     JOB,
@@ -19,10 +18,12 @@ from bouncing_disk_ros.core.lanes import (
     LEFT,
     RESTITUTION,
     TAU,
-    TODO,
     W,
     enter,
     idle,
+    in_slices,
+    lane,
+    lane_entry,
     place,
     scratch,
 )
@@ -34,10 +35,12 @@ CONTACTS, RESTS = 0, 1
 _FLOATS = types.float64[::1]
 
 
-@kernel
+@lane
 def _step(z: Any, i: int, counts: Any) -> None:
-    """One impact by the scalar map."""
+    """One impact by the scalar map, for a lane that has impacts left."""
     job = int(z[JOB + i])
+    if job < 0 or z[LEFT + i] <= 0.0:
+        return
     kind, tau, w, _ = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     place(z, i, tau, w)
     z[LEFT + i] -= 1.0
@@ -48,47 +51,59 @@ def _step(z: Any, i: int, counts: Any) -> None:
         z[LEFT + i] = 0.0
 
 
-@kernel
-def _attend(z: Any, i: int, impacts: int, state: Any, counts: Any, tally: Any) -> None:
-    """Carry a lane on, or give it the next trajectory."""
-    tau, w, forcing, restitution = state
-    job = int(z[JOB + i])
-    if job >= 0 and z[LEFT + i] > 0.0:
-        _step(z, i, counts)
-        if z[LEFT + i] > 0.0:
-            return
-    if job >= 0:
-        tau[job], w[job] = z[TAU + i], z[W + i]
-        tally[DONE] += 1
-    job = tally[TODO]
-    if job == len(tau):
-        idle(z, i)
-        return
-    enter(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
-    tally[TODO] += 1
-
-
-@entry(types.void(_FLOATS, _FLOATS, _FLOATS, _FLOATS, types.int64, types.int64[:, ::1]))
-def iterate(tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any) -> None:
-    """Carry trajectories `impacts` impacts on.
-
-    tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
-    forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed
-    chatters with contact (CONTACTS) and of rests (RESTS) are added to it. Nothing is checked.
-    """
-    if impacts <= 0:
-        return
-    state = (tau, w, forcing, restitution)
-    z = scratch(FIELDS)
-    tally = np.zeros(2, np.int64)
+@lane_entry(types.void(*[_FLOATS] * 5, types.int64, types.int64[:, ::1]))
+def _iterate(
+    z: Any, tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any
+) -> None:
+    n = len(tau)
+    todo = done = 0
     for i in range(LANES):
         idle(z, i)
-        _attend(z, i, impacts, state, counts, tally)
-    while tally[DONE] < len(tau):
-        if launch(z) > 0:
+        z[ASK + i] = 1.0
+    while done < n:
+        if todo == 0 or launch(z) > 0:
             for i in range(LANES):
-                if z[ASK + i] > 0.0:
-                    _attend(z, i, impacts, state, counts, tally)
+                if z[ASK + i] <= 0.0:
+                    continue
+                _step(z, i, counts)
+                job = int(z[JOB + i])
+                if job >= 0:
+                    if z[LEFT + i] > 0.0:
+                        continue
+                    tau[job], w[job] = z[TAU + i], z[W + i]
+                    done += 1
+                if todo == n:
+                    idle(z, i)
+                    continue
+                state = (tau[todo], w[todo], forcing[todo], restitution[todo])
+                enter(z, i, todo, float(impacts), state)
+                todo += 1
         look(z, False)
         look(z, True)
         land(z)
+
+
+def iterate(
+    tau: NDArray[np.float64],
+    w: NDArray[np.float64],
+    forcing: NDArray[np.float64],
+    restitution: NDArray[np.float64],
+    impacts: int,
+    counts: NDArray[np.int64],
+    *,
+    workers: int = 1,
+) -> None:
+    """Carry trajectories `impacts` impacts on, on so many threads; the same for any number of them.
+
+    tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
+    forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed
+    chatters with contact (CONTACTS) and of rests (RESTS) are added to it. All arrays are
+    C-contiguous; nothing is checked.
+    """
+
+    def work(part: slice) -> None:
+        states = (tau[part], w[part], forcing[part], restitution[part])
+        _iterate(scratch(FIELDS), *states, impacts, counts[part])
+
+    if impacts > 0:
+        in_slices(work, len(tau), workers)

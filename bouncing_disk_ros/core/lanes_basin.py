@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes import (
     ASK,
     DELAY,
-    DONE,
     FIELDS,
     FORCING,
     JOB,
@@ -22,12 +22,13 @@ from bouncing_disk_ros.core.lanes import (
     LEFT,
     RESTITUTION,
     TAU,
-    TODO,
     W,
     enter,
     fate,
     idle,
+    in_slices,
     lane,
+    lane_entry,
     place,
     scratch,
 )
@@ -44,22 +45,17 @@ _NEAR = (FIELDS + 3) * LANES  # the same for this impact
 _NEXT = (FIELDS + 4) * LANES
 _FIELDS = FIELDS + 5
 
+_FLOAT = types.float64
 _FLOATS = types.float64[::1]
 _INTS = types.int32[::1]
 
 
-@kernel
-def _predecessors(of: Any) -> Any:
-    """Index of the point before each one on its attractor, as float64."""
-    m = len(of)
-    before = np.empty(m)
-    for p in range(m):
-        before[p] = p
-        for step in range(1, m):
-            q = (p - step) % m
-            if of[q] == of[p]:
-                before[p] = q
-                break
+def _predecessors(of: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Index of the point before each one on its attractor."""
+    before = np.empty(len(of))
+    for name in np.unique(of):
+        mine = np.flatnonzero(of == name)
+        before[mine] = np.roll(mine, 1)
     return before
 
 
@@ -82,9 +78,9 @@ def _compare_one(
 
 
 @lane
-def _compare(z: Any, first: int, last: int, points: Any, rule: Any) -> None:
+def _compare(z: Any, first: int, last: int, points: Any, before: Any, rule: Any) -> None:
     """Near which point each lane's last impact was; one that continues the run goes first."""
-    tolerance, confirm, before = rule[0], rule[1], rule[4]
+    tolerance, confirm = rule[0], rule[1]
     if len(points) == 1:
         _compare_one(z, first, last, points[0, 0], points[0, 1], tolerance, confirm)
         return
@@ -112,8 +108,8 @@ def _compare(z: Any, first: int, last: int, points: Any, rule: Any) -> None:
         z[ASK + i] = 1.0 if run >= confirm else ask
 
 
-@kernel
-def _decision(z: Any, i: int, points: Any, of: Any, rule: Any) -> int:
+@lane
+def _decision(z: Any, i: int, points: Any, of: Any, before: Any, rule: Any, ends: Any) -> int:
     """Label of the start in a lane that asks; _OPEN: it has been carried on by the scalar map."""
     if z[RUN + i] >= rule[1]:
         return int(of[int(z[POINT + i])])
@@ -121,83 +117,98 @@ def _decision(z: Any, i: int, points: Any, of: Any, rule: Any) -> int:
         return UNDECIDED
     kind = fate(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     if kind == MAP_CONTACT:
-        return int(rule[2])
+        return int(ends[0])
     if kind == MAP_REST:
-        return int(rule[3])
+        return int(ends[1])
     _, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     place(z, i, tau, w)
     z[LEFT + i] -= 1.0
     z[DELAY + i], z[LANDED + i] = delay, 1.0
-    _compare(z, i, i + 1, points, rule)
+    _compare(z, i, i + 1, points, before, rule)
     z[DELAY + i], z[LANDED + i] = math.nan, 0.0
     if z[RUN + i] >= rule[1]:
         return int(of[int(z[POINT + i])])
     return UNDECIDED if z[LEFT + i] <= 0.0 else _OPEN
 
 
-@kernel
-def _enter(z: Any, i: int, job: int, cap: int, state: Any) -> None:
-    tau, w, forcing, restitution = state
-    enter(z, i, job, float(cap), (tau[job], w[job], forcing, restitution))
+@lane
+def _start(z: Any, i: int, job: int, left: float, state: Any) -> None:
+    enter(z, i, job, left, state)
     z[TIME + i] = 0.0
     z[POINT + i] = -1.0
-
-
-@kernel
-def _attend(
-    z: Any, i: int, cap: int, state: Any, points: Any, of: Any, rule: Any, out: Any, tally: Any
-) -> None:
-    """Carry a lane on, or give it the next start."""
-    job = int(z[JOB + i])
-    if job >= 0:
-        found = _decision(z, i, points, of, rule)
-        if found == _OPEN:
-            return
-        out[0][job] = found
-        out[1][job] = cap - int(z[LEFT + i])
-        out[2][job] = z[TIME + i]
-        tally[DONE] += 1
     z[RUN + i] = 0.0
-    if tally[TODO] == len(state[0]):
-        idle(z, i)
-        return
-    _enter(z, i, tally[TODO], cap, state)
-    tally[TODO] += 1
 
 
-@entry(
+@lane_entry(
     types.void(
-        _FLOATS,
-        _FLOATS,
-        types.float64,
-        types.float64,
-        types.float64[:, ::1],
-        _INTS,
-        types.float64,
-        types.int64,
-        types.int64,
-        types.int64,
-        types.int64,
-        _INTS,
-        _INTS,
-        _FLOATS,
+        *[_FLOATS] * 3, _FLOAT, _FLOAT, types.float64[:, ::1], _INTS, _FLOATS,
+        types.UniTuple(_FLOAT, 2), types.UniTuple(types.int64, 3), _INTS, _INTS, _FLOATS,
     )
-)
-def label(
+)  # fmt: skip
+def _label(
+    z: Any,
     tau: Any,
     w: Any,
     forcing: float,
     restitution: float,
     points: Any,
     of: Any,
+    before: Any,
+    rule: tuple[float, float],
+    ends: tuple[int, int, int],
+    out_label: Any,
+    out_impacts: Any,
+    out_time: Any,
+) -> None:
+    """`label`; rule = (tolerance, confirm), ends = (label of contact, label of rest, cap)."""
+    n = len(tau)
+    todo = done = 0
+    for i in range(LANES):
+        idle(z, i)
+        z[ASK + i] = 1.0
+    while done < n:
+        if todo == 0 or launch(z) > 0:
+            for i in range(LANES):
+                if z[ASK + i] <= 0.0:
+                    continue
+                job = int(z[JOB + i])
+                if job >= 0:
+                    found = _decision(z, i, points, of, before, rule, ends)
+                    if found == _OPEN:
+                        continue
+                    out_label[job] = found
+                    out_impacts[job] = ends[2] - int(z[LEFT + i])
+                    out_time[job] = z[TIME + i]
+                    done += 1
+                if todo == n:
+                    idle(z, i)
+                    z[RUN + i] = 0.0
+                    continue
+                _start(z, i, todo, float(ends[2]), (tau[todo], w[todo], forcing, restitution))
+                todo += 1
+        look(z, False)
+        look(z, True)
+        land(z)
+        _compare(z, 0, LANES, points, before, rule)
+
+
+def label(
+    tau: NDArray[np.float64],
+    w: NDArray[np.float64],
+    forcing: float,
+    restitution: float,
+    points: NDArray[np.float64],
+    of: NDArray[np.int32],
     tolerance: float,
     confirm: int,
     cap: int,
     contact_label: int,
     rest_label: int,
-    out_label: Any,
-    out_impacts: Any,
-    out_time: Any,
+    out_label: NDArray[np.int32],
+    out_impacts: NDArray[np.int32],
+    out_time: NDArray[np.float64],
+    *,
+    workers: int = 1,
 ) -> None:
     """Label starts by the attractor that they go to.
 
@@ -214,22 +225,15 @@ def label(
     The start itself is not compared. Where points are nearer to each other than the tolerance, the
     one that continues the run counts, else the first. out_impacts: impacts after the start up to
     the decision, and out_time their time in rad; under rule 1 up to the last impact that was found
-    by itself. A label depends on its own start alone. Nothing is checked.
+    by itself. A label depends on its own start alone, not on order, company or the number of
+    threads (`workers`). All arrays are C-contiguous; nothing is checked.
     """
-    state = (tau, w, forcing, restitution)
-    rule = (tolerance, float(confirm), contact_label, rest_label, _predecessors(of))
-    out = (out_label, out_impacts, out_time)
-    z = scratch(_FIELDS)
-    tally = np.zeros(2, np.int64)
-    for i in range(LANES):
-        idle(z, i)
-        _attend(z, i, cap, state, points, of, rule, out, tally)
-    while tally[DONE] < len(tau):
-        if launch(z) > 0:
-            for i in range(LANES):
-                if z[ASK + i] > 0.0:
-                    _attend(z, i, cap, state, points, of, rule, out, tally)
-        look(z, False)
-        look(z, True)
-        land(z)
-        _compare(z, 0, LANES, points, rule)
+    before = _predecessors(of)
+    rule, ends = (float(tolerance), float(confirm)), (contact_label, rest_label, cap)
+
+    def work(part: slice) -> None:
+        outs = (out_label[part], out_impacts[part], out_time[part])
+        z = scratch(_FIELDS)
+        _label(z, tau[part], w[part], forcing, restitution, points, of, before, rule, ends, *outs)
+
+    in_slices(work, len(tau), workers)
