@@ -91,7 +91,7 @@ def with_gaps(x: Column, y: Column, after: float) -> tuple[Column, Column]:
     return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
 
 
-def places(part: Series, cells: int = 200) -> int:
+def places(part: Series, cells: int = 400) -> int:
     """At how many different places of its panel the points of a series lie; so dots are sized."""
     seen = []
     for values in (part.x, part.y):

@@ -158,11 +158,12 @@ def _segment(record: RunRecord, segment: Segment, rows: Rows, worked: bool) -> S
     own = segment.of(rows)
     times, speeds = speeds_of(record, segment, own)
     last = times > segment.end - SETTLED_SECONDS
+    disk = segment.disk if known(segment.disk) else None
     return SegmentReport(
         segment,
         len(own),
         int(np.sum(own["count"], dtype=np.int64)),
-        orbit_of(own) if worked else None,
+        orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
         transient_of(times, speeds) if worked else None,
         float(np.mean(speeds[last])) if np.any(last) else math.nan,
     )

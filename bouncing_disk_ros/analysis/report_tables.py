@@ -101,6 +101,9 @@ def _orbit(report: Report) -> Pairs:
         return [("orbit found", "unresolved: no impacts")]
     orbit, segment = part.orbit, part.segment
     found = [("orbit found", f"{orbit.name}, from {part.rows} rows of impacts")]
+    if orbit.exponent is not None:
+        exponent = estimate_words(orbit.exponent, "impacts", " per impact")
+        found.append(("Lyapunov exponent", exponent))
     theory = None
     if segment.motion and known(segment.disk):
         theory = period_one(segment.motion, segment.disk)

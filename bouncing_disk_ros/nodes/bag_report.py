@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -92,11 +93,19 @@ def _report(given: argparse.Namespace) -> int:
     report = read(given)
     from bouncing_disk_ros.analysis.report_text import lines
 
-    print("\n".join(lines(report)), flush=True)
+    _say("\n".join(lines(report)))
     for file in files:
         _write(report, file)
-        print(f"written: {file}", flush=True)
+        _say(f"written: {file}")
     return ExitCode.DONE
+
+
+def _say(text: str) -> None:
+    """Print; when the reader has gone (`| head`), the files are written all the same."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
 
 
 def read(given: argparse.Namespace) -> Report:

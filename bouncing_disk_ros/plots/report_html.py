@@ -135,7 +135,7 @@ def _plot(panel: Panel) -> go.Figure:
     figure.update_layout(
         template="none", margin={"l": 10, "r": 10, "t": 30, "b": 10}, hovermode="closest",
         showlegend=len(panel.series) > 1,
-        legend={"orientation": "h", "y": -0.2, "yanchor": "top", "itemsizing": "constant"},
+        legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
     )  # fmt: skip
     return figure
 
@@ -146,7 +146,7 @@ def _trace(part: Series) -> go.Scatter:
     match part.look:
         case Look.POINTS:
             at = places(part)
-            size = 6 if at < 500 else 4 if at < 2000 else 2.5
+            size = 6 if at < 200 else 4 if at < 1000 else 2.5
             look = {"mode": "markers", "marker": {"color": color, "size": size}}
         case Look.LINE | Look.WIDE:
             width = 1.6 if part.look is Look.LINE else 5.0

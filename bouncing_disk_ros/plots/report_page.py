@@ -101,7 +101,7 @@ def _draw_series(axes: Any, part: Series) -> None:
     match part.look:
         case Look.POINTS:
             at = places(part)
-            size = 4.0 if at < 500 else 2.0 if at < 5000 else 1.0
+            size = 4.0 if at < 200 else 2.0 if at < 1000 else 1.2
             axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
         case Look.LINE | Look.WIDE:
             width = 1.4 if part.look is Look.LINE else 4.0

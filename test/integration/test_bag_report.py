@@ -58,6 +58,15 @@ def test_files_are_ours_or_left_alone(start: Starter, tmp_path: Path) -> None:
     assert (tmp_path / "first.html").read_bytes() == before
 
 
+def test_a_reader_that_leaves_costs_no_file(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    command = f"{sys.executable} -m bouncing_disk_ros bag_report {folder} --figures none | head -1"
+    shell = start.command(["bash", "-o", "pipefail", "-c", command])
+    assert shell.wait(WAIT) == 0, shell.output
+    assert shell.output == "Recording\n"
+    assert (tmp_path / "run_report.html").is_file()
+
+
 def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None:
     folder = period_one_bag(tmp_path / "run", 3.0)
     with bag.Writer(tmp_path / "two") as writer:

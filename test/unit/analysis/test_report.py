@@ -174,6 +174,17 @@ def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:
     assert "  2    21.000  30.000  change of motion  0.5089       26  period-2" in text
 
 
+def test_chaos_is_named_with_its_exponent() -> None:
+    """Γ = 0.55 is in the chaotic band (bifurcations end at 0.5426)."""
+    amplitude = 0.55 * math.pi * 10.0 / (6.0 * math.pi) ** 2
+    report = report_of(heard(session_of(axial_amplitude=amplitude), 300.0), Source("a"))
+    said = words(report)
+    assert said["orbit found"].startswith("chaotic, from ")
+    value, unit = said["Lyapunov exponent"].split()[:2]
+    assert float(value) > 0.0
+    assert unit == "per"
+
+
 def test_estimates_keep_disks_apart() -> None:
     session = session_of()
     record = heard(session, 5.0)
