@@ -15,7 +15,7 @@ unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BU
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
-.PHONY: help demo test lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
+.PHONY: help demo test figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
 .DEFAULT_GOAL := help
 
 help:   ## list the targets
@@ -36,6 +36,9 @@ types: test-environment   ## check types (mypy --strict)
 
 bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per impact
 	$(BIN)/pytest -m bench -s test/bench
+
+figures: run-environment   ## compute every figure of the paper and docs/figures.md (minutes)
+	@$(BIN)/python tools/make_figures.py
 
 soak: test-environment   ## run for long: memory, lateness, lost rows; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak

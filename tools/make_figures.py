@@ -1,0 +1,114 @@
+"""Compute every figure of the paper, and write docs/figures.md with each number beside the paper's.
+
+    python tools/make_figures.py [NAME ...]      (default: all)
+
+The studies run by the parameter files in config/; their stores are kept in output/figures, so that
+a second run only draws, and an interrupted one goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import yaml
+from tqdm import tqdm
+
+from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.nodes.study_options import COMMON
+from bouncing_disk_ros.study import run
+from paper_figures import FIGURES, PaperFigure, page  # beside this file
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from bouncing_disk_ros.nodes.study_tool import StudyTool
+    from bouncing_disk_ros.study import Progress
+
+ROOT = Path(__file__).resolve().parents[1]
+DPI = 110
+
+
+class Stopped:
+    """Whether Ctrl-C was pressed."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        signal.signal(signal.SIGINT, self._ask)
+
+    def _ask(self, *_: object) -> None:
+        self.asked = True
+
+
+def tool_and_values(name: str) -> tuple[StudyTool, dict[str, object]]:
+    """The study of a parameter file in config/ and its whole set of parameters, checked."""
+    content = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text("utf-8"))
+    ((key, section),) = content.items()
+    module = importlib.import_module(f"bouncing_disk_ros.nodes.{key.rsplit('/', 1)[-1]}")
+    tool: StudyTool = module.TOOL
+    given = section["ros__parameters"]
+    for field in given:
+        if field not in tool.table:
+            raise InputError(f"config/{name}.yaml", field, ", ".join(tool.table))
+    own = {spec.name: spec for spec in tool.table.values() if spec.name not in COMMON}
+    return tool, {key: spec.checked(given.get(key, spec.default)) for key, spec in own.items()}
+
+
+def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
+    """The result of one figure, its pictures written to docs/figures; None: interrupted."""
+    tool, values = tool_and_values(figure.name)
+    exhibit = tool.exhibit()
+    study = exhibit.make(values)  # type: ignore[arg-type]
+    with tqdm(desc=figure.name, unit="part", disable=None) as bar:
+
+        def show(progress: Progress) -> None:
+            bar.total = progress.total
+            bar.update(progress.done - bar.n)
+
+        store = ROOT / "output" / "figures" / f"{figure.name}.zarr"
+        result = run(
+            study, store, workers=os.cpu_count() or 1, on_progress=show,
+            stopped=lambda: stop.asked,
+        )  # fmt: skip
+    if result is not None:
+        folder = ROOT / "docs" / "figures"
+        for name, picture in exhibit.pictures(result).items():
+            picture.savefig(folder / f"{figure.name}_{name}.png", dpi=DPI)
+            print(f"docs/figures/{figure.name}_{name}.png", flush=True)
+    return result
+
+
+def main() -> int:
+    """Compute, draw, write the page; exit code 0 done, 2 bad input, 130 interrupted."""
+    names = [figure.name for figure in FIGURES]
+    parser = argparse.ArgumentParser(prog="make_figures", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(names)}")
+    chosen = parser.parse_args().names or names
+    stop = Stopped()
+    results = {}
+    try:
+        for name in chosen:
+            if name not in names:
+                raise InputError("NAME", name, ", ".join(names))
+            figure = FIGURES[names.index(name)]
+            result = compute(figure, stop)
+            if result is None:
+                print("interrupted; the same command goes on from here", file=sys.stderr)
+                return ExitCode.INTERRUPTED
+            results[name] = result
+    except InputError as error:
+        print(f"make_figures: {error.line}", file=sys.stderr)
+        return ExitCode.BAD_INPUT
+    if chosen == names:
+        (ROOT / "docs" / "figures.md").write_text(page(results), encoding="utf-8")
+        print("docs/figures.md", flush=True)
+    return ExitCode.DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())
