@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.axial_map import KIND, MAP_CONTACT, MAP_REST, TAU, W, axial_orbit
-from bouncing_disk_ros.core.lanes import LANES
+from bouncing_disk_ros.core.lanes import LANES, in_slices
 from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS, iterate
 from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
 
@@ -39,12 +39,20 @@ def starts(n: int, seed: int) -> tuple[Floats, Floats, Floats, Floats]:
     return rng.uniform(0, math.tau, n), -speed, forcing, restitution
 
 
+def carried(
+    state: tuple[Floats, Floats, Floats, Floats], impacts: int, workers: int = 1
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """τ, w and the counts of events after some impacts."""
+    tau, w, forcing, restitution = (a.copy() for a in state)
+    counts = np.zeros((len(tau), 2), np.int64)
+    iterate(tau, w, forcing, restitution, impacts, counts, workers=workers)
+    return tau, w, counts
+
+
 def test_single_steps_are_those_of_the_map() -> None:
     n = 5000
     tau, w, forcing, restitution = starts(n, 31)
-    found = tau.copy(), w.copy()
-    counts = np.zeros((n, 2), np.int64)
-    iterate(*found, forcing, restitution, 1, counts)
+    *found, counts = carried((tau, w, forcing, restitution), 1)
     steps = np.array([orbit(*start, 1)[0] for start in zip(*starts(n, 31), strict=True)])
     np.testing.assert_array_equal(counts[:, CONTACTS], steps[:, KIND] == MAP_CONTACT)
     np.testing.assert_array_equal(counts[:, RESTS], steps[:, KIND] == MAP_REST)
@@ -74,18 +82,24 @@ def test_the_period_1_orbit_keeps_its_phase() -> None:
 
 def test_trajectories_know_nothing_of_each_other() -> None:
     """The same bits in any order, in any company, in one go or in two."""
-    n = 3 * LANES + 7
-    state = starts(n, 32)
-    whole = tuple(a.copy() for a in state)
-    counts = np.zeros((n, 2), np.int64)
-    iterate(*whole, 40, counts)
+    n = 30 * LANES + 7
+    whole = carried(starts(n, 32), 40)
     order = np.random.default_rng(33).permutation(n)[: LANES + 9]
-    part = tuple(a[order] for a in state)
-    again = np.zeros((len(order), 2), np.int64)
-    iterate(*part, 40, again)
-    for a, b in zip(whole, part, strict=True):
-        np.testing.assert_array_equal(a[order], b)
-    np.testing.assert_array_equal(counts[order], again)
+    tau, w, forcing, restitution = (a[order] for a in starts(n, 32))
+    part = carried((tau, w, forcing, restitution), 40)
+    shared = carried(starts(n, 32), 40, workers=3)
+    for k in range(3):
+        np.testing.assert_array_equal(whole[k][order], part[k])
+        np.testing.assert_array_equal(whole[k], shared[k])
+
+
+def test_the_first_error_of_a_thread_is_raised() -> None:
+    def work(part: slice) -> None:
+        if part.start > 0:
+            raise ValueError(f"at {part.start}")
+
+    with pytest.raises(ValueError, match=f"at {4 * LANES}$"):
+        in_slices(work, 20 * LANES, 2)
 
 
 def label_of(
@@ -116,11 +130,11 @@ def label_of(
 
 
 def labelled(
-    tau: Floats, w: Floats, forcing: float, points: Floats, of: Any, cap: int
+    tau: Floats, w: Floats, forcing: float, points: Floats, of: Any, cap: int, workers: int = 1
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
     n = len(tau)
     out = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n)
-    label(tau, w, forcing, 0.5, points, of, 1e-3, 4, cap, CONTACT, REST, *out)
+    label(tau, w, forcing, 0.5, points, of, 1e-3, 4, cap, CONTACT, REST, *out, workers=workers)
     return out
 
 
@@ -153,11 +167,13 @@ def test_labels_are_those_of_the_rule(
 
 def test_labels_know_nothing_of_each_other() -> None:
     rng = np.random.default_rng(35)
-    tau, w = rng.uniform(0, math.tau, 300), -rng.uniform(0, 5, 300)
+    tau, w = rng.uniform(0, math.tau, 1000), -rng.uniform(0, 5, 1000)
     points, of = np.empty((0, 2)), np.empty(0, np.int32)
     whole = labelled(tau, w, 0.55, points, of, 200)
-    order = rng.permutation(300)[: LANES + 3]
+    order = rng.permutation(1000)[: LANES + 3]
     part = labelled(tau[order], w[order], 0.55, points, of, 200)
+    shared = labelled(tau, w, 0.55, points, of, 200, workers=2)
     for k in range(3):
         np.testing.assert_array_equal(whole[k][order], part[k])
+        np.testing.assert_array_equal(whole[k], shared[k])
     assert set(whole[0].tolist()) == {CONTACT, UNDECIDED}
