@@ -116,6 +116,7 @@ def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Repor
     rows = record.rows
     if len(rows) and np.any(np.diff(rows["index"]) < 0.0):
         rows = rows[np.argsort(rows["index"], kind="stable")]
+    record.chunks[:] = [rows]  # not twice in memory
     begin, end = _span(record, rows)
     segments = segments_of(begin, end, record.motions, record.changes, record.disks)
     counts = [len(segment.of(rows)) for segment in segments]

@@ -91,8 +91,10 @@ class RunRecord:
 
 
 def joined_rows(chunks: Iterable[NDArray[np.void]]) -> NDArray[np.void]:
-    """Arrays of IMPACT_DTYPE as one (np.concatenate would give another layout); no kernels."""
-    return np.frombuffer(b"".join(chunk.tobytes() for chunk in chunks), IMPACT_DTYPE)
+    """Arrays of IMPACT_DTYPE as one, byte for byte (np.concatenate alone changes the layout)."""
+    raw = np.dtype((np.void, IMPACT_DTYPE.itemsize))
+    parts = [np.ascontiguousarray(chunk).view(raw) for chunk in chunks]
+    return np.concatenate([np.zeros(0, raw), *parts]).view(IMPACT_DTYPE)
 
 
 class Summary(NamedTuple):

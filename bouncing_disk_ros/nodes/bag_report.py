@@ -38,7 +38,7 @@ _OPTIONS: dict[str, tuple[type, object, str]] = {
     "from": (float, None, "leave out what lies before this simulated time, s"),
     "to": (float, None, "leave out what lies at or after this simulated time, s"),
     "figures": (str, "png", "kinds of figure files: any of png, pdf, svg, or none"),
-    "rows": (int, 2_000_000, "rows of impacts held in memory (112 B each), the last ones"),
+    "rows": (int, 1_000_000, "rows of impacts held in memory, the last ones"),
 }  # fmt: skip
 """Name, type, default and help of each option."""
 

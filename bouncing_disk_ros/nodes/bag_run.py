@@ -34,7 +34,7 @@ class Wish(NamedTuple):
     run: int = 0  # from 1; 0: the last
     begin: float = -math.inf  # simulated s
     end: float = math.inf
-    most_rows: int = 2_000_000
+    most_rows: int = 1_000_000
 
 
 class Thinned(list[T]):
