@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.plots.maps import (
+from bouncing_disk_ros.plots.style import (
     BLUE,
     GREEN,
     GREY,

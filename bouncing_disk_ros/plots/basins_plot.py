@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.plots.maps import (
+from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -20,7 +20,7 @@ from bouncing_disk_ros.plots.maps import (
     SKY,
     VERMILION,
     YELLOW,
-    in_pi,
+    mark_in_pi,
     new_figure,
 )
 
@@ -123,7 +123,7 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
 
 
 def _label_axes(axes: Any, result: xr.Dataset) -> None:
-    in_pi(axes.xaxis)
+    mark_in_pi(axes.xaxis)
     axes.set_xlabel(r"forcing phase at the first impact $\tau_{imp}$ (rad)")
     before = result.attrs["parameter_velocity"] == "before"
     symbol = "$w_A$" if before else r"$\epsilon\, w_A$"

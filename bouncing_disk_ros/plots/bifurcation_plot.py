@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.bifurcation import Branch, sections_along
 from bouncing_disk_ros.analysis.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.next_collision import NextCollisionMap
-from bouncing_disk_ros.plots.run_picture import BLUE, GREEN, GREY, VERMILION
+from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
 
 Array = NDArray[np.float64]
 
@@ -52,8 +51,7 @@ def bifurcation_figure(
     all are drawn. `doublings` are marked; `phases` is the range of τ shown, rad (default: what the
     impacts cover, cut where the circle is emptiest).
     """
-    figure = Figure(figsize=(9.0, 9.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(9.0, 9.0)
     panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.0, 1.0])
     top, middle, bottom = panels
     low, high = phases or phase_range(branch)

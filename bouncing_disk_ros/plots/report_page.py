@@ -7,7 +7,6 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
@@ -17,6 +16,7 @@ from bouncing_disk_ros.analysis.report_panels import panels
 from bouncing_disk_ros.analysis.report_words import ABSENT
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
+from bouncing_disk_ros.plots.style import new_figure
 
 MOST_POINTS = 50_000
 """Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""
@@ -26,8 +26,7 @@ _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
 
 def report_page(report: Report) -> Figure:
     """Six panels, one column of two by three."""
-    figure = Figure(figsize=(10.0, 12.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.0, 12.0)
     parts = panels(report, MOST_POINTS)
     for axes, panel in zip(figure.subplots(3, 2).flat, parts, strict=True):
         _draw(axes, panel)

@@ -8,9 +8,8 @@ from pathlib import Path
 from bouncing_disk_ros.analysis.period_one import axial_forcing
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.segments import known
-from bouncing_disk_ros.plots.run_picture import BLUE, GREEN, GREY, ORANGE, VERMILION
+from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 
-PURPLE = "#CC79A7"
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
 """Okabe and Ito's; a series gives its place."""
 PHASE_TICKS = [k * math.pi / 2.0 for k in range(5)]

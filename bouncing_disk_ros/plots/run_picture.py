@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.analysis.period_one import axial_forcing, period_one, velocity_scale
 from bouncing_disk_ros.analysis.run_record import NS, RunRecord
 from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, new_figure
 
-# Okabe and Ito's colours, told apart by colour-blind people too
-BLUE, ORANGE, GREEN, VERMILION, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#999999"
 SETTINGS = {"fontsize": 11}
 TOSS_SECONDS = (0.7, 3.3)
 """What the first panel shows before and after the first toss."""
@@ -26,8 +24,7 @@ NUMBERED = 6
 
 def run_picture(record: RunRecord, title: str) -> Figure:
     """Four panels of a run; the theory of the period-1 orbit of its last motion stands beside."""
-    figure = Figure(figsize=(11.0, 10.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11.0, 10.0)
     heights, speeds, section, phases = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "speeds"], ["section", "phases"]],
         height_ratios=[1.0, 0.8, 1.25],

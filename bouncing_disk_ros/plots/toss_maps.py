@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from bouncing_disk_ros.analysis.toss import Floats, Toss
 from bouncing_disk_ros.analysis.toss_extremes import Extreme, Ridge
-from bouncing_disk_ros.plots.toss_plot import in_pi, new_figure
+from bouncing_disk_ros.plots.style import mark_in_pi, new_figure
+from bouncing_disk_ros.plots.toss_plot import DPI
 
 _STAYS = "#c8c8c8"
 _HALO = [withStroke(linewidth=3.0, foreground="black")]
@@ -45,7 +45,7 @@ def maps_figure(
     `tosses` has the shape (n, m). Each extreme is marked on its own map, with its mirror image at
     θ ± π; the ridge on the map of the speed ratio.
     """
-    figure = new_figure(7.0, 9.6)
+    figure = new_figure(7.0, 9.6, DPI)
     panels = figure.subplots(3, 1, sharex=True, sharey=True)
     for axes, (name, letter) in zip(panels, zip(_MEASURES, "abc", strict=True), strict=True):
         _map(figure, axes, phase_lag, amplitude_angle, getattr(tosses, name), name, letter)
@@ -80,10 +80,8 @@ def _map(
     axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
     figure.colorbar(image, ax=axes, label=f"{title} ({unit})", pad=0.015)
     axes.set_title(f"({letter}) {title}", loc="left", fontsize=10)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(in_pi))
-    axes.xaxis.set_major_locator(MultipleLocator(0.5))
-    axes.yaxis.set_major_locator(MultipleLocator(0.125))
+    mark_in_pi(axes.xaxis, 0.5)
+    mark_in_pi(axes.yaxis, 0.125)
     empty = np.isnan(z[:, z.shape[1] // 2])
     if empty[-1] and y[-1] - y[~empty][-1] > 0.02:
         middle = 0.5 * (y[-1] + y[~empty][-1])

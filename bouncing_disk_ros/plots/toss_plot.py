@@ -10,46 +10,22 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.toss import Floats
 from bouncing_disk_ros.analysis.toss_path import TossPaths, TossTrajectory
 from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, ORANGE, VERMILION, in_pi, new_figure
 
-BLUE, ORANGE, GREEN, VERMILION, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#999999"
 DPI = 200
 """Of PNG files, and of the images within vector figures."""
-
-
-def in_pi(value: float, _position: object = None) -> str:
-    """A number of rad/π as a tick says it: −π/2, 0, π."""
-    for whole in (1, 2, 4, 8, 10):
-        n = value * whole
-        if abs(n - round(n)) < 1e-9:
-            break
-    else:
-        return f"{value:g}π"
-    n = round(n)
-    if n == 0:
-        return "0"
-    sign, size = ("−" if n < 0 else ""), abs(n)
-    top = "π" if size == 1 else f"{size}π"
-    return f"{sign}{top}" if whole == 1 else f"{sign}{top}/{whole}"
 
 
 def toss_title(phase_lag: float, amplitude_angle: float, kind: str = "") -> str:
     """Name of a toss: its kind, θ and φ_L (rad) as parts of π."""
     lag, angle = in_pi(phase_lag / math.pi), in_pi(amplitude_angle / math.pi)
     return rf"{kind + ', ' if kind else ''}$\theta$ = {lag}, $\phi_L$ = {angle}"
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of so many inches."""
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=DPI)
-    FigureCanvasAgg(figure)
-    return figure
 
 
 # Fig. 1 -------------------------------------------------------------------------------------------
@@ -61,7 +37,7 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
     `paths` has one leading axis, as long as `titles`.
     """
     rows = -(-len(titles) // columns)
-    figure = new_figure(3.1 * columns, 3.25 * rows + 0.5)
+    figure = new_figure(3.1 * columns, 3.25 * rows + 0.5, DPI)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for axes in panels[len(titles) :]:
         axes.set_visible(False)
@@ -102,7 +78,7 @@ def trajectories_figure(
     tosses: Sequence[TossTrajectory], titles: Sequence[str], heights: str = "height"
 ) -> Figure:
     """Height of the first toss (title `heights`), and the angular velocities of each."""
-    figure = new_figure(7.0, 2.3 * (len(tosses) + 1) + 0.4)
+    figure = new_figure(7.0, 2.3 * (len(tosses) + 1) + 0.4, DPI)
     panels = figure.subplots(len(tosses) + 1, 1, sharex=True, squeeze=False).ravel()
     first = tosses[0]
     pair = (first.platform_position, first.axial_position)

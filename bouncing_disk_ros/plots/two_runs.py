@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.run_record import NS
 from bouncing_disk_ros.analysis.two_runs import Shown
-from bouncing_disk_ros.plots.run_picture import BLUE, GREY, SETTINGS, VERMILION
+from bouncing_disk_ros.plots.run_picture import SETTINGS
+from bouncing_disk_ros.plots.style import BLUE, GREY, VERMILION, new_figure
 
 STYLES = (
     {"color": BLUE, "ls": "-", "marker": "o"},
@@ -21,8 +21,7 @@ STYLES = (
 
 def two_runs_picture(first: Shown, second: Shown, parted: float | None, title: str) -> Figure:
     """Three panels; `parted` is the simulated time at which the runs part, s (None: never)."""
-    figure = Figure(figsize=(11.0, 8.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11.0, 8.5)
     heights, speeds, section = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "section"]], height_ratios=[0.9, 1.1]
     ).values()

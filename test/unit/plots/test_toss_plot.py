@@ -20,9 +20,9 @@ from bouncing_disk_ros.analysis.toss_path import (
     toss_paths,
     toss_trajectory,
 )
+from bouncing_disk_ros.plots.style import in_pi
 from bouncing_disk_ros.plots.toss_maps import maps_figure
 from bouncing_disk_ros.plots.toss_plot import (
-    in_pi,
     paths_figure,
     toss_title,
     trajectories_figure,

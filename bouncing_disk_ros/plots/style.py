@@ -1,0 +1,42 @@
+"""What all figures share: colours, an empty figure, angles written as parts of π."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+# Okabe and Ito's colours, told apart by colour-blind people too
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
+
+
+def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
+    """An empty figure (inches) that needs no screen; dpi: of images within a vector figure."""
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def in_pi(value: float, _position: object = None) -> str:
+    """A number of rad/π as a tick says it: −π/2, 0, π."""
+    for whole in (1, 2, 4, 8, 10):
+        n = value * whole
+        if abs(n - round(n)) < 1e-9:
+            break
+    else:
+        return f"{value:g}π"
+    n = round(n)
+    if n == 0:
+        return "0"
+    sign, size = ("−" if n < 0 else ""), abs(n)
+    top = "π" if size == 1 else f"{size}π"
+    return f"{sign}{top}" if whole == 1 else f"{sign}{top}/{whole}"
+
+
+def mark_in_pi(axis: Any, step: float = 0.5) -> None:
+    """Ticks of an axis whose unit is π, in steps of that many."""
+    axis.set_major_locator(MultipleLocator(step))
+    axis.set_major_formatter(FuncFormatter(in_pi))
