@@ -1,4 +1,4 @@
-"""The scalar C reference, compiled for this machine."""
+"""The C references, scalar and vectorised, compiled for this machine."""
 
 from __future__ import annotations
 
@@ -11,6 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 SOURCE = Path(__file__).with_name("impacts.c")
+LANES = Path(__file__).with_name("lanes.c")
+#: what gcc needs to vectorise: no errno, no traps; nothing is reordered
+VECTOR_FLAGS = (
+    "-mprefer-vector-width=512",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fopenmp-simd",
+)
 FLAGS = ("-O3", "-march=native", "-shared", "-fPIC", "-lm")
 
 
@@ -41,3 +49,43 @@ class CReference:
         """The compiler and its flags."""
         run = subprocess.run(["gcc", "--version"], capture_output=True, text=True, check=True)
         return f"{run.stdout.splitlines()[0]}, {' '.join(FLAGS[:2])}"
+
+
+class CLanes:
+    """`iterate` and `label` of lanes.c, compiled into a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        library = folder / "lanes.so"
+        flags = (*FLAGS[:-1], *VECTOR_FLAGS)
+        subprocess.run(["gcc", *flags, str(LANES), "-o", str(library), FLAGS[-1]], check=True)
+        number, whole, array = ctypes.c_double, ctypes.c_long, ctypes.c_void_p
+        self._library = ctypes.CDLL(str(library))
+        self._library.iterate.argtypes = [array, array, whole, number, number, whole]
+        self._library.label.argtypes = [array, array, whole, *[number] * 6, whole, array]
+
+    def iterate(
+        self,
+        tau: NDArray[np.float64],
+        w: NDArray[np.float64],
+        forcing: float,
+        restitution: float,
+        impacts: int,
+    ) -> None:
+        """Carry trajectories on, in place."""
+        states = (tau.ctypes.data, w.ctypes.data, len(tau))
+        self._library.iterate(*states, forcing, restitution, impacts)
+
+    def label(
+        self,
+        tau: NDArray[np.float64],
+        w: NDArray[np.float64],
+        forcing: float,
+        restitution: float,
+        point: tuple[float, float],
+        rule: tuple[float, int, int],
+        labels: NDArray[np.int32],
+    ) -> None:
+        """Label starts: 1 near `point`, 0 in contact, −1 neither; rule: tolerance, confirm, cap."""
+        states = (tau.ctypes.data, w.ctypes.data, len(tau))
+        numbers = (forcing, restitution, *point, *rule)
+        self._library.label(*states, *numbers, labels.ctypes.data)

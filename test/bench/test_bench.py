@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, ceiling, node, per_impact
+from bench import bags, ceiling, many, node, per_impact
 from bench.table import table, write
 from support.processes import Starter
 
@@ -29,6 +29,9 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     rows += ceiling.measure()
     per, notes = per_impact.measure(tmp_path)
     rows += per
+    many_rows, many_notes = many.measure(tmp_path)
+    rows += many_rows
+    notes += many_notes
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():

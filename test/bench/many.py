@@ -1,0 +1,205 @@
+"""Many trajectories, basins and tosses by the lanes, beside their peers, in turns.
+
+Times are those of the processor, so that the load of other programs counts for less: of the calling
+thread, but for JAX, which has threads of its own, of the process.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.axial import REGIMES, RESTITUTION, Regime
+from bench.c_reference import CLanes, CReference
+from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
+from bench.table import Aim, Row, row
+from bouncing_disk_ros.core.lanes_axial import iterate
+from bouncing_disk_ros.core.lanes_basin import label
+from bouncing_disk_ros.core.lanes_rotation import iterate_rotation
+
+PART = "many trajectories"
+TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60
+PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
+COMPARED = 10
+AGREEMENT = 1e-11  # rad and πg/ω after so many impacts; chaos magnifies a rounding a hundredfold
+# heyoka starts each flight HAIR = 1e-12 above the platform
+COMPARED_OF_HEYOKA, AGREEMENT_OF_HEYOKA = 5, 1e-9
+Floats = NDArray[np.float64]
+Run = Callable[[], int]
+
+
+class _Regime:
+    """Starts near those of a regime, and what runs on them: each returns its impacts."""
+
+    def __init__(self, regime: Regime, folder: Path) -> None:
+        n = TRAJECTORIES
+        self.forcing = regime.forcing
+        self._tau = regime.phase + 1e-4 * np.arange(n) / n
+        self._w = np.full(n, -regime.speed / RESTITUTION)
+        self._forcings, self._restitutions = np.full(n, regime.forcing), np.full(n, RESTITUTION)
+        self._counts, self._sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
+        self._lags, self._angular = np.full(n, -0.7), np.full(n, 100.0)
+        self._folder = folder
+        self._out = np.empty((TRAJECTORIES, 2))
+
+    def states(self) -> tuple[Floats, Floats]:
+        """Fresh copies of the starts."""
+        return self._tau.copy(), self._w.copy()
+
+    def lanes(self, impacts: int = IMPACTS) -> tuple[Floats, Floats]:
+        """Where the lanes go."""
+        tau, w = self.states()
+        iterate(tau, w, self._forcings, self._restitutions, impacts, self._counts)
+        return tau, w
+
+    def rotation(self) -> int:
+        """The lanes with rotation."""
+        speed = np.zeros(TRAJECTORIES)
+        arguments = (*self.states(), speed, self._forcings, self._restitutions)
+        turning = (self._lags, self._angular)
+        iterate_rotation(*arguments, *turning, IMPACTS, self._counts, self._sums)
+        return TRAJECTORIES * IMPACTS
+
+    def in_place(self, function: Callable[[Floats, Floats, int], object], impacts: int) -> Run:
+        """Run of a peer, compared with the lanes first."""
+        tau, w = self.states()
+        function(tau, w, COMPARED)
+        expected = self.lanes(COMPARED)
+        apart = max(float(np.abs(tau - expected[0]).max()), float(np.abs(w - expected[1]).max()))
+        assert apart <= AGREEMENT, f"a peer differs from the lanes by {apart:.3g}"
+
+        def run() -> int:
+            function(*self.states(), impacts)
+            return TRAJECTORIES * impacts
+
+        run()
+        return run
+
+    def peers(self) -> tuple[dict[str, Run], list[str]]:
+        """What can be had, and what is missing."""
+        runs: dict[str, Run] = {}
+        notes = [why for why in (CReference.missing(), missing("jax"), missing("heyoka")) if why]
+        if not CReference.missing():
+            many, one = CLanes(self._folder), CReference(self._folder)
+            runs["C"] = self.in_place(
+                lambda tau, w, n: many.iterate(tau, w, self.forcing, RESTITUTION, n), IMPACTS
+            )
+
+            def scalar() -> int:
+                launch = (self._tau[0], -RESTITUTION * self._w[0])
+                one.impacts(self.forcing, RESTITUTION, *launch, self._out)
+                return len(self._out)
+
+            runs["scalar C"] = scalar
+        runs["numpy"] = self.in_place(lambda tau, w, n: by_numpy(tau, w, self.forcing, n), 5)
+        if not missing("jax"):
+            runs["JAX"] = self.in_place(ByJax(self.forcing).iterate, 20)
+        if not missing("heyoka"):
+            batch = ByHeyoka(self.forcing)
+            batch.iterate(self._tau, self._w, 2 * COMPARED_OF_HEYOKA)
+            for k in range(COMPARED_OF_HEYOKA):
+                apart = abs(batch.times[k] % math.tau - self.lanes(k + 1)[0][0])
+                assert apart <= AGREEMENT_OF_HEYOKA, f"heyoka differs from the lanes by {apart:.3g}"
+            runs["heyoka"] = lambda: batch.iterate(self._tau, self._w, 50)
+        return runs, notes
+
+    def scipy(self) -> int:
+        """SciPy: one trajectory, a few impacts."""
+        by_scipy(self._tau[0], self._w[0], self.forcing, 3)
+        return 3
+
+
+def interleaved(runs: dict[str, Run], rounds: int) -> dict[str, Floats]:
+    """ns of the processor for each impact, `rounds` times in turn."""
+    found = {name: np.empty(rounds) for name in runs}
+    for i in range(rounds):
+        for name, run in runs.items():
+            clock = time.process_time_ns if name == "JAX" else time.thread_time_ns
+            begin = clock()
+            count = run()
+            found[name][i] = (clock() - begin) / count
+    return found
+
+
+def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
+    subject = _Regime(regime, folder)
+
+    def lanes() -> int:
+        subject.lanes()
+        return TRAJECTORIES * IMPACTS
+
+    peers, notes = subject.peers()
+    times = interleaved({"lanes": lanes, "rotation": subject.rotation, **peers}, ROUNDS)
+    if why := missing("scipy"):
+        notes.append(why)
+    else:
+        times |= interleaved({"SciPy": subject.scipy}, 5)
+    where = f"Γ = {regime.forcing} ({regime.name})"
+    rows = [row(PART, f"{name}, {where}", "ns an impact", list(t)) for name, t in times.items()]
+    aims = {"C": 1.0, "rotation": 1.25, "heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
+    for name, aim in aims.items():
+        if name == "C" and name in times:
+            values, text, bound = times["lanes"] / times[name], "lanes / vectorised C", Aim(aim)
+        elif name == "rotation":
+            values, text, bound = times[name] / times["lanes"], "with rotation / axial", Aim(aim)
+        elif name in times:
+            values, text = times[name] / times["lanes"], f"{name} / lanes"
+            bound = Aim(at_least=aim)
+        else:
+            continue
+        rows.append(row(PART, f"{text}, {where}", "×", list(values), bound))
+    return rows, notes
+
+
+def _basin(forcing: float, folder: Path) -> list[Row]:
+    """The basin map of Fig. 4, decided by the same rule."""
+    phases = math.tau * np.arange(PIXELS) / PIXELS
+    speeds = -5.0 + 5.0 * (np.arange(PIXELS) + 0.5) / PIXELS
+    tau, w = (np.ascontiguousarray(a.ravel()) for a in np.meshgrid(phases, speeds))
+    point = (math.acos((1.0 - RESTITUTION) / (1.0 + RESTITUTION) / forcing), -2 / (1 + RESTITUTION))
+    n = PIXELS * PIXELS
+    found = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n)
+    of = np.ones(1, np.int32)
+
+    def lanes() -> int:
+        ends = (TOLERANCE, CONFIRM, CAP, 0, 2)
+        label(tau, w, forcing, RESTITUTION, np.array([point]), of, *ends, *found)
+        return n
+
+    runs: dict[str, Run] = {"lanes": lanes}
+    if not CReference.missing():
+        c, labels = CLanes(folder), np.empty(n, np.int32)
+
+        def compiled() -> int:
+            rule = (TOLERANCE, CONFIRM, CAP)
+            c.label(tau, w, forcing, RESTITUTION, point, rule, labels)
+            return n
+
+        runs["C"] = compiled
+    times = interleaved(runs, ROUNDS // 3)
+    where = f"basin map {PIXELS} × {PIXELS}, Γ = {forcing}"
+    rows = [row(PART, f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
+    if "C" in runs:  # chaos on the boundary of a basin magnifies roundings into other labels
+        values = list(times["lanes"] / times["C"])
+        rows.append(row(PART, f"lanes / vectorised C, {where}", "×", values, Aim(1.1)))
+        differ = float(np.mean(found[0] != labels))
+        rows.append(row(PART, f"pixels with another label than by C, {where}", "of all", [differ]))
+    return rows
+
+
+def measure(folder: Path) -> tuple[list[Row], list[str]]:
+    """The rows of this part, and the names of peers that were skipped."""
+    rows: list[Row] = []
+    skipped: set[str] = set()
+    for regime in REGIMES:
+        more, notes = _trajectories(regime, folder)
+        rows += more
+        skipped |= set(notes)
+    for forcing in (0.45, 0.55):
+        rows += _basin(forcing, folder)
+    return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]
