@@ -5,7 +5,6 @@ The messages are those of rclpy or objects with the same fields (`bag.Bag.decode
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -20,6 +19,7 @@ from bouncing_disk_ros.ros.conversions import (
     time_to_ns,
 )
 from bouncing_disk_ros.run.clock import NS, TimeMap
+from bouncing_disk_ros.run.records import from_json
 
 _REPORTED = (
     ("real time", "simulated time (s)"),
@@ -101,8 +101,7 @@ class Hearing:
 
     # --- inputs -----------------------------------------------------------------------------------
     def _on_input(self, msg: Any) -> None:
-        # run.inputs would read it too, but loads the core: kernels compiled twice at a cold start
-        record = json.loads(msg.data)
+        record = from_json(msg.data)
         kind, time = record["kind"], record["time_ns"] / NS
         self.record.inputs += kind not in ("snapshot", "pause")
         match kind:

@@ -26,7 +26,7 @@ from bouncing_disk_ros.bag import OfferedQos
 from bouncing_disk_ros.bag.loss import IndexLoss, SequenceLoss
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
-from bouncing_disk_ros.run.inputs import from_json
+from bouncing_disk_ros.run.records import from_json
 from bouncing_disk_ros.topics import Qos
 
 BEST_EFFORT_DEPTH = 1000

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag import decode
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.inputs import Record, from_json
+from bouncing_disk_ros.run.records import Record, from_json
 from bouncing_disk_ros.run.replay import Replay, Watch, replay
 from bouncing_disk_ros.run.runs import Run, Runs
 from bouncing_disk_ros.topics import TOPICS

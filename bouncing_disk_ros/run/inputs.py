@@ -1,22 +1,7 @@
-"""The record of inputs: one JSON object for each accepted input, and its way back into the core.
-
-Every record has `index` (running), `time_ns` (whole nanosecond of simulated time at which it was
-accepted) and `kind`. Floats are in round-trip form, so that applying the records of a run to the
-core gives every impact again, bit for bit.
-
-| kind | further fields |
-|---|---|
-| snapshot | `state`: all that the simulation needs to go on; `version`, `parameters` |
-| motion | `points`: [[instant in ns, [A, Φ, f, θ]], ...], `crossfade_ns` |
-| impulse | `at_ns`, `axial_impulse`, `angular_impulse` |
-| parameters | `values`: what was set, `disk`: all disk parameters in force after it |
-| pause | `paused` |
-| reset | `initial`, `motion` |
-"""
+"""The record of inputs (run.records) applied to the core: every impact again, bit for bit."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -27,28 +12,7 @@ from bouncing_disk_ros.core.engine import joined as joined  # re-exported for re
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-
-Record = dict[str, Any]
-KINDS = ("snapshot", "motion", "impulse", "parameters", "pause", "reset")
-
-
-def to_json(record: Mapping[str, Any]) -> str:
-    """One line of JSON; NaN and infinity are refused because JSON has none."""
-    return json.dumps(record, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-
-
-def from_json(text: str) -> Record:
-    """A record from its JSON line, or InputError."""
-    try:
-        record = json.loads(text)
-        if record["kind"] not in KINDS:
-            raise InputError("input record kind", record["kind"], "any of " + ", ".join(KINDS))
-        int(record["index"]), int(record["time_ns"])
-    except (ValueError, KeyError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError("input record", text, "a JSON object with index, time_ns, kind") from error
-    return dict(record)
+from bouncing_disk_ros.run.records import KINDS, Record
 
 
 def apply(simulation: Simulation, record: Record) -> None:

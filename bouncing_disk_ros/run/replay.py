@@ -17,8 +17,9 @@ import bouncing_disk_ros
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.inputs import Record, apply
+from bouncing_disk_ros.run.inputs import apply
 from bouncing_disk_ros.run.recorded import Difference, RecordedRows, end_ns, last_index
+from bouncing_disk_ros.run.records import Record
 
 EVENTS_PER_SLICE = 20_000
 """Event budget of one slice of replay: `watch` is called after each, a few milliseconds apart."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.run.inputs import Record
+from bouncing_disk_ros.run.records import Record
 
 Rows = NDArray[np.void]
 REMEMBERED = 1000

@@ -13,7 +13,8 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.clock import nanoseconds
-from bouncing_disk_ros.run.inputs import Record, apply_parameters
+from bouncing_disk_ros.run.inputs import apply_parameters
+from bouncing_disk_ros.run.records import Record
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""

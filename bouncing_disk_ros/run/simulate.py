@@ -14,8 +14,8 @@ from bouncing_disk_ros.core.model import Motion, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.clock import FAR_NS, Grid, TimeMap, nanoseconds
-from bouncing_disk_ros.run.inputs import Record
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.records import Record
 from bouncing_disk_ros.run.rulings import (
     Instant,
     KickRequest,

@@ -13,8 +13,9 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.run.inputs import Record, apply
+from bouncing_disk_ros.run.inputs import apply
 from bouncing_disk_ros.run.pair import Pair, TwoRuns
+from bouncing_disk_ros.run.records import Record
 from bouncing_disk_ros.run.replay import Watch, restored
 
 CHANGEABLE = (*Disk._fields, *Motion._fields)

@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes import replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg, kick_to_msg
-from bouncing_disk_ros.run.inputs import to_json
+from bouncing_disk_ros.run.records import to_json
 from bouncing_disk_ros.run.rulings import KickRequest
 from support.driven import Driven, flipped
 from support.processes import Starter

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run import records as records_of
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.session import Session
 
@@ -29,7 +30,7 @@ class Driven:
 
     def _record(self, record: Record) -> None:
         self.sent += 1
-        self.records.append((self.sent, inputs.from_json(inputs.to_json(record))))
+        self.records.append((self.sent, records_of.from_json(records_of.to_json(record))))
 
     def advance(self, seconds: float) -> None:
         """Simulate, and publish the rows in batches of at most three."""

@@ -15,8 +15,8 @@ from bouncing_disk_ros.core.engine import joined
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.run.health import Health, Reading, Status
-from bouncing_disk_ros.run.inputs import Record, to_json
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.records import Record, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import TOPICS
 

@@ -18,7 +18,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.inputs import Record, from_json, joined
+from bouncing_disk_ros.run.inputs import joined
+from bouncing_disk_ros.run.records import Record, from_json
 from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.processes import PATIENCE

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 
-@pytest.mark.parametrize("module", ["show", "performer", "impact_printer"])
+@pytest.mark.parametrize("module", ["show", "performer", "impact_printer", "recorder_node"])
 def test_importing_a_tool_loads_no_kernels(module: str) -> None:
     code = (
         f"import sys, bouncing_disk_ros.nodes.{module}; "

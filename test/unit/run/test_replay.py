@@ -12,8 +12,9 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Phase
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.inputs import from_json, joined, to_json
+from bouncing_disk_ros.run.inputs import joined
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.records import from_json, to_json
 from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.run.runs import Runs
 from support.driven import Driven, Record, Rows, flipped

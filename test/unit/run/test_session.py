@@ -13,6 +13,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run import records as records_of
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
 
@@ -26,7 +27,7 @@ def started(**values: parameters.Value) -> tuple[Session, list[Record]]:
 
 
 def through_json(records: list[Record]) -> list[Record]:
-    return [inputs.from_json(inputs.to_json(record)) for record in records]
+    return [records_of.from_json(records_of.to_json(record)) for record in records]
 
 
 def drive(session: Session, seed: int, inputs_: int = 60) -> None:
@@ -86,7 +87,7 @@ def test_records_have_a_running_index_and_rising_times() -> None:
     times = [record["time_ns"] for record in records]
     assert times == sorted(times)
     assert records[0]["kind"] == "snapshot"
-    assert {record["kind"] for record in records} == set(inputs.KINDS)
+    assert {record["kind"] for record in records} == set(records_of.KINDS)
     json.dumps(records, allow_nan=False)
 
 
@@ -150,12 +151,12 @@ def test_phase_lag_of_the_parameters_wraps() -> None:
 )
 def test_text_that_is_no_record_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="input record"):
-        inputs.from_json(text)
+        records_of.from_json(text)
 
 
 def test_unknown_kinds_are_refused() -> None:
     with pytest.raises(InputError, match="input record kind: got 'dance'"):
-        inputs.from_json('{"index":0,"time_ns":0,"kind":"dance"}')
+        records_of.from_json('{"index":0,"time_ns":0,"kind":"dance"}')
 
 
 def test_replay_needs_a_snapshot() -> None:
@@ -165,7 +166,7 @@ def test_replay_needs_a_snapshot() -> None:
 
 def test_numbers_that_are_none_never_reach_the_record() -> None:
     with pytest.raises(ValueError, match="JSON"):
-        inputs.to_json({"value": float("nan")})
+        records_of.to_json({"value": float("nan")})
 
 
 def test_joined_rows_keep_the_layout() -> None:
