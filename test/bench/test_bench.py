@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from bench import bags, ceiling, many, node, per_impact
+from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
 
@@ -35,4 +36,5 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():
-        print(f"\n{table(rows)}\n" + "\n".join(notes) + f"\nwritten: {OUTPUT}")
+        told = "\n".join([table(rows), *notes, *changes(rows), f"written: {OUTPUT}"])
+        print(f"\n{told}")
