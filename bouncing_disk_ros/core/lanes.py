@@ -1,17 +1,22 @@
 """Many flights at once: the next-collision map in lanes, which the compiler turns into SIMD.
 
 Units of core/axial_map.py. The physics is that of the stepper: the gap, the proof that one root
-lies ahead, the steps and the polynomials are its functions, inlined. What SIMD forces to be written
-a second time is control flow alone: the range reduction and the search take both sides of each
-branch and choose. Anything rare (a chatter that may be complete, contact, a search that is long)
-is left to `axial_map.next_impact`.
+lies ahead, the steps and the polynomials are its functions, inlined (`lane`). What SIMD forces to
+be written a second time is control flow alone: the range reduction, the wrapping of the phase and
+the search take both sides of each branch and choose. Anything rare (a chatter that may be complete,
+contact, a search that is long) is left to `axial_map.next_impact`, one lane at a time.
 
 A lane is a trajectory between two impacts. Its numbers are in one array of float64, field after
-field (one array with constant offsets: the compiler must see that the fields do not overlap).
-A round is `launch` for the lanes that have just had an impact, two looks at the gap for all, and
+field (one array with constant offsets: the compiler must see that the fields do not overlap). A
+round is `launch` for the lanes that have just had an impact, two looks at the gap for all, and
 `land` for those that have found their root; the others keep their delay and look again in the next
-round, so no lane waits for another. There is no fastmath: a lane has the same bits in any place,
-in any company and on any processor.
+round, so no lane waits for another. A lane that is done is given the next trajectory at once.
+
+The number of lanes is fixed: the compiler cuts them into vectors of the width that the processor
+has (NUMBA_CPU_NAME is honoured, numba's cache tells processors apart). Each trajectory is computed
+from its own numbers by the same instructions in any lane: it has the same bits in any order,
+company and number of threads, and on all processors with fused multiply-add (AVX2, AVX-512);
+without it (SSE) sums differ by their rounding.
 """
 
 from __future__ import annotations
