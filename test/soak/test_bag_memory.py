@@ -23,7 +23,7 @@ from support.processes import Starter
 from support.talker import Talker
 
 GIGABYTES = float(os.environ.get("BOUNCING_DISK_SOAK_GB", "2"))
-#: messages; what Fast DDS holds at most for a reader that keeps all (its default `max_samples`)
+#: messages the middleware may hold besides: `max_samples` of Fast DDS by default, not verified
 HISTORY = 5000
 #: Hz; when 80 kB come twice as fast, the middleware repairs its own losses for a minute
 RATE = 1000.0
