@@ -68,8 +68,10 @@ def test_every_executable_explains_itself(name: str) -> None:
 
 # a wrong ROS setting ------------------------------------------------------------------------------
 
+NEED_NO_ROS = {"bag_recover", "bag_report", "replay"}
 
-@pytest.mark.parametrize("name", sorted(EXECUTABLES.keys() - {"bag_recover"}))  # needs no ROS
+
+@pytest.mark.parametrize("name", sorted(EXECUTABLES.keys() - NEED_NO_ROS))
 @pytest.mark.parametrize(
     ("variable", "value"),
     [
