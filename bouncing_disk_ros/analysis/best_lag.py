@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.analysis.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.analysis.toss_extremes import golden_section
+from bouncing_disk_ros.analysis.maximum import golden_section
 from bouncing_disk_ros.core.tangent import MEAN_PER_TIME, MEASURED, attractor
 
 LAGS = 48

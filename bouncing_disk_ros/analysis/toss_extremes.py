@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.maximum import WIDTH, golden_section
 from bouncing_disk_ros.analysis.toss import (
     LOWEST,
     PAPER,
@@ -27,13 +28,11 @@ from bouncing_disk_ros.errors import InputError
 
 MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
 """What may be made largest; of the speeds, the magnitude."""
-_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _LAGS, _ANGLES = 181, 91  # coarse grid: θ = 0 is on it
 _LAG_WINDOW = 2.0 * math.tau / (_LAGS - 1)  # rad to each side: two pixels
 _ANGLE_WINDOW = math.pi / (_ANGLES - 1)
 _WINDOWS = 100  # moves of the window: enough to cross the map
 _EDGE = 1e-6  # rad: nearer to the edge of a window, the top may lie beyond
-_WIDTH = 1e-12  # rad: brackets are closed to this
 
 
 class Extreme(NamedTuple):
@@ -54,36 +53,6 @@ class Ridge(NamedTuple):
     phase_lag: Floats  # θ, rad
     speed_ratio: Floats  # ν, 1
     end: float  # largest φ_L at which the disk sticks until it leaves (ν = 1), rad, to 1e-7
-
-
-def golden_section(
-    function: Callable[[float], float], low: float, high: float, width: float = _WIDTH
-) -> tuple[float, float]:
-    """Place and value of the maximum of a function with one maximum between low and high.
-
-    A smooth maximum is flat: its place is known to about √(rounding) only, that of a crease to
-    `width`. nan counts as lower than everything.
-    """
-
-    def value(x: float) -> float:
-        y = function(x)
-        return -math.inf if math.isnan(y) else y
-
-    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    fa, fb = value(a), value(b)
-    best = max((fa, a), (fb, b))
-    while high - low > width:
-        if fa >= fb:
-            high, b, fb = b, a, fa
-            a = high - _GOLDEN * (high - low)
-            fa = value(a)
-            best = max(best, (fa, a))
-        else:
-            low, a, fa = a, b, fb
-            b = low + _GOLDEN * (high - low)
-            fb = value(b)
-            best = max(best, (fb, b))
-    return best[1], best[0]
 
 
 def extreme(
@@ -189,7 +158,7 @@ def _end(angles: Floats, stuck: NDArray[np.bool_], setting: TossSetting) -> floa
     if len(slipping) == 0:
         return float(angles[-1])
     low, high = float(angles[slipping[0] - 1]), float(angles[slipping[0]])
-    while high - low > _WIDTH:
+    while high - low > WIDTH:
         middle = 0.5 * (low + high)
         if toss(-separation_phase(middle, setting), middle, setting).code == RIDE_STUCK:
             low = middle

@@ -1,4 +1,4 @@
-"""The best tosses: golden sections, the extremes of the paper's setting, the ridge ν = 1."""
+"""The best tosses: the extremes of the paper's setting, the ridge ν = 1."""
 
 from __future__ import annotations
 
@@ -15,22 +15,11 @@ from bouncing_disk_ros.analysis.toss import (
     separation_phase,
     toss,
 )
-from bouncing_disk_ros.analysis.toss_extremes import extreme, golden_section, ridge
+from bouncing_disk_ros.analysis.toss_extremes import extreme, ridge
 from bouncing_disk_ros.errors import InputError
 
 EPS = float(np.finfo(float).eps)
 WEAK = PAPER._replace(arc_amplitude=0.02)  # c ω² < g: never leaves
-
-
-def test_golden_section_finds_creases_and_hills() -> None:
-    place, value = golden_section(lambda x: 3.0 - abs(x - 0.7), -1.0, 2.0)
-    assert place == pytest.approx(0.7, abs=1e-12)
-    assert value == pytest.approx(3.0, abs=1e-12)
-    place, value = golden_section(lambda x: 1.0 - (x - 0.3) ** 2, 0.0, 1.0)
-    assert place == pytest.approx(0.3, abs=3e-8)  # √(2 ε)
-    assert value == 1.0
-    place, _ = golden_section(lambda x: x if x < 0.5 else math.nan, 0.0, 1.0)
-    assert place == pytest.approx(0.5, abs=1e-12)
 
 
 def test_largest_airborne_speed() -> None:

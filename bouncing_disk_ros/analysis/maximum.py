@@ -1,0 +1,40 @@
+"""The maximum of a function of one variable, from its values alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+WIDTH = 1e-12
+"""Brackets are closed to this, unless told otherwise: for angles in rad, next to rounding."""
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+def golden_section(
+    function: Callable[[float], float], low: float, high: float, width: float = WIDTH
+) -> tuple[float, float]:
+    """Place and value of the maximum of a function with one maximum between low and high.
+
+    A smooth maximum is flat: its place is known to about √(rounding) only, that of a crease to
+    `width`. nan counts as lower than everything.
+    """
+
+    def value(x: float) -> float:
+        y = function(x)
+        return -math.inf if math.isnan(y) else y
+
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    fa, fb = value(a), value(b)
+    best = max((fa, a), (fb, b))
+    while high - low > width:
+        if fa >= fb:
+            high, b, fb = b, a, fa
+            a = high - _GOLDEN * (high - low)
+            fa = value(a)
+            best = max(best, (fa, a))
+        else:
+            low, a, fa = a, b, fb
+            b = low + _GOLDEN * (high - low)
+            fb = value(b)
+            best = max(best, (fb, b))
+    return best[1], best[0]
