@@ -37,16 +37,22 @@ def _wrapped(head: str, text: str) -> list[str]:
                                         subsequent_indent="      ")]  # fmt: skip
 
 
+def spec_lines(spec: Spec) -> list[str]:
+    """One parameter, for a terminal."""
+    fixed = ", only at start" if spec.read_only else ""
+    unit = f" {spec.unit}" if spec.unit not in ("", "1") else ""
+    head = f"{spec.name} ({spec.type_name}, default {default_text(spec)}{unit}{fixed})"
+    allowed = f"; {spec.allowed}" if spec.type in (int, float) else ""
+    return _wrapped(head, f"{spec.description}{allowed}")
+
+
 def parameter_lines() -> list[str]:
     """One entry for each parameter, for a terminal."""
     lines: list[str] = []
     for group, title in GROUPS.items():
         lines.append(f" {title}:")
         for spec in (spec for spec in TABLE.values() if spec.group == group):
-            fixed = ", only at start" if spec.read_only else ""
-            unit = f" {spec.unit}" if spec.unit not in ("", "1") else ""
-            head = f"{spec.name} ({spec.type_name}, default {default_text(spec)}{unit}{fixed})"
-            lines += _wrapped(head, f"{spec.description}; {spec.allowed}")
+            lines += spec_lines(spec)
     lines.append(" Example: --ros-args -p preset:=pizza_multiple_toss -p restitution:=0.4")
     return lines
 

@@ -35,6 +35,7 @@ class Wish(NamedTuple):
     begin: float = -math.inf  # simulated s
     end: float = math.inf
     most_rows: int = 1_000_000
+    topics: tuple[str, ...] = ()  # of the simulator, by their short names; none: all
 
 
 class Thinned(list[T]):
@@ -63,6 +64,8 @@ class BagRun:
         base = self.namespace.rstrip("/")
         names = {"/diagnostics": "/diagnostics"}
         names |= {f"{base}/{short}": short for short in WANTED}
+        if wish.topics:
+            names = {name: short for name, short in names.items() if short in wish.topics}
         self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
         self._missing = tuple(sorted(set(names.values()) - set(self._names.values())))
         self._losses = Losses()

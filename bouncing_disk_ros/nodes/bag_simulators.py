@@ -32,7 +32,9 @@ def choose(bag: Bag, namespace: str | None) -> str:
     if namespace is None:
         if len(found) > 1:
             given = f"a bag of {len(found)} simulators"
-            raise InputError("namespace", given, ", ".join(found), "Choose one: --namespace.")
+            raise InputError(
+                "namespace", given, ", ".join(found), "Choose one with the option namespace."
+            )
         return found[0]
     wanted = "/" + namespace.strip("/")
     if wanted not in found:

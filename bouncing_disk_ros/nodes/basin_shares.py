@@ -7,9 +7,9 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.study_options import table_of
 from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,28 +19,20 @@ _ABOUT = """How much of the plane of starts each attractor has, over a parameter
 multiple toss), with the best phase lag and the speed it gives."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
 
-OPTIONS = table_of(
-    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
-         "angular_forcing"),
-    Spec("begin", 0.30, "", "first value of it", low=0.0, high=1e6),
-    Spec("end", 0.60, "", "last value of it", low=0.0, high=1e6),
-    Spec("count", 121, "", "number of values", low=1, high=1_000_000),
-    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
-         high=1e3),
-    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
-    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not the axis", "Γ_T",
-         low=1e-9, high=1e12),
-    Spec("samples", 200, "", "starts along each side of the window", low=2, high=100_000),
-    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
-         low=-1e3, high=0.0),
-)  # fmt: skip
+OPTIONS = table_of("basin_shares")
 
 
 def exhibit() -> Exhibit:
     """The study with its picture."""
     from bouncing_disk_ros.study.basin_shares import BasinShares
 
-    return Exhibit(BasinShares, _pictures, lines)
+    return Exhibit(BasinShares, _pictures, lines, from_bag=_from_bag)
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.basin_shares import AXES
+
+    return [name for name in AXES if name != values["along"]]
 
 
 def _pictures(result: xr.Dataset) -> Mapping[str, Figure]:

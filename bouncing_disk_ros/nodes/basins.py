@@ -4,49 +4,50 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.study_options import table_of
 from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
 attractor that it goes to; the attractors are found, not given. Fig. 4 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
 
-OPTIONS = table_of(
-    Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),
-    Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
-    Spec("width", 1000, "", "pixels along the forcing phase", low=1, high=1_000_000),
-    Spec("height", 1000, "", "pixels along the velocity", low=1, high=1_000_000),
-    Spec("phase_begin", 0.0, "rad", "window: least forcing phase", low=-100.0, high=100.0),
-    Spec("phase_end", math.tau, "rad", "window: largest forcing phase", low=-100.0, high=100.0),
-    Spec("velocity_begin", -5.0, "πg/ω", "window: least relative velocity", low=-1e3, high=0.0),
-    Spec("velocity_end", 0.0, "πg/ω", "window: largest relative velocity", low=-1e3, high=0.0),
-    Spec("velocity", "before", "", "which velocity the window shows: w_A before the first impact, "
-         "or −u after it, u = −ε w_A: before or after"),
-    Spec("tolerance", 1e-4, "", "distance (rad and πg/ω) at which an orbit counts as on an "
-         "attractor", low=1e-12, high=0.1),
-    Spec("cap", 0, "", "impacts after which a start is unresolved; 0: enough for the slowest "
-         "attractor", low=0, high=10_000_000),
-)  # fmt: skip
+OPTIONS = table_of("basins")
 
 
 def exhibit() -> Exhibit:
     """The study with its pictures."""
-    from bouncing_disk_ros.plots.basins_plot import basins_picture
     from bouncing_disk_ros.study.basins import Basins
 
     return Exhibit(
         Basins,
-        lambda result: {"basins": basins_picture(result)},
+        _pictures,
         lines,
-        lambda result: result["label"].values,
+        from_bag=_from_bag,
+        image=lambda result: result["label"].values,
     )
+
+
+def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
+    turning = ("phase_lag", "angular_forcing") if str(values["angular_velocities"]).strip() else ()
+    return ("axial_forcing", "restitution", *turning)
+
+
+def _pictures(result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.basins_plot import basins_picture
+    from bouncing_disk_ros.plots.start_speeds_plot import start_speeds_picture
+
+    figures = {"basins": basins_picture(result)}
+    if "mean_speed" in result:
+        figures["mean_speeds"] = start_speeds_picture(result)
+    return figures
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -75,6 +76,22 @@ def lines(result: xr.Dataset) -> list[str]:
             f"{float(result['box_dimension']):.3f} ± {float(result['box_dimension_error']):.3f} "
             "(both 1: a smooth line)"
         )
+    return rows + _speed_lines(result)
+
+
+def _speed_lines(result: xr.Dataset) -> list[str]:
+    """What the starts of each slice end with."""
+    if "mean_speed" not in result:
+        return []
+    rows = []
+    for one, speeds in zip(result["angular_velocity"].values, result["mean_speed"].values,
+                           strict=True):  # fmt: skip
+        known = speeds[speeds == speeds]  # without nan: at rest
+        text = "all come to rest"
+        if known.size:
+            text = f"{known.mean():+.4f} on average, {known.min():+.4f} to {known.max():+.4f}"
+        rows.append(f"  from α̇ = {one:+g} ωΦ: mean speed {text} ωΦ" if known.size else
+                    f"  from α̇ = {one:+g} ωΦ: {text}")  # fmt: skip
     return rows
 
 

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.study_options import table_of
 from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,30 +21,7 @@ _ABOUT = """Follow an attractor along a parameter, upward or downward: each valu
 the one before ended. Period doublings are computed by continuation. Fig. 3 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p end:=0.45"
 
-OPTIONS = table_of(
-    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "
-         "phase_lag or angular_forcing"),
-    Spec("begin", 0.335, "", "first value of it", low=-1e6, high=1e6),
-    Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6),
-    Spec("count", 1261, "", "number of values", low=1, high=10_000_000),
-    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
-         high=1e3),
-    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
-    Spec("phase_lag", 0.0, "rad", "phase lag where it is not the axis", "θ", low=-1e3, high=1e3),
-    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not the axis", "Γ_T",
-         low=1e-9, high=1e12),
-    Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with initial_velocity",
-         "τ", low=-1e3, high=1e3),
-    Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact; 0: start on the period-1 "
-         "orbit", "w_A", low=-1e3, high=0.0),
-    Spec("settling", 1000, "", "impacts left out at each value", low=0, high=100_000_000),
-    Spec("measured", 2000, "", "impacts that means and exponent are over", low=1,
-         high=100_000_000),
-    Spec("kept", 300, "", "impacts kept at each value, the last ones measured", low=1,
-         high=1_000_000),
-    Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
-         high=12),
-)  # fmt: skip
+OPTIONS = table_of("bifurcation")
 
 
 def exhibit() -> Exhibit:
@@ -57,7 +34,13 @@ def exhibit() -> Exhibit:
         studies.append(Bifurcation(values))
         return studies[-1]
 
-    return Exhibit(make, lambda result: _pictures(studies[-1], result), lines)
+    return Exhibit(make, lambda result: _pictures(studies[-1], result), lines, from_bag=_from_bag)
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.bifurcation import NAMES
+
+    return [name for name in NAMES if name != values["along"]]
 
 
 def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:

@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,11 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 from tqdm import tqdm
 
-from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.study_options import COMMON, figure_kinds
 from bouncing_disk_ros.nodes.study_tool import StudyTool
 from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Progress, export, run
@@ -46,8 +48,10 @@ class StudyNode(Node):
         self._kinds = figure_kinds(str(values["figures"]))
         self._exhibit = tool.exhibit()
         own = {name: value for name, value in values.items() if name not in COMMON}
+        own |= self._from_bag(own)
         self._study = self._exhibit.make(own)
-        self._folder = Path(str(values["output"]) or _default_folder(tool.name, own))
+        folder = str(values["output"]) or _default_folder(tool.name, self._study.parameters)
+        self._folder = Path(folder).expanduser()
         self._progress_topic = self.create_publisher(Float32, "~/progress", profile_of(_LATCHED))
         self._figure_topic = self.create_publisher(
             CompressedImage, "~/figure/compressed", profile_of(_LATCHED)
@@ -59,6 +63,23 @@ class StudyNode(Node):
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
 
+    def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
+        """What a recorded run says and the user does not."""
+        bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
+        if not bag or self._exhibit.from_bag is None:
+            if namespace:
+                raise InputError("namespace", namespace, "none without bag", "Give bag too.")
+            return {}
+        from bouncing_disk_ros.nodes.study_bag import read_bag
+
+        given = set(self._parameter_overrides)
+        wanted = [name for name in self._exhibit.from_bag(own) if name not in given]
+        found = read_bag(bag, namespace or None, {name: self._tool.table[name] for name in wanted})
+        print(f"{self._tool.name}: {found.text}", flush=True)
+        for warning in found.warnings:
+            print(f"{self._tool.name}: {warning}", file=sys.stderr, flush=True)
+        return dict(found.values)
+
     # --- computing --------------------------------------------------------------------------------
     def present(self, stop: Stop) -> int:
         """Compute, show, keep; the exit code."""
@@ -67,10 +88,15 @@ class StudyNode(Node):
         worker.start()
         with Bar(self._tool.name) as bar:
             timer = self.create_timer(0.2, lambda: self._tell(bar))
-            wait_for(self, stop, lambda: not worker.is_alive(), FOREVER)
+            if not wait_for(self, stop, lambda: not worker.is_alive(), FOREVER):
+                print(f"{self._tool.name}: stopping when the parts at work are done",
+                      file=sys.stderr, flush=True)  # fmt: skip
             worker.join()  # a signal: what is at work is finished and kept
             self._tell(bar)
             self.destroy_timer(timer)
+        if isinstance(self._error, OSError):  # a full disk, a scheduler that is gone
+            why = " ".join(str(self._error).split()) or type(self._error).__name__
+            raise FailedError(f"{why}; what is done is kept in {self._folder}") from self._error
         if self._error is not None:
             raise self._error
         if self._result is None:
@@ -124,7 +150,7 @@ class StudyNode(Node):
                 files.append(self._folder / "result.nc")
         except OSError as error:
             raise FailedError(f"{self._folder} cannot be written: {error}") from None
-        print("written: " + ", ".join(map(str, files)), flush=True)
+        print("written: " + ", ".join(map(str, [*files, self._folder / "result.zarr"])), flush=True)
         stamp = self.get_clock().now().to_msg()
         message = CompressedImage(format="png", data=_png(next(iter(figures.values()))))
         message.header.stamp = stamp

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -28,6 +29,8 @@ class Exhibit:
     pictures: Callable[[xr.Dataset], Mapping[str, Figure]]
     """Name of the file (without its kind) -> figure; the first one is published."""
     lines: Callable[[xr.Dataset], list[str]]
+    from_bag: Callable[[Mapping[str, Value]], Sequence[str]] | None = None
+    """The options that a recorded run can give, by the others; None: it takes no bag."""
     image: Callable[[xr.Dataset], NDArray[np.generic]] | None = None
     """The result as an image: (rows, columns) of float32, or int32 for ids; None: not a map."""
 
@@ -45,7 +48,7 @@ class StudyTool:
     def main(self, args: Sequence[str] | None = None) -> int:
         """Run; exit code 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept)."""
         argv: list[Any] = list(sys.argv[1:] if args is None else args)
-        stop = Stop().install()
+        stop = Stop(ExitCode.INTERRUPTED).install()
         environment.prepare()
         stop.importing = True
         from bouncing_disk_ros.nodes.study_node import StudyNode

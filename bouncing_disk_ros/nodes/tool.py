@@ -17,6 +17,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.declare import descriptor_of, is_foreign
 from bouncing_disk_ros.ros.spin import bad_input, init, spin_until
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.tables import spec_lines
 
 AnyNode = TypeVar("AnyNode", bound=Node)
 
@@ -84,10 +85,7 @@ def parser_of(
     """The parser of an executable; --help shows its options from the table."""
     lines = ["parameters (--ros-args -p NAME:=VALUE):"]
     for spec in table.values():
-        unit = f" {spec.unit}" if spec.unit else ""
-        default = str(spec.default).lower() if spec.type is bool else repr(spec.default)
-        lines.append(f"  {spec.name} ({spec.type_name}, default {default}{unit})")
-        lines.append(f"      {spec.description}")
+        lines += spec_lines(spec)
     return argparse.ArgumentParser(
         prog=name,
         description=about,

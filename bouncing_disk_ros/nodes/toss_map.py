@@ -7,9 +7,9 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.study_options import TOSS_SPECS, table_of
 from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,24 +21,7 @@ _ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over pha
 angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros toss_map --ros-args -p friction:=0.3"
 
-OPTIONS = table_of(
-    *TOSS_SPECS,
-    Spec("phase_lag_begin", -math.pi, "rad", "least phase lag", "θ", low=-1e3, high=1e3),
-    Spec("phase_lag_end", math.pi, "rad", "largest phase lag", "θ", low=-1e3, high=1e3),
-    Spec("phase_lag_count", 721, "", "number of phase lags", low=2, high=1_000_000),
-    Spec("amplitude_angle_begin", 0.0, "rad", "least amplitude angle", "φ_L", low=0.0,
-         high=math.pi / 2),
-    Spec("amplitude_angle_end", math.pi / 2, "rad", "largest amplitude angle", "φ_L", low=0.0,
-         high=math.pi / 2),
-    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=2, high=1_000_000),
-    Spec("initial_angular_velocity", 0.0, "rad/s", "angular velocity of the disk at the start, "
-         "absolute", "α̇", low=-1e6, high=1e6),
-    Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start; 3π/2: the "
-         "lowest point", "τ", low=-1e3, high=1e3),
-    Spec("trajectory_lags", "0 0.5pi", "rad", "phase lags of the tosses drawn in time (Fig. 2d)"),
-    Spec("trajectory_angle", math.pi / 4, "rad", "amplitude angle of these", "φ_L", low=0.0,
-         high=math.pi / 2),
-)  # fmt: skip
+OPTIONS = table_of("toss_map")
 
 
 def exhibit() -> Exhibit:
@@ -56,7 +39,7 @@ def exhibit() -> Exhibit:
         make,
         lambda result: _pictures(studies[-1], result),
         lines,
-        lambda result: result["airborne_speed"].values,
+        image=lambda result: result["airborne_speed"].values,
     )
 
 

@@ -7,9 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.study_options import TOSS_SPECS, table_of
 from bouncing_disk_ros.nodes.study_tool import Exhibit, StudyTool
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,14 +19,7 @@ Fig. 1 of the paper."""
 _EXAMPLE = """ros2 run bouncing_disk_ros toss_paths --ros-args -p phase_lags:='0 -0.25pi' \\
       -p amplitude_angles:='0.25pi 0.25pi'"""
 
-OPTIONS = table_of(
-    *TOSS_SPECS,
-    Spec("phase_lags", "-0.5pi -0.25pi 0 -0.25pi -0.25pi -0.25pi", "rad",
-         "phase lag of each path: a list with blanks between; 0.25pi is π/4", "θ"),
-    Spec("amplitude_angles", "0.25pi 0.25pi 0.25pi 0.125pi 0.25pi 0.375pi", "rad",
-         "amplitude angle of each path, as many as phase lags", "φ_L"),
-    Spec("points", 721, "", "points of each path", low=16, high=1_000_000),
-)  # fmt: skip
+OPTIONS = table_of("toss_paths")
 
 
 def exhibit() -> Exhibit:

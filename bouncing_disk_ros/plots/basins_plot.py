@@ -58,7 +58,7 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
         result["label"].values,
         cmap=ListedColormap([UNRESOLVED, *colors]),
         norm=norm,
-        **_frame(result),
+        **frame(result),
     )
     handles = []
     for i, (name, color) in enumerate(zip(names, colors, strict=True)):
@@ -72,7 +72,7 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
         handles.append(Patch(facecolor=UNRESOLVED, edgecolor=BLACK, linewidth=0.5, label=text))
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2,
                 fontsize=9, frameon=False)  # fmt: skip
-    _label_axes(axes, result)
+    label_axes(axes, result)
 
 
 def colors_of(names: list[str]) -> list[str]:
@@ -105,14 +105,15 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     known = np.isfinite(cycles)
     top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
     axes.set_facecolor(UNRESOLVED)
-    drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **_frame(result))
+    drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **frame(result))
     figure.colorbar(drawn, ax=axes, label="time until it is clear (periods 2π/ω)", extend="max")
     axes.set_title("How long it takes", fontsize=10)
-    _label_axes(axes, result)
+    label_axes(axes, result)
     axes.set_ylabel("")
 
 
-def _frame(result: xr.Dataset) -> dict[str, Any]:
+def frame(result: xr.Dataset) -> dict[str, Any]:
+    """How a map over the starts is drawn: arguments of imshow."""
     phases, speeds = result["forcing_phase"].values / math.pi, result["velocity"].values
     half = [0.5 * (v[-1] - v[0]) / max(1, len(v) - 1) for v in (phases, speeds)]
     extent = (phases[0] - half[0], phases[-1] + half[0], speeds[0] - half[1], speeds[-1] + half[1])
@@ -122,7 +123,8 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _label_axes(axes: Any, result: xr.Dataset) -> None:
+def label_axes(axes: Any, result: xr.Dataset) -> None:
+    """Name the axes of such a map."""
     mark_in_pi(axes.xaxis)
     axes.set_xlabel(r"forcing phase at the first impact $\tau_{imp}$ (rad)")
     before = result.attrs["parameter_velocity"] == "before"

@@ -20,9 +20,11 @@ from bouncing_disk_ros.analysis.basins import (
     shares,
 )
 from bouncing_disk_ros.analysis.boundary import basin_entropy, box_dimension, uncertainty_exponent
+from bouncing_disk_ros.analysis.start_speeds import mean_speeds
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.toss_paths import numbers_of
 
 PIXELS = 65_536
 """Pixels of one region: a second of work or less."""
@@ -49,6 +51,14 @@ class Basins(Study):
                 allowed = f"less than {high} = {float(given[high]):g}"
                 raise InputError(low, given[low], allowed, "The window is empty.")
         before_impact(np.empty(0), self._restitution, after=self._after)
+        text = str(given["angular_velocities"])
+        self._speeds = np.empty(0)
+        if text.strip():
+            allowed = "numbers in units of ωΦ, such as '0 0.5 -1'"
+            self._speeds = numbers_of("angular_velocities", text, allowed)
+        else:
+            for name in ("angular_velocities", "phase_lag", "angular_forcing"):
+                del self.parameters[name]  # no part of what is computed
 
     @property
     def _after(self) -> bool:
@@ -70,7 +80,7 @@ class Basins(Study):
     def axes(self) -> Mapping[str, Axis]:
         """Velocity (rows) and forcing phase (columns): centres of the pixels."""
         when = "after (its opposite)" if self._after else "before"
-        return {
+        axes = {
             "velocity": Axis(
                 self._pixels("velocity", "height"), "pi g/omega",
                 f"relative velocity {when} the first impact", "−u" if self._after else "w_A",
@@ -79,16 +89,26 @@ class Basins(Study):
                 self._pixels("phase", "width"), "rad", "forcing phase of the first impact", "τ_imp"
             ),
         }  # fmt: skip
+        if len(self._speeds):
+            axes["angular_velocity"] = Axis(
+                self._speeds, "omega Phi", "angular velocity of the disk before the first impact"
+            )
+        return axes
 
     @property
     def fields(self) -> Mapping[str, Field]:
         """Labels, and how long each start takes until it is clear."""
         dims = ("velocity", "forcing_phase")
-        return {
+        fields = {
             "label": Field(dims, "int32", "1", "index of the attractor, −1: none", fill=UNRESOLVED),
             "impacts": Field(dims, "int32", "1", "impacts until it is clear", fill=0),
             "time": Field(dims, "float64", "rad", "time until it is clear", "ωt"),
         }  # fmt: skip
+        if len(self._speeds):
+            fields["mean_speed"] = Field(
+                ("angular_velocity", *dims), "float64", "omega Phi", "mean speed it ends with"
+            )
+        return fields
 
     @property
     def chunks(self) -> Mapping[str, int]:
@@ -121,11 +141,17 @@ class Basins(Study):
             from_arrays(context), self._forcing, self._restitution, tau.copy(), w.copy(), rule
         )
         shape = (len(rows), len(phases))
-        return {
+        arrays: dict[str, NDArray[np.generic]] = {
             "label": found.label.reshape(shape),
             "impacts": found.impacts.reshape(shape),
             "time": found.time.reshape(shape),
         }
+        if len(self._speeds):
+            lag, angular = (float(given[name]) for name in ("phase_lag", "angular_forcing"))
+            platform = (self._forcing, self._restitution, lag, angular)
+            speeds = [mean_speeds(tau, w, float(one), *platform) for one in self._speeds]
+            arrays["mean_speed"] = np.reshape(speeds, (len(speeds), *shape))
+        return arrays
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Attractors with their shares, and the measures of the boundary."""

@@ -42,7 +42,19 @@ class Bifurcation(Study):
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         self.axis = NAMES[str(given["along"])][0]
+        if int(given["kept"]) > int(given["measured"]):
+            raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
+        for end in ("begin", "end"):
+            self._check_end(end)
         self._start()
+
+    def _check_end(self, name: str) -> None:
+        value = float(self.parameters[name])
+        try:
+            self.section(**{self.axis: value})
+        except InputError as error:
+            along = str(self.parameters["along"])
+            raise InputError(name, value, error.allowed, f"It is a value of {along}.") from None
 
     def section(self, **changed: float) -> NextCollisionMap:
         """The map at the fixed parameters, some of them changed."""
@@ -55,7 +67,14 @@ class Bifurcation(Study):
         section = self.section(**{self.axis: float(given["begin"])})
         velocity = float(given["initial_velocity"])
         if velocity == 0.0:
-            return begin(section)
+            try:
+                return begin(section)
+            except InputError as error:
+                hint = (
+                    "It starts on the period-1 orbit, which begin does not have; choose another "
+                    "begin, or a start of your own: initial_velocity < 0 and initial_phase."
+                )
+                raise InputError("begin", given["begin"], _threshold(error), hint) from None
         return begin(section, MapState(float(given["initial_phase"]) % math.tau, velocity))
 
     @property
@@ -131,6 +150,10 @@ class Bifurcation(Study):
         except InputError:  # no period-1 orbit at that end
             return []
         return list(period_doublings(orbit, self.axis, last, count))
+
+
+def _threshold(error: InputError) -> str:
+    return f"Γ {error.allowed}" if error.field == "forcing" else error.allowed
 
 
 def _fields_of(branch: Branch) -> Arrays:

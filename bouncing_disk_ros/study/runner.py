@@ -49,8 +49,11 @@ def run(
     workers of that Dask cluster do. Returns the whole result, or None when `stopped` said so: then
     the store holds every finished region, and the same call goes on from there.
     Raises InputError for a path that holds something else or cannot be written, or a scheduler
-    that does not answer.
+    that does not answer; OSError for a disk or a cluster that fails in mid-work.
     """
+    if study.sequential and scheduler:
+        hint = "Each part starts from the one before: this study computes in order, here."
+        raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
     store = Store(Path(path), study)
     regions = list(study.regions())
     resumed = store.regions_done
@@ -126,7 +129,7 @@ def executor_of(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
             yield pool, workers
         return
     try:
-        from distributed import Client
+        from distributed import CancelledError, Client, KilledWorker
     except ImportError:
         raise InputError(
             "scheduler", scheduler, "nothing, where Dask is missing", "pip install distributed"
@@ -142,4 +145,7 @@ def executor_of(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
         count = max(1, sum(client.nthreads().values()))
         # a lost worker costs the region it had: Dask gives it to another one
         with client.get_executor(pure=False, retries=3) as pool:
-            yield pool, count
+            try:
+                yield pool, count
+            except (CancelledError, KilledWorker) as error:
+                raise ConnectionError(f"the Dask cluster lost the work: {error}") from error

@@ -18,6 +18,11 @@ from bouncing_disk_ros.study.toss_map import setting_of
 
 def angles_of(field: str, text: str) -> NDArray[np.float64]:
     """Angles in rad written as a list: blanks or commas between, 0.25pi for a part of π."""
+    return numbers_of(field, text, "angles in rad, such as '0 0.785 -0.25pi'")
+
+
+def numbers_of(field: str, text: str, allowed: str) -> NDArray[np.float64]:
+    """At least one number out of such a list. Raises InputError."""
     found = []
     for word in text.replace(",", " ").split():
         number, pi, rest = word.partition("pi")
@@ -27,10 +32,10 @@ def angles_of(field: str, text: str) -> NDArray[np.float64]:
         except ValueError:
             value = math.nan
         if rest or not math.isfinite(value):
-            raise InputError(field, word, "angles in rad, such as '0 0.785 -0.25pi'")
+            raise InputError(field, word, allowed)
         found.append(value)
     if not found:
-        raise InputError(field, text, "at least one angle")
+        raise InputError(field, text, allowed)
     return np.array(found)
 
 

@@ -17,7 +17,16 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
 MAX_LINES = 250
 
-TABLES = {"environment", "errors", "executables", "folders", "parameters", "tables", "topics"}
+TABLES = {
+    "environment",
+    "errors",
+    "executables",
+    "folders",
+    "parameters",
+    "study_tables",
+    "tables",
+    "topics",
+}
 #: room -> the rooms it may import. A new room must be entered here.
 MAY_IMPORT = {
     "core": {"core"},

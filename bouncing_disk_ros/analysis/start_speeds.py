@@ -1,0 +1,54 @@
+"""The mean speed that each start of the next-collision map ends with, rotation included.
+
+The axial part of an orbit does not depend on the rotation, but the speed may depend on the one that
+the disk starts with: friction on an orbit of several impacts can hold more than one speed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.lanes_axial import RESTS
+from bouncing_disk_ros.core.lanes_rotation import TIME, TURNED, iterate_rotation
+
+Floats = NDArray[np.float64]
+
+TRANSIENT, MOST = 500, 100_000
+MEASURED = 960
+"""Impacts that the mean is over: whole repetitions of orbits of 1 to 6, 8, 10, 12 ... impacts."""
+
+
+def settling_impacts(angular_velocity: float, angular_forcing: float) -> int:
+    """Impacts left out before the mean, at most MOST.
+
+    TRANSIENT for the axial part, and 2 Γ_T (1 + |α̇|) for the speed: an impact changes it by at most
+    (1 + ε)|w_A|/Γ_T, which is 2/Γ_T on the period-1 orbit; on others it may be less.
+    """
+    return round(min(MOST, TRANSIENT + 2.0 * angular_forcing * (1.0 + abs(angular_velocity))))
+
+
+def mean_speeds(
+    tau: Floats, w: Floats, angular_velocity: float, forcing: float, restitution: float,
+    phase_lag: float, angular_forcing: float,
+) -> Floats:  # fmt: skip
+    """Mean of α̇/(ωΦ) in time over MEASURED impacts (n,); nan where contact lasts for good.
+
+    Starts: τ in [0, 2π) and w_A < 0 (n,), πg/ω, with the absolute α̇/(ωΦ) of all before that impact.
+    Each number depends on its own start alone, so the arrays may be cut anywhere.
+    """
+    n = len(tau)
+    tau, w, speed = tau.copy(), w.copy(), np.full(n, angular_velocity)
+    gamma, epsilon, theta, angular = (
+        np.full(n, v) for v in (forcing, restitution, phase_lag, angular_forcing)
+    )
+    counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
+    settling = settling_impacts(angular_velocity, angular_forcing)
+    for impacts in (settling, MEASURED):
+        sums[:] = 0.0
+        iterate_rotation(tau, w, speed, gamma, epsilon, theta, angular, impacts, counts, sums)
+        at_rest = counts[:, RESTS] > 0
+        tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
+    return np.where(at_rest, math.nan, sums[:, TURNED] / np.where(at_rest, 1.0, sums[:, TIME]))

@@ -1,0 +1,27 @@
+"""Studies by name, with the defaults of their table: for Python; nodes have their options."""
+
+from __future__ import annotations
+
+import importlib
+
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.definition import Study
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+
+def named(name: str, **given: Value) -> Study:
+    """The study called `name` with the parameters given and the defaults of docs/parameters.md.
+
+    Raises InputError for an unknown name, or a value that cannot be used.
+    """
+    if name not in STUDY_TABLES:
+        raise InputError("study", name, ", ".join(STUDY_TABLES), closest(name, STUDY_TABLES))
+    table = STUDY_TABLES[name]
+    for key in given:
+        if key not in table:
+            raise InputError("parameter", key, ", ".join(table), closest(key, table))
+    values = {key: spec.checked(given.get(key, spec.default)) for key, spec in table.items()}
+    module = importlib.import_module(f"bouncing_disk_ros.study.{name}")
+    made: Study = getattr(module, name.title().replace("_", ""))(values)
+    return made

@@ -1,0 +1,151 @@
+"""The one table of the options of every study: for the nodes, --help, docs and Python alike.
+
+Like `parameters`, it imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from bouncing_disk_ros.parameters import TABLE, Spec
+
+_PAPER = "paper, Fig. 2"
+_TOSS = (
+    Spec("arc_amplitude", 0.25, "m", "amplitude of the path of the hand, c = √(A² + (a_e Φ)²)", "c",
+         low=1e-9, high=1e6, source=_PAPER),
+    Spec("gravity", 10.0, "m/s²", "acceleration of gravity", "g", low=1e-9, high=1e9,
+         source=_PAPER),
+    *(TABLE[name] for name in ("frequency", "mass", "friction", "friction_radius",
+                               "gyration_radius", "preload", "load_torque")),
+)  # fmt: skip
+"""What the studies of single tosses share; the defaults are those of the paper."""
+
+_TOSS_PATHS = (
+    *_TOSS,
+    Spec("phase_lags", "-0.5pi -0.25pi 0 -0.25pi -0.25pi -0.25pi", "rad",
+         "phase lag of each path: a list with blanks between; 0.25pi is π/4", "θ"),
+    Spec("amplitude_angles", "0.25pi 0.25pi 0.25pi 0.125pi 0.25pi 0.375pi", "rad",
+         "amplitude angle of each path, as many as phase lags", "φ_L"),
+    Spec("points", 721, "", "points of each path", low=16, high=1_000_000),
+)  # fmt: skip
+_TOSS_MAP = (
+    *_TOSS,
+    Spec("phase_lag_begin", -math.pi, "rad", "least phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_end", math.pi, "rad", "largest phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_count", 721, "", "number of phase lags", low=2, high=1_000_000),
+    Spec("amplitude_angle_begin", 0.0, "rad", "least amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_end", math.pi / 2, "rad", "largest amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=2, high=1_000_000),
+    Spec("initial_angular_velocity", 0.0, "rad/s", "angular velocity of the disk at the start, "
+         "absolute", "α̇", low=-1e6, high=1e6),
+    Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start; 3π/2: the "
+         "lowest point", "τ", low=-1e3, high=1e3),
+    Spec("trajectory_lags", "0 0.5pi", "rad", "phase lags of the tosses drawn in time (Fig. 2d)"),
+    Spec("trajectory_angle", math.pi / 4, "rad", "amplitude angle of these", "φ_L", low=0.0,
+         high=math.pi / 2),
+)  # fmt: skip
+_BIFURCATION = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "
+         "phase_lag or angular_forcing"),
+    Spec("begin", 0.335, "", "first value of it", low=-1e6, high=1e6),
+    Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6),
+    Spec("count", 1261, "", "number of values", low=1, high=10_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
+    Spec("phase_lag", 0.0, "rad", "phase lag where it is not the axis", "θ", low=-1e3, high=1e3),
+    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not the axis", "Γ_T",
+         low=1e-9, high=1e12),
+    Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with initial_velocity",
+         "τ", low=-1e3, high=1e3),
+    Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact; 0: start on the period-1 "
+         "orbit", "w_A", low=-1e3, high=0.0),
+    Spec("settling", 1000, "", "impacts left out at each value", low=0, high=100_000_000),
+    Spec("measured", 2000, "", "impacts that means and exponent are over", low=1,
+         high=100_000_000),
+    Spec("kept", 300, "", "impacts kept at each value, the last ones measured", low=1,
+         high=1_000_000),
+    Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
+         high=12),
+)  # fmt: skip
+_BASINS = (
+    Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),
+    Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
+    Spec("width", 1000, "", "pixels along the forcing phase", low=1, high=1_000_000),
+    Spec("height", 1000, "", "pixels along the velocity", low=1, high=1_000_000),
+    Spec("phase_begin", 0.0, "rad", "window: least forcing phase", low=-100.0, high=100.0),
+    Spec("phase_end", math.tau, "rad", "window: largest forcing phase", low=-100.0, high=100.0),
+    Spec("velocity_begin", -5.0, "πg/ω", "window: least relative velocity", low=-1e3, high=0.0),
+    Spec("velocity_end", 0.0, "πg/ω", "window: largest relative velocity", low=-1e3, high=0.0),
+    Spec("velocity", "before", "", "which velocity the window shows: w_A before the first impact, "
+         "or −u after it, u = −ε w_A: before or after"),
+    Spec("tolerance", 1e-4, "", "distance (rad and πg/ω) at which an orbit counts as on an "
+         "attractor", low=1e-12, high=0.1),
+    Spec("cap", 0, "", "impacts after which a start is unresolved; 0: enough for the slowest "
+         "attractor", low=0, high=10_000_000),
+    Spec("angular_velocities", "", "ωΦ", "initial angular velocities of the disk, a list with "
+         "blanks between: also compute the mean speed that each start ends with", "α̇/(ωΦ)"),
+    Spec("phase_lag", 0.0, "rad", "phase lag, with angular_velocities", "θ", low=-1e3, high=1e3),
+    Spec("angular_forcing", 100.0, "1", "angular forcing, with angular_velocities", "Γ_T",
+         low=1e-9, high=1e12),
+)  # fmt: skip
+_BASIN_SHARES = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
+         "angular_forcing"),
+    Spec("begin", 0.30, "", "first value of it", low=0.0, high=1e6),
+    Spec("end", 0.60, "", "last value of it", low=0.0, high=1e6),
+    Spec("count", 121, "", "number of values", low=1, high=1_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
+    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not the axis", "Γ_T",
+         low=1e-9, high=1e12),
+    Spec("samples", 200, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+)  # fmt: skip
+
+_BAG = (
+    Spec("bag", "", "", "folder of a recorded run: forcing, restitution and phase lag not given "
+         "here are those of its last steady motion"),
+    Spec("namespace", "", "", "of the simulator, where that bag has several"),
+)  # fmt: skip
+_RUN = (
+    Spec("output", "", "", "folder for the result and the figures; a run goes on with what it "
+         "finds there; empty: output/ and the name of the study with a digest of its parameters"),
+    Spec("workers", 0, "", "threads that compute; 0: one for each core", low=0, high=4096),
+    Spec("scheduler", "", "", "address of a Dask scheduler whose workers compute instead, such as "
+         "tcp://host:8786"),
+    Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none"),
+    Spec("netcdf", True, "", "also export the whole result as result.nc"),
+    Spec("hold", False, "", "stay when done, so that the latched topics can be read, until Ctrl-C"),
+)  # fmt: skip
+
+
+def _by_name(*specs: Spec) -> Mapping[str, Spec]:
+    return MappingProxyType({spec.name: spec for spec in specs})
+
+
+STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
+    {
+        "toss_paths": _by_name(*_TOSS_PATHS),
+        "toss_map": _by_name(*_TOSS_MAP),
+        "bifurcation": _by_name(*_BIFURCATION),
+        "basins": _by_name(*_BASINS),
+        "basin_shares": _by_name(*_BASIN_SHARES),
+    }
+)
+"""Study -> what decides its result."""
+COMMON: Mapping[str, Spec] = _by_name(*_BAG, *_RUN)
+"""Options of the nodes that say where and how, not what: no part of a study's parameters."""
+TAKES_BAG = ("bifurcation", "basins", "basin_shares")
+
+
+def table_of(study: str) -> Mapping[str, Spec]:
+    """The whole table of a study's node: what decides the result first."""
+    bag = _BAG if study in TAKES_BAG else ()
+    return _by_name(*STUDY_TABLES[study].values(), *bag, *_RUN)

@@ -1,0 +1,68 @@
+"""Studies by name: the defaults of the tables, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.study import named
+from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES, table_of
+
+
+@pytest.mark.parametrize("name", STUDY_TABLES)
+def test_defaults_make_a_study_of_that_name(name: str) -> None:
+    study = named(name)
+    assert study.name == name
+    for key, value in study.parameters.items():
+        assert value == STUDY_TABLES[name][key].default
+
+
+def test_what_is_given_stays_and_integers_are_cast() -> None:
+    parameters = named("basins", axial_forcing=1, width=7).parameters
+    assert parameters["axial_forcing"] == 1.0
+    assert isinstance(parameters["axial_forcing"], float)
+    assert parameters["width"] == 7
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("basin", {}, "Did you mean basins"),
+        ("basins", {"forcing": 0.4}, "parameter: got 'forcing', allowed: axial_forcing, "),
+        ("basins", {"width": 0}, "width: got 0, allowed: an integer >= 1"),
+        ("basins", {"width": 2.5}, "width: got 2.5"),
+        ("basins", {"output": "x"}, "parameter: got 'output'"),
+        ("basins", {"phase_begin": 7.0}, "phase_begin: got 7.0, allowed: less than phase_end"),
+        ("basins", {"velocity_begin": 0.0}, "The window is empty"),
+        ("basins", {"velocity": "between"}, "velocity: got 'between', allowed: before or after"),
+        ("basins", {"velocity": "after", "restitution": 0.0}, "Nothing bounces there"),
+        ("basins", {"angular_velocities": "0 fast"}, "angular_velocities: got 'fast', allowed"),
+        ("basin_shares", {"along": "phase_lag"}, "along: got 'phase_lag', allowed: one of"),
+        ("basin_shares", {"along": "restitution", "end": 1.5}, "end: got 1.5, allowed: 0 to 1"),
+        ("basin_shares", {"velocity_begin": 0.0}, "The window is empty"),
+        ("bifurcation", {"along": "gravity"}, "along: got 'gravity', allowed: one of"),
+        ("bifurcation", {"begin": 0.4, "end": 0.4}, "The axis is empty"),
+        ("bifurcation", {"begin": 0.3}, "at least (1 − ε)/(1 + ε) k = 0.333333. It starts on"),
+        ("bifurcation", {"along": "restitution", "end": 1.5}, "end: got 1.5"),
+        ("bifurcation", {"kept": 3000}, "kept: got 3000, allowed: at most measured = 2000"),
+        ("toss_map", {"phase_lag_begin": 4.0}, "The map is empty"),
+        ("toss_paths", {"phase_lags": "0 x"}, "phase_lags: got 'x', allowed: angles in rad"),
+        ("toss_paths", {"phase_lags": ""}, "phase_lags: got ''"),
+        ("toss_paths", {"phase_lags": "0 0.1"}, "as many angles as phase_lags, 2"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_before_any_work(
+    name: str, given: dict[str, float | str], words: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        named(name, **given)
+    assert words in caught.value.line
+    assert "\n" not in caught.value.line
+
+
+def test_where_and_how_is_no_part_of_what() -> None:
+    for name, own in STUDY_TABLES.items():
+        assert not set(own) & set(COMMON)
+        assert {*own, "output", "workers", "hold"} <= set(table_of(name))
+    assert "bag" in table_of("basins")
+    assert "bag" not in table_of("toss_map")
