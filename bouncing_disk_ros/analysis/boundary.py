@@ -91,8 +91,10 @@ def box_dimension(labels: Labels, sizes: Sequence[int] = ()) -> PowerLaw:
     exponent given is D itself: 1 for a smooth line. nan: no boundary.
     """
     _checked(labels, 1)
-    corners = (labels[:-1, :-1], labels[1:, :-1], labels[:-1, 1:], labels[1:, 1:])
-    met = np.maximum.reduce(corners) != np.minimum.reduce(corners)
+    first = labels[:-1, :-1]
+    met = labels[1:, :-1] != first
+    for corner in (labels[:-1, 1:], labels[1:, 1:]):
+        met |= corner != first
     chosen = np.array(sizes or _sizes(met.shape), np.int64)
     counts = []
     for size in (int(value) for value in chosen):

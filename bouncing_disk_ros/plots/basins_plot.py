@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.plots.style import (
     BLACK,
@@ -26,6 +27,8 @@ from bouncing_disk_ros.plots.style import (
 
 UNRESOLVED = "#777777"
 REST, CHATTERING = "#f7f7f7", "#e8e8e8"
+MOST_PIXELS = 1500
+"""Along one side of a drawn map, or less than twice as many."""
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 
@@ -55,7 +58,7 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
     colors = colors_of(names)
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     axes.imshow(
-        result["label"].values,
+        thinned(result["label"]),
         cmap=ListedColormap([UNRESOLVED, *colors]),
         norm=norm,
         **frame(result),
@@ -101,7 +104,7 @@ def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
 
 
 def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
-    cycles = result["time"].values / math.tau
+    cycles = thinned(result["time"]) / math.tau
     known = np.isfinite(cycles)
     top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
     axes.set_facecolor(UNRESOLVED)
@@ -110,6 +113,12 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     axes.set_title("How long it takes", fontsize=10)
     label_axes(axes, result)
     axes.set_ylabel("")
+
+
+def thinned(field: xr.DataArray) -> NDArray[Any]:
+    """Every k-th pixel of a large map: more than a figure shows would only cost memory."""
+    rows, columns = (max(1, length // MOST_PIXELS) for length in field.shape)
+    return field[rows // 2 :: rows, columns // 2 :: columns].values
 
 
 def frame(result: xr.Dataset) -> dict[str, Any]:

@@ -26,8 +26,10 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.toss_paths import numbers_of
 
-PIXELS = 65_536
-"""Pixels of one region: a second of work or less."""
+SIDES = (64, 1024)
+"""Least and largest side of a region (pixels); the largest takes about a second of one core."""
+REGIONS = 16
+"""A map is cut into about so many regions, if their sides allow it."""
 SEARCHED = 24
 """Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
 _KINDS = list(AttractorKind)
@@ -112,8 +114,9 @@ class Basins(Study):
 
     @property
     def chunks(self) -> Mapping[str, int]:
-        """Squares of at most PIXELS."""
-        side = math.isqrt(PIXELS)
+        """Squares."""
+        pixels = int(self.parameters["width"]) * int(self.parameters["height"])
+        side = min(max(SIDES[0], math.isqrt(pixels // REGIONS)), SIDES[1])
         return {"velocity": side, "forcing_phase": side}
 
     def context(self) -> Arrays:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, ceiling, many, node, per_impact
+from bench import bags, ceiling, many, node, per_impact, studies
 from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
@@ -21,7 +21,7 @@ OUTPUT = Path(__file__).resolve().parents[2] / "output" / "bench.json"
 
 
 @pytest.mark.bench
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(1200)
 def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     load = os.getloadavg()[0]
     folders = (tmp_path / f"cache-{i}" for i in itertools.count())
@@ -33,6 +33,9 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     many_rows, many_notes = many.measure(tmp_path)
     rows += many_rows
     notes += many_notes
+    study_rows, study_notes = studies.measure()
+    rows += study_rows
+    notes += study_notes
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():
