@@ -43,6 +43,10 @@ class InputError(ValueError):
         return " ".join(text.split())
 
 
+class FailedError(Exception):
+    """One line for the user about what went wrong that is not the input; exit code FAILED."""
+
+
 def shown(value: object, limit: int = 120) -> str:
     """A value as it appears in a message: short, on one line."""
     text = repr(value) if isinstance(value, (str, bytes)) else str(value)

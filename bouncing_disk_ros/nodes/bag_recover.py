@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.nodes.start import split_arguments
 
 _ABOUT = """Rebuild the index and metadata.yaml of a bag that was cut off or damaged, into a new
 folder, and say what was lost. The bag itself stays as it is. All whole chunks are saved."""
@@ -16,14 +17,13 @@ _EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
 
 def main(args: Sequence[str] | None = None) -> int:
     """Recover a bag; exit code 0 saved, 1 nothing could be saved or no room, 2 bad input."""
-    argv = list(sys.argv[1:] if args is None else args)
     parser = argparse.ArgumentParser(
         prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
     parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
-    given = parser.parse_args(argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv)
+    given = parser.parse_args(split_arguments(args)[0])
     environment.use_package_index()
     from bouncing_disk_ros import bag
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.nodes.study_options import figure_kinds
 
 if TYPE_CHECKING:
@@ -63,10 +64,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    argv = list(sys.argv[1:] if args is None else args)
-    given = parser().parse_intermixed_args(
-        argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv
-    )
+    given = parser().parse_intermixed_args(split_arguments(args)[0])
     environment.use_package_index()
     use_matplotlib_folder()
     from bouncing_disk_ros.bag import BagError

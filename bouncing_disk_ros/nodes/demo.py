@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.start import Start
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.stop import Stop
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
 watch both over DDS, record the run, and show the result: a summary, a picture, a report on
@@ -26,35 +27,26 @@ OPTIONS = {spec.name: spec for spec in _SPECS}
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demonstration; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    argv = list(sys.argv[1:] if args is None else args)
-    stop = Stop().install()
-    environment.prepare()
-    stop.importing = True
-    from bouncing_disk_ros.nodes.show import Show
-    from bouncing_disk_ros.nodes.show_bag import make_room
-    from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
-    from bouncing_disk_ros.ros.spin import bad_input
-
-    stop.importing = False
-    own = own_arguments(argv)
-    parser = parser_of("demo", _ABOUT, OPTIONS, _EXAMPLE)
+    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args)
+    parser = start.parser
     parser.usage = "demo [--help] [--bag FOLDER] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
                         help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
-    folder = parser.parse_args(own).bag
+    folder = start.parse().bag
+    with start.stop.importing():
+        from bouncing_disk_ros.nodes.show import Show
+        from bouncing_disk_ros.nodes.show_bag import make_room
+        from bouncing_disk_ros.ros.spin import bad_input, run_node
+
     try:
         make_room(folder)
         export = environment.use_private_domain()
     except InputError as error:
         return bad_input("demo", error.line)
     with Show.children(folder) as children:
-        return run_tool(
-            "demo",
-            argv[len(own) :],
-            lambda: Show(OPTIONS, children, folder),
-            lambda node: node.present(stop, export),
-            stop,
-        )
+        make = partial(Show, OPTIONS, children, folder)
+        present = partial(Show.present, export=export)
+        return run_node("demo", start.ros, make, present, start.stop)
 
 
 if __name__ == "__main__":

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.nodes.start import Start
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.stop import Stop
 
 _ABOUT = """Print the impacts of disk/impacts as they happen. Ctrl-C ends it. Lost rows and other
 remarks go to stderr."""
@@ -26,24 +26,15 @@ OPTIONS = {spec.name: spec for spec in _SPECS}
 
 def main(args: Sequence[str] | None = None) -> int:
     """Print impacts; exit code 0 done or interrupted, 1 nothing came in time, 2 bad input."""
-    argv = list(sys.argv[1:] if args is None else args)
-    stop = Stop().install()
-    environment.prepare()
-    stop.importing = True
-    from bouncing_disk_ros.nodes.impact_printer import ImpactPrinter
-    from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
+    start = Start("echo_impacts", _ABOUT, OPTIONS, _EXAMPLE, args)
+    start.parse()
+    with start.stop.importing():
+        from bouncing_disk_ros.nodes.impact_printer import ImpactPrinter
+        from bouncing_disk_ros.ros.spin import run_node
 
-    stop.importing = False
-    own = own_arguments(argv)
-    parser_of("echo_impacts", _ABOUT, OPTIONS, _EXAMPLE).parse_args(own)
+    make = partial(ImpactPrinter, OPTIONS)
     try:
-        return run_tool(
-            "echo_impacts",
-            argv[len(own) :],
-            lambda: ImpactPrinter(OPTIONS),
-            lambda node: node.print_all(stop),
-            stop,
-        )
+        return run_node("echo_impacts", start.ros, make, ImpactPrinter.print_all, start.stop)
     except BrokenPipeError:  # the reader (head, less) has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

@@ -10,8 +10,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.analysis import impact_text
-from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.nodes.tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
 from bouncing_disk_ros.ros.qos import profile_of

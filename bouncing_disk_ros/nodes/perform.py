@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.nodes.start import Start
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import load_programme, programme_names
 
 _ABOUT = """Publish a programme of platform motions on platform/command as one message, wait until
@@ -33,28 +33,19 @@ def programme_lines() -> str:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Perform a programme; exit code 0 done, 1 nobody listened or obeyed, 2 bad input, 130."""
-    argv = list(sys.argv[1:] if args is None else args)
-    stop = Stop().install()
-    environment.prepare()
-    stop.importing = True
-    from bouncing_disk_ros.nodes.performer import Performer
-    from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
-
-    stop.importing = False
-    own = own_arguments(argv)
-    parser = parser_of("perform", _ABOUT, OPTIONS, _EXAMPLE)
+    start = Start("perform", _ABOUT, OPTIONS, _EXAMPLE, args)
+    parser = start.parser
     parser.usage = "perform [PROGRAMME] [--help] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("programme", nargs="?", default="", metavar="PROGRAMME",
                         help="name of a programme, or the path of a YAML file")  # fmt: skip
     parser.epilog = f"{programme_lines()}\n\n{parser.epilog}"
-    given = parser.parse_args(own).programme
-    return run_tool(
-        "perform",
-        argv[len(own) :],
-        lambda: Performer(OPTIONS, given),
-        lambda node: node.perform(stop),
-        stop,
-    )
+    given = start.parse().programme
+    with start.stop.importing():
+        from bouncing_disk_ros.nodes.performer import Performer
+        from bouncing_disk_ros.ros.spin import run_node
+
+    make = partial(Performer, OPTIONS, given)
+    return run_node("perform", start.ros, make, Performer.perform, start.stop)
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Motion, MotionInForce
-from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
+from bouncing_disk_ros.errors import ExitCode, FailedError
+from bouncing_disk_ros.nodes.tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.conversions import msg_to_motion, programme_to_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 
-from bouncing_disk_ros import environment
-from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.nodes.recorder_options import OPTIONS
+from bouncing_disk_ros.nodes.start import Start
 
 _ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C ends
 it in order. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""
@@ -15,28 +16,17 @@ _EXAMPLE = "ros2 run bouncing_disk_ros recorder run_1 --ros-args -p max_duration
 
 def main(args: Sequence[str] | None = None) -> int:
     """Record until a signal; exit code 0 done, 1 the disk took no more, 2 bad input."""
-    argv = list(sys.argv[1:] if args is None else args)
-    stop = Stop().install()
-    environment.prepare()
-    stop.importing = True
-    from bouncing_disk_ros.nodes.recorder_node import Recorder
-    from bouncing_disk_ros.nodes.recorder_options import OPTIONS
-    from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
-
-    stop.importing = False
-    own = own_arguments(argv)
-    parser = parser_of("recorder", _ABOUT, OPTIONS, _EXAMPLE)
+    start = Start("recorder", _ABOUT, OPTIONS, _EXAMPLE, args)
+    parser = start.parser
     parser.usage = "recorder [OUTPUT] [--help] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("output", nargs="?", default="", metavar="OUTPUT",
                         help="folder of the bag; must be new")  # fmt: skip
-    given = parser.parse_args(own).output
-    return run_tool(
-        "recorder",
-        argv[len(own) :],
-        lambda: Recorder(given),
-        lambda node: node.record(stop),
-        stop,
-    )
+    given = start.parse().output
+    with start.stop.importing():
+        from bouncing_disk_ros.nodes.recorder_node import Recorder
+        from bouncing_disk_ros.ros.spin import run_node
+
+    return run_node("recorder", start.ros, partial(Recorder, given), Recorder.record, start.stop)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
 from bouncing_disk_ros.bag.schema import schema_of
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.recorder_attachments import (
     YAML,
     RunParameters,
@@ -25,7 +25,7 @@ from bouncing_disk_ros.nodes.recorder_attachments import (
 )
 from bouncing_disk_ros.nodes.recorder_options import MB, OPTIONS, Selection, writer_options
 from bouncing_disk_ros.nodes.recorder_topic import RecordedTopic, is_snapshot, offered
-from bouncing_disk_ros.nodes.tool import FailedError, options
+from bouncing_disk_ros.nodes.tool import options
 from bouncing_disk_ros.ros.stop import Stop
 
 LOOK_SECONDS = 0.2

@@ -1,14 +1,17 @@
-"""The table of the recorder's parameters, and which topics they choose."""
+"""The table of the recorder's parameters, and which topics they choose; light, for --help."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.bag import Options
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.topics import TOPICS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.bag import Options
 
 _SPECS = (
     Spec("output", "", "", "folder of the bag, must be new; may also be the first argument; empty: "
@@ -43,6 +46,8 @@ MB = 1_000_000
 
 def writer_options(values: Mapping[str, Value]) -> Options:
     """The part that the writer needs."""
+    from bouncing_disk_ros.bag import Options
+
     return Options(
         compression=str(values["compression"]),
         chunk_size=int(values["chunk_size"]),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 
 if TYPE_CHECKING:
@@ -29,15 +30,13 @@ FIGURES = (".png", ".svg", ".pdf")
 
 def main(args: Sequence[str] | None = None) -> int:
     """Replay; exit code 0 identical, 1 failed, 2 bad input, 3 it differs, 130 interrupted."""
-    argv = list(sys.argv[1:] if args is None else args)
     stop = Stop(ExitCode.INTERRUPTED).install()
-    given = _parser().parse_args(argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv)
+    given = _parser().parse_args(split_arguments(args)[0])
     environment.use_package_index()
-    stop.importing = True
-    from bouncing_disk_ros import bag
-    from bouncing_disk_ros.nodes import replay_bag as _  # noqa: F401 (the kernels)
+    with stop.importing():
+        from bouncing_disk_ros import bag
+        from bouncing_disk_ros.nodes import replay_bag as _  # noqa: F401 (the kernels)
 
-    stop.importing = False
     stop.running = True
     try:
         return _work(given, stop)

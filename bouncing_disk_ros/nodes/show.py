@@ -13,10 +13,10 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.analysis.period_one import axial_forcing
 from bouncing_disk_ros.analysis.run_record import Summary, lines, summary_of
 from bouncing_disk_ros.core.model import Disk, MotionInForce
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.child import Child
 from bouncing_disk_ros.nodes.show_bag import tell_of_bag
-from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
+from bouncing_disk_ros.nodes.tool import options, wait_for
 from bouncing_disk_ros.nodes.watcher import Watcher
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop

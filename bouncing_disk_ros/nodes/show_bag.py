@@ -8,8 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.tool import FailedError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.ros.stop import Stop
 
 

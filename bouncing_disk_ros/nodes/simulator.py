@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
+from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.tables import parameter_lines, service_lines, topic_lines
 
@@ -43,8 +44,7 @@ def announce_compilation() -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
-    argv = list(sys.argv[1:] if args is None else args)
-    own = argv[: argv.index("--ros-args")] if "--ros-args" in argv else argv
+    own, ros = split_arguments(args)
     parser = argparse.ArgumentParser(
         prog="simulator",
         usage=_USAGE,
@@ -56,12 +56,12 @@ def main(args: Sequence[str] | None = None) -> int:
     stop = Stop().install()
     environment.prepare()
     announce_compilation()
-    stop.importing = True
-    from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
-    from bouncing_disk_ros.ros.spin import run_node
+    with stop.importing():
+        from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+        from bouncing_disk_ros.ros.spin import run_node, spin
 
     make = partial(SimulatorNode, stopping=lambda: stop.asked)
-    return run_node("simulator", make, argv, stop)
+    return run_node("simulator", ros, make, spin, stop)
 
 
 def __getattr__(name: str) -> Any:

@@ -17,9 +17,8 @@ from bouncing_disk_ros.analysis.period_one import angular_forcing, axial_forcing
 from bouncing_disk_ros.analysis.run_record import RunRecord
 from bouncing_disk_ros.analysis.segments import Segment, known, segments_of
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.nodes.bag_run import BagRun, Wish
-from bouncing_disk_ros.nodes.tool import FailedError
 from bouncing_disk_ros.parameters import Spec, Value
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")

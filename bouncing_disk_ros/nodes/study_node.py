@@ -22,10 +22,10 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 from tqdm import tqdm
 
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.study_options import COMMON, figure_kinds
 from bouncing_disk_ros.nodes.study_tool import StudyTool
-from bouncing_disk_ros.nodes.tool import FailedError, options, wait_for
+from bouncing_disk_ros.nodes.tool import options, wait_for
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.nodes.start import Start
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.ros.stop import Stop
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,20 +46,11 @@ class StudyTool:
 
     def main(self, args: Sequence[str] | None = None) -> int:
         """Run; exit code 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept)."""
-        argv: list[Any] = list(sys.argv[1:] if args is None else args)
-        stop = Stop(ExitCode.INTERRUPTED).install()
-        environment.prepare()
-        stop.importing = True
-        from bouncing_disk_ros.nodes.study_node import StudyNode
-        from bouncing_disk_ros.nodes.tool import own_arguments, parser_of, run_tool
+        start = Start(self.name, self.about, self.table, self.example, args, ExitCode.INTERRUPTED)
+        start.parse()
+        with start.stop.importing():
+            from bouncing_disk_ros.nodes.study_node import StudyNode
+            from bouncing_disk_ros.ros.spin import run_node
 
-        stop.importing = False
-        own = own_arguments(argv)
-        parser_of(self.name, self.about, self.table, self.example).parse_args(own)
-        return run_tool(
-            self.name,
-            argv[len(own) :],
-            lambda: StudyNode(self),
-            lambda node: node.present(stop),
-            stop,
-        )
+        make = partial(StudyNode, self)
+        return run_node(self.name, start.ros, make, StudyNode.present, start.stop)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import rclpy
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException, ParameterException
@@ -14,9 +15,10 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.ros.stop import Stop
 
+AnyNode = TypeVar("AnyNode", bound=Node)
 SPIN_SECONDS = 0.2
 """Longest wait before a signal is looked at (the executor cannot be interrupted while it waits)."""
 
@@ -35,19 +37,25 @@ def spin_until(node: Node, stop: Callable[[], bool]) -> None:
         executor.shutdown()
 
 
-def run_node(
-    name: str, make: Callable[[], Node], args: Sequence[str] | None = None, stop: Stop | None = None
-) -> int:
-    """Init, make the node, spin until a signal (or node.finished), end in order; the exit code.
+def spin(node: Node, stop: Stop) -> int:
+    """Run the callbacks of a node until a signal, or until it is `finished`; the exit code."""
+    spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
+    return ExitCode.DONE
 
-    `args` as in sys.argv[1:] with their --ros-args; `stop` as installed before the slow imports.
-    Bad input is one line on stderr and code 2.
+
+def run_node(
+    name: str,
+    ros: Sequence[str],
+    make: Callable[[], AnyNode],
+    work: Callable[[AnyNode, Stop], int],
+    stop: Stop,
+) -> int:
+    """Init, make the node, do its work, end in order; the exit code. Every error is one line.
+
+    `ros`: the command line from --ros-args on; `stop` as installed before the slow imports.
     """
-    stop = stop or Stop().install()
-    stop.importing = False
-    argv = [name, *(sys.argv[1:] if args is None else args)]
     try:
-        init(argv)
+        init([name, *ros])
         node = make()
     except InputError as error:
         return bad_input(name, error.line)
@@ -55,11 +63,15 @@ def run_node(
         return bad_input(name, str(error))
     stop.running = True
     try:
-        spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
+        return work(node, stop)
+    except InputError as error:
+        return bad_input(name, error.line)
+    except FailedError as error:
+        print(f"{name}: {error}", file=sys.stderr, flush=True)
+        return ExitCode.FAILED
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    return ExitCode.DONE
 
 
 def init(argv: Sequence[str]) -> None:

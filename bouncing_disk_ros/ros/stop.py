@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 from bouncing_disk_ros.errors import ExitCode
@@ -14,14 +16,14 @@ class Stop:
     """Takes over both signals of the process; `asked` turns true on the first.
 
     Install it before the slow imports. A signal then unwinds with exit code `code` until `running`
-    is set, when a loop looks at `asked`. While `importing` there is nothing to unwind: the process
+    is set, when a loop looks at `asked`. Within `importing` there is nothing to unwind: the process
     ends at once, however deep in a compiler that would print a traceback.
     """
 
     def __init__(self, code: ExitCode = ExitCode.DONE) -> None:
         self.code = code
         self.asked = False
-        self.importing = False
+        self._unwinds = True
         self.running = False
 
     def install(self) -> Stop:
@@ -30,9 +32,18 @@ class Stop:
             signal.signal(number, self._ask)
         return self
 
+    @contextmanager
+    def importing(self) -> Iterator[None]:
+        """Around the slow imports."""
+        self._unwinds = False
+        try:
+            yield
+        finally:
+            self._unwinds = True
+
     def _ask(self, _number: int, _frame: FrameType | None) -> None:
         self.asked = True
-        if self.importing:
+        if not self._unwinds:
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(int(self.code))

@@ -1,4 +1,4 @@
-"""The small executables start fast: no kernels, and no matplotlib before the end."""
+"""Executables start fast: no kernels where none are needed, and no matplotlib before the end."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import subprocess
 import sys
 
 import pytest
+
+from bouncing_disk_ros.executables import EXECUTABLES
 
 
 @pytest.mark.parametrize("module", ["show", "performer", "impact_printer", "recorder_node"])
@@ -16,3 +18,19 @@ def test_importing_a_tool_loads_no_kernels(module: str) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", sorted(EXECUTABLES))
+def test_help_waits_for_no_slow_import(name: str) -> None:
+    code = (
+        f"import sys, bouncing_disk_ros.nodes.{name} as executable\n"
+        "try:\n"
+        "    executable.main(['--help'])\n"
+        "finally:\n"
+        "    slow = {'rclpy', 'numba', 'matplotlib', 'xarray'} & set(sys.modules)\n"
+        "    print('slow:', *slow, file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert name in done.stdout
+    assert done.stderr == "slow:\n"
