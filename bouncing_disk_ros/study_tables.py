@@ -142,6 +142,8 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
 """Study -> what decides its result."""
 COMMON: Mapping[str, Spec] = _by_name(*_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
+LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
+"""Texts that hold a list of numbers."""
 TAKES_BAG = ("bifurcation", "basins", "basin_shares")
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
+from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.tables docs` -->"
@@ -75,7 +76,9 @@ def service_lines() -> list[str]:
     return lines
 
 
-_PAGE_HEAD = """# Parameters of the simulator
+_PAGE_HEAD = """# Parameters
+
+Of the simulator first, then of [the studies](studies.md).
 
 <!-- Written by `python -m bouncing_disk_ros.tables docs` from bouncing_disk_ros/parameters.py. -->
 
@@ -92,9 +95,7 @@ def parameters_page() -> str:
     for group, title in GROUPS.items():
         rows = [
             f"## {title}",
-            "| name | symbol | type | default | unit | allowed | meaning | source |\n"
-            "|---|---|---|---|---|---|---|---|\n"
-            + "\n".join(_row(spec) for spec in TABLE.values() if spec.group == group),
+            _HEAD + "\n".join(_row(spec) for spec in TABLE.values() if spec.group == group),
         ]
         parts += rows
     parts.append(
@@ -102,7 +103,21 @@ def parameters_page() -> str:
         "than 0 needs `initial_with_platform` false; `real_time_factor` is 0 or at least "
         f"{SLOWEST:g}."
     )
+    for name, table in STUDY_TABLES.items():
+        parts += [f"## The study {name}", _HEAD + "\n".join(map(_row, table.values()))]
+    parts += [
+        "## Of all studies",
+        "Where and how, not what: results do not depend on these. `bag` and `namespace` are those "
+        "of `bifurcation`, `basins` and `basin_shares`.",
+        _HEAD + "\n".join(map(_row, COMMON.values())),
+    ]
     return "\n\n".join(parts) + "\n"
+
+
+_HEAD = (
+    "| name | symbol | type | default | unit | allowed | meaning | source |\n"
+    "|---|---|---|---|---|---|---|---|\n"
+)
 
 
 def _row(spec: Spec) -> str:

@@ -30,6 +30,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Progress, export, run
+from bouncing_disk_ros.study_tables import LISTS
 from bouncing_disk_ros.topics import Qos
 
 _LATCHED = Qos(1, latched=True)
@@ -43,7 +44,7 @@ class StudyNode(Node):
 
     def __init__(self, tool: StudyTool) -> None:
         super().__init__(tool.name)
-        self._tool, values = tool, options(self, tool.table)
+        self._tool, values = tool, options(self, tool.table, LISTS)
         self._options = values
         self._kinds = figure_kinds(str(values["figures"]))
         self._exhibit = tool.exhibit()
@@ -128,6 +129,9 @@ class StudyNode(Node):
             self._error = error
 
     def _note(self, progress: Progress) -> None:
+        if 0 < progress.resumed == progress.done < progress.total:
+            there = f"{progress.resumed} of {progress.total} parts are there"
+            print(f"{self._tool.name}: going on: {there}", flush=True)
         self._progress = progress
 
     def _tell(self, bar: Bar) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from array import array
+from collections.abc import Callable, Collection, Mapping
 
 from rclpy.node import Node
 
@@ -14,17 +15,31 @@ from bouncing_disk_ros.ros.spin import spin_until
 from bouncing_disk_ros.ros.stop import Stop
 
 
-def options(node: Node, table: Mapping[str, Spec]) -> dict[str, Value]:
-    """Declare the options of a table on a node; unknown names and wrong values are InputErrors."""
+def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) -> dict[str, Value]:
+    """Declare the options of a table on a node; unknown names and wrong values are InputErrors.
+
+    `lists`: texts that hold numbers; a number, or an array of them, is taken there as well.
+    """
     given = {name: override.value for name, override in node._parameter_overrides.items()}
     for name in given:
         if name not in table and not is_foreign(name):
             hint = closest(name, table) or "--help lists them."
             raise InputError("parameter", name, ", ".join(table), hint)
+        if name in lists:
+            given[name] = _listed(given[name])
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
     for name, spec in table.items():
         node.declare_parameter(name, values[name], descriptor_of(spec), True)
     return values
+
+
+def _listed(value: object) -> object:
+    """Numbers as a text; everything else as it is."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return repr(value)
+    if isinstance(value, (array, list)):
+        return " ".join(str(one) for one in value)
+    return value
 
 
 def wait_for(node: Node, stop: Stop, condition: Callable[[], object], timeout: float) -> bool:

@@ -19,6 +19,7 @@ from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes import demo, echo_impacts, perform, recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
+from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from support.processes import environment
 from support.ros_peer import message_type
@@ -32,6 +33,7 @@ TABLES = {
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
     "recorder": recorder_options.OPTIONS,
+    **{name: table_of(name) for name in STUDY_TABLES},
 }
 
 
