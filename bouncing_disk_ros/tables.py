@@ -107,13 +107,16 @@ def parameters_page() -> str:
         parts += [f"## The study {name}", _HEAD + "\n".join(map(_row, table.values()))]
     parts += [
         "## Of all studies",
-        "Where and how, not what: results do not depend on these. `bag` and `namespace` are those "
-        "of `bifurcation`, `basins` and `basin_shares`.",
+        _STUDIES_NOTE,
         _HEAD + "\n".join(map(_row, COMMON.values())),
     ]
     return "\n\n".join(parts) + "\n"
 
 
+_STUDIES_NOTE = (
+    "Where and how, not what: results do not depend on these, except that a bag stands for the "
+    "numbers found in it. Only `bifurcation`, `basins` and `basin_shares` take one."
+)
 _HEAD = (
     "| name | symbol | type | default | unit | allowed | meaning | source |\n"
     "|---|---|---|---|---|---|---|---|\n"
