@@ -19,8 +19,7 @@ from bouncing_disk_ros.core.clock import phase_after
 from bouncing_disk_ros.core.contact import load, load_returns
 from bouncing_disk_ros.core.flight import first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.impact import BOUNCES, chatter_end
-from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.platform import ROOM, Jet, Record, axial_jet
+from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
 
 MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
 """How the next impact came about: after a flight; after a complete chatter, a ride on the platform
@@ -35,32 +34,6 @@ TAU, W, DELAY, KIND = range(4)
 """Columns of what `axial_orbit` writes."""
 
 
-class MapMotion(NamedTuple):
-    """The platform in the map's units, with the fields of layout.MOTION_DTYPE that kernels read."""
-
-    kind: int
-    duration: float
-    a: float
-    da: float
-    p: float
-    dp: float
-    f: float
-    df: float
-    lag: float
-    dlag: float
-    lag_sine: float
-    lag_cosine: float
-    omega: float
-    omega_max: float
-    top: float
-    s2: float
-    s3: float
-    s4: float
-    b2: float
-    b3: float
-    b4: float
-
-
 class MapDisk(NamedTuple):
     """The disk in the map's units, with the fields of layout.DISK_DTYPE that kernels read."""
 
@@ -71,13 +44,9 @@ class MapDisk(NamedTuple):
 
 
 @kernel
-def axial_motion(forcing: float) -> MapMotion:
+def axial_motion(forcing: float) -> SteadyMotion:
     """A platform that moves up and down only: s = Γ sin τ, ω = 1."""
-    top = forcing * ROOM
-    return MapMotion(
-        STEADY, math.inf, forcing, 0.0, 0.0, 0.0, 1.0 / (2.0 * math.pi), 0.0, 0.0, 0.0, 0.0, 1.0,
-        1.0, 1.0, top, top, top, top, 0.0, 0.0, 0.0,
-    )  # fmt: skip
+    return steady_motion(forcing, 0.0, 1.0 / (2.0 * math.pi), 1.0, 0.0, 0.0, 1.0)
 
 
 @kernel

@@ -22,7 +22,6 @@ from bouncing_disk_ros.core.axial_map import (
     MAP_IMPACT,
     MAP_REST,
     MapDisk,
-    MapMotion,
     launched_impact,
 )
 from bouncing_disk_ros.core.clock import phase_after
@@ -37,8 +36,14 @@ from bouncing_disk_ros.core.impact import (
     chatter_verdict,
     speed_after,
 )
-from bouncing_disk_ros.core.layout import SEPARATION, SLIP, STEADY
-from bouncing_disk_ros.core.platform import ROOM, Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.layout import SEPARATION, SLIP
+from bouncing_disk_ros.core.platform import (
+    Record,
+    SteadyMotion,
+    angular_jet,
+    axial_jet,
+    steady_motion,
+)
 
 SPEED, TURNED = KIND + 1, KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""
@@ -56,14 +61,10 @@ class Riding(NamedTuple):
 
 
 @kernel
-def map_motion(forcing: float, phase_lag: float) -> MapMotion:
+def map_motion(forcing: float, phase_lag: float) -> SteadyMotion:
     """The platform s = Γ sin τ, β = sin(τ + θ), ω = 1."""
-    top = forcing * ROOM
-    lag_sine, lag_cosine = sincos(phase_lag)
-    return MapMotion(
-        STEADY, math.inf, forcing, 0.0, 1.0, 0.0, 1.0 / (2.0 * math.pi), 0.0, phase_lag, 0.0,
-        lag_sine, lag_cosine, 1.0, 1.0, top, top, top, top, ROOM, ROOM, ROOM,
-    )  # fmt: skip
+    sine, cosine = sincos(phase_lag)
+    return steady_motion(forcing, 1.0, 1.0 / (2.0 * math.pi), 1.0, phase_lag, sine, cosine)
 
 
 @kernel
@@ -75,6 +76,8 @@ def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
 @rare_kernel
 def ride(motion: Record, disk: Record, tau: float, omega: float) -> tuple[float, float, float]:
     """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
+    # The loop of core/ride.py with three sums in place of a state record and its energy books: the
+    # books cost a quadrature for each slip, and the map would need work space at each impact.
     lasted = turned = 0.0
     sine, cosine = sincos(tau)
     b = angular_jet(motion, sine, cosine, 0.0)

@@ -8,7 +8,7 @@ with the C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase �
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +123,51 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
     return TWO_PI * ((motion.f + motion.df * b0) * d + motion.df * motion.duration * grown)
 
 
+ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
+
+
+class SteadyMotion(NamedTuple):
+    """A steady motion with the fields of layout.MOTION_DTYPE that kernels read.
+
+    Given in place of a record: numba leaves out what a steady motion does not need.
+    """
+
+    kind: int
+    begin_ns: int
+    duration: float
+    a: float
+    da: float
+    p: float
+    dp: float
+    f: float
+    df: float
+    lag: float
+    dlag: float
+    lag_sine: float
+    lag_cosine: float
+    omega: float
+    omega_max: float
+    top: float
+    s2: float
+    s3: float
+    s4: float
+    b2: float
+    b3: float
+    b4: float
+
+
+@kernel
+def steady_motion(
+    a: float, p: float, f: float, w: float, lag: float, lag_sine: float, lag_cosine: float
+) -> SteadyMotion:
+    """s = a sin ωt, β = p sin(ωt + lag) with ω = w = 2πf, and the bounds that certify roots."""
+    s2, b2 = a * w * w * ROOM, p * w * w * ROOM
+    return SteadyMotion(
+        STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, lag_sine, lag_cosine, w, w,
+        a * ROOM, s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
+    )  # fmt: skip
+
+
 def _amplitude_bounds(begin: float, change: float, duration: float) -> list[float]:
     return [max(begin, begin + change)] + [
         abs(change) * b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)
@@ -142,9 +187,6 @@ def _derivative_bounds(
         z[3] + 3 * z[2] * y1 + 3 * z[1] * y2 + z[0] * y3,
         z[4] + 4 * z[3] * y1 + 6 * z[2] * y2 + 4 * z[1] * y3 + z[0] * y4,
     )
-
-
-ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
 
 
 def _set_bounds(m: NDArray[np.void]) -> None:

@@ -9,7 +9,6 @@ not need.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import types
 
@@ -25,12 +24,11 @@ from bouncing_disk_ros.core.layout import (
     FLIGHT,
     SEPARATION,
     STATE,
-    STEADY,
     STICKING,
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.platform import ROOM, Record
+from bouncing_disk_ros.core.platform import Record, steady_motion
 from bouncing_disk_ros.core.resolve import end_contact
 
 RIDE_SLID, RIDE_STUCK, RIDE_NONE, RIDE_STAYS, RIDE_UNRESOLVED = 0, 1, 2, 3, -1
@@ -45,49 +43,13 @@ AIRBORNE_SPEED, DELAY, WORK_AXIAL, WORK_ANGULAR = range(4)
 until then in J."""
 
 
-class RideMotion(NamedTuple):
-    """A steady motion with the fields of layout.MOTION_DTYPE that kernels read in contact."""
-
-    kind: int
-    begin_ns: int
-    duration: float
-    a: float
-    da: float
-    p: float
-    dp: float
-    f: float
-    df: float
-    lag: float
-    dlag: float
-    lag_sine: float
-    lag_cosine: float
-    omega: float
-    omega_max: float
-    s2: float
-    s3: float
-    s4: float
-    b2: float
-    b3: float
-    b4: float
-
-
-@kernel
-def ride_motion(a: float, p: float, f: float, lag: float) -> RideMotion:
-    """The motion s = a sin ωt, β = p sin(ωt + lag), with the bounds that certify roots."""
-    w = TWO_PI * f
-    sine, cosine = sincos(lag)
-    s2, b2 = a * w * w * ROOM, p * w * w * ROOM
-    return RideMotion(
-        STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, sine, cosine, w, w,
-        s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
-    )  # fmt: skip
-
-
 @kernel
 def ride(
     state: Record, motion: Record, disk: Record, books: Books, events: int
 ) -> tuple[int, float]:
     """Carry a disk in contact to its separation; returns how it ended and the seconds it took."""
+    # The loop of collision_map.ride is this one without state record and energy books: the map has
+    # no place for them, and the angle here is kept as whole turns and a rest, there as one sum.
     total = 0.0
     for _ in range(events):
         phase = state.phase
@@ -139,12 +101,9 @@ def rides(
     k = disk[0]
     s = state[0]
     for i in range(len(starts)):
-        motion = ride_motion(
-            starts[i, AXIAL_AMPLITUDE],
-            starts[i, ANGULAR_AMPLITUDE],
-            frequency,
-            starts[i, PHASE_LAG],
-        )
+        axial, angular = starts[i, AXIAL_AMPLITUDE], starts[i, ANGULAR_AMPLITUDE]
+        lag = starts[i, PHASE_LAG]
+        motion = steady_motion(axial, angular, frequency, TWO_PI * frequency, lag, *sincos(lag))
         books[:] = 0.0
         set_clock(s, 0, 0.0, 0, starts[i, FORCING_PHASE])
         s.turns, s.angle, s.omega = 0, 0.0, starts[i, START_SPEED]
