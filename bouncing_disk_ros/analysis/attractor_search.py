@@ -19,8 +19,8 @@ from bouncing_disk_ros.analysis.attractors import (
 )
 from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, MAP_REST, TAU, W, axial_orbit
-from bouncing_disk_ros.core.tangent import LYAPUNOV, attractor
 from bouncing_disk_ros.errors import InputError
 
 LONGEST = 64

@@ -13,7 +13,7 @@ import numpy as np
 
 from bouncing_disk_ros.analysis.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.analysis.maximum import golden_section
-from bouncing_disk_ros.core.tangent import MEAN_PER_TIME, MEASURED, attractor
+from bouncing_disk_ros.core.attractor import MEAN_PER_TIME, MEASURED, attractor
 
 LAGS = 48
 """Phase lags of the first look around the circle."""

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
-from bouncing_disk_ros.core.axial_map import KIND, TAU, W
-from bouncing_disk_ros.core.collision_map import SPEED, TURNED
-from bouncing_disk_ros.core.tangent import (
+from bouncing_disk_ros.core.attractor import (
     CONTACTS,
     LYAPUNOV,
     MEAN_PER_IMPACT,
@@ -26,6 +24,8 @@ from bouncing_disk_ros.core.tangent import (
     MEASURED,
     attractor,
 )
+from bouncing_disk_ros.core.axial_map import KIND, TAU, W
+from bouncing_disk_ros.core.collision_map import SPEED, TURNED
 from bouncing_disk_ros.errors import InputError, closest
 
 AXES = ("forcing", "restitution", "phase_lag", "angular_forcing")

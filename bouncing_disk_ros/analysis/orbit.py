@@ -133,10 +133,11 @@ def _on_cycle(path: Path, period: int, tolerance: float) -> bool:
     from bouncing_disk_ros.analysis.stability import cycle_near
 
     cycle = cycle_near(path, period)
-    if cycle is None or cycle.multiplier >= 1.0:
+    if cycle is None or not cycle.stable:
         return False
-    phase = np.max(np.abs(_wrapped(path.tau[-period:] - cycle.tau)))
-    speed = np.max(np.abs(path.w[-period:] - cycle.w)) / np.max(np.abs(cycle.w))
+    velocity = cycle.axial_impact_velocity
+    phase = np.max(np.abs(_wrapped(path.tau[-period:] - cycle.forcing_phase)))
+    speed = np.max(np.abs(path.w[-period:] - velocity)) / np.max(np.abs(velocity))
     return bool(max(phase, speed) <= tolerance)
 
 

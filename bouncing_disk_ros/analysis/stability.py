@@ -1,19 +1,9 @@
-"""What the next-collision map, linearised, says of recorded impacts: stable cycles and chaos.
-
-In the units of `core.axial_map` an impact (τ, w) sends the disk off with ẋ⁺ = Γ cos τ − ε w; it
-meets the platform again after T, at (τ', w'). With the load over m, a = 1/π − Γ sin τ, and a' at
-τ', the derivative of the map is
-
-    ∂τ'/∂τ = −(ε w + a T)/w'      ∂τ'/∂w = ε T/w'
-    ∂w'/∂τ = a − a' ∂τ'/∂τ        ∂w'/∂w = −ε − a' ∂τ'/∂w        determinant ε² w/w'
-
-(differentiate gap(T) = 0 and w' = ẋ⁺ − T/π − Γ cos τ').
-"""
+"""What the next-collision map, linearised, says of recorded impacts: stable cycles and chaos."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import types
@@ -25,6 +15,11 @@ from bouncing_disk_ros.analysis.section import single_impacts
 from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, TAU, W, axial_orbit
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.tangent import flight_tangents
+from bouncing_disk_ros.errors import InputError
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.analysis.periodic_orbit import PeriodicOrbit
 
 Values = NDArray[np.float64]
 
@@ -74,43 +69,23 @@ def path_of(rows: NDArray[np.void], motion: Motion, disk: Disk) -> Path:
 
 def jacobians(path: Path) -> Values:
     """∂(τ', w')/∂(τ, w) for each flight of a path, shape (n − 1, 2, 2)."""
-    w, w1, t, e = path.w[:-1], path.w[1:], path.delay, path.restitution
-    load = 1.0 / math.pi - path.forcing * np.sin(path.tau)
-    a, a1 = load[:-1], load[1:]
-    phase_phase = -(e * w + a * t) / w1
-    phase_speed = e * t / w1
-    rows = [[phase_phase, phase_speed], [a - a1 * phase_phase, -e - a1 * phase_speed]]
-    return np.ascontiguousarray(np.moveaxis(np.array(rows), 2, 0))
+    flights = np.stack((path.tau[:-1], path.w[:-1], path.delay, path.w[1:]), axis=1)
+    out = np.empty((len(flights), 2, 2))
+    flight_tangents(flights, path.forcing, path.restitution, out)
+    return out
 
 
-class Cycle(NamedTuple):
-    """A periodic orbit of the map, found by Newton's method."""
-
-    tau: Values  # shape (p,)
-    w: Values
-    multiplier: float  # the largest modulus of the eigenvalues of the p-fold map; < 1: stable
-
-
-def cycle_near(path: Path, period: int, steps: int = 60) -> Cycle | None:
+def cycle_near(path: Path, period: int) -> PeriodicOrbit | None:
     """The cycle of `period` impacts next to the last impacts of a path; None: none was reached."""
-    tau, w = float(path.tau[-period]), float(path.w[-period])
-    for _ in range(steps):
-        around = continued(path._replace(tau=np.array([tau]), w=np.array([w])), period)
-        if around is None:
-            return None
-        product = np.linalg.multi_dot([np.eye(2), *jacobians(around)[::-1], np.eye(2)])
-        miss = np.array([_wrapped(around.tau[-1] - tau), around.w[-1] - w])
-        try:
-            step = np.linalg.solve(np.eye(2) - product, miss)
-        except np.linalg.LinAlgError:
-            return None
-        if np.max(np.abs(step)) < 1e-11:
-            multiplier = float(np.max(np.abs(np.linalg.eigvals(product))))
-            return Cycle(around.tau[:-1], around.w[:-1], multiplier)
-        tau, w = (tau + float(step[0])) % math.tau, w + float(step[1])
-        if w >= 0.0 or np.max(np.abs(step)) > 1.0:
-            return None
-    return None
+    from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
+    from bouncing_disk_ros.analysis.periodic_orbit import periodic_orbit  # loads more kernels
+
+    guess = MapState(float(path.tau[-period]), float(path.w[-period]))
+    try:
+        orbit = periodic_orbit(NextCollisionMap(path.forcing, path.restitution), guess, period)
+    except InputError:
+        return None
+    return orbit if orbit.contacts == 0 else None
 
 
 def continued(path: Path, impacts: int) -> Path | None:
@@ -170,7 +145,3 @@ def log_growth(matrices: Values) -> Values:
         growth[i] = math.log(size)
         x, y = x / size, y / size
     return growth
-
-
-def _wrapped(angle: float) -> float:
-    return math.remainder(angle, math.tau)

@@ -77,7 +77,7 @@ def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
 def ride(motion: Record, disk: Record, tau: float, omega: float) -> tuple[float, float, float]:
     """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
     # The loop of core/ride.py with three sums in place of a state record and its energy books: the
-    # books cost a quadrature for each slip, and the map would need work space at each impact.
+    # map would need work space, and integrals at each slip that nobody reads.
     lasted = turned = 0.0
     sine, cosine = sincos(tau)
     b = angular_jet(motion, sine, cosine, 0.0)
