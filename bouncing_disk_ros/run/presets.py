@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
-
 from bouncing_disk_ros import environment, parameters
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 
 PACKAGE = "bouncing_disk_ros"
 PRESET_KEY = "/**"
@@ -31,19 +30,14 @@ def share_directory() -> Path:
 
 def preset_names() -> list[str]:
     """Names of the presets that come with the package."""
-    files = (share_directory() / "config").glob("*.yaml")
+    files = _folder().glob("*.yaml")
     return sorted(file.stem for file in files if _is_preset(file))
 
 
 def load_preset(name: str) -> dict[str, Value]:
     """The values of a preset, all checked: a name in share/config, or the path of a YAML file."""
-    path = _path(name)
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("preset", name, "a readable YAML file", str(error)) from None
-    except yaml.YAMLError as error:
-        raise InputError("preset", str(path), "valid YAML", str(error)) from None
+    path = named_file("preset", name, _folder, preset_names)
+    content = read_yaml("preset", name, path)
     try:
         values = content[PRESET_KEY]["ros__parameters"]
         if not isinstance(values, dict):
@@ -60,16 +54,8 @@ def load_preset(name: str) -> dict[str, Value]:
         raise InputError(field, error.given, error.allowed, error.hint) from None
 
 
-def _path(name: str) -> Path:
-    if "/" in name or name.endswith((".yaml", ".yml")):
-        return Path(name).expanduser()
-    path = share_directory() / "config" / f"{name}.yaml"
-    if not path.is_file():
-        names = preset_names()
-        raise InputError(
-            "preset", name, ", ".join(names) + " or the path of a file", closest(name, names)
-        )
-    return path
+def _folder() -> Path:
+    return share_directory() / "config"
 
 
 def _is_preset(file: Path) -> bool:

@@ -16,8 +16,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.core.schedule import plan_fades
@@ -25,6 +23,7 @@ from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, nanoseconds
 from bouncing_disk_ros.run.presets import share_directory
 from bouncing_disk_ros.run.rulings import Instant, PointRequest, ProgrammeRequest, rule_programme
+from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 from bouncing_disk_ros.topics import MOTION_NAMES
 
 KEYS = ("description", "align", "points")
@@ -66,29 +65,13 @@ def programme_names() -> list[str]:
 
 def load_programme(name: str) -> Programme:
     """A programme, checked: a name in share/config/programmes, or the path of a YAML file."""
-    path = _path(name)
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("programme", name, "a readable YAML file", str(error)) from None
-    except yaml.YAMLError as error:
-        raise InputError("programme", str(path), "valid YAML", str(error)) from None
+    path = named_file("programme", name, programmes_directory, programme_names)
+    content = read_yaml("programme", name, path)
     try:
         return parse_programme(path.stem, content)
     except InputError as error:
         field = f"programme {path.name}, {error.field}"
         raise InputError(field, error.given, error.allowed, error.hint) from None
-
-
-def _path(name: str) -> Path:
-    if "/" in name or name.endswith((".yaml", ".yml")):
-        return Path(name).expanduser()
-    path = programmes_directory() / f"{name}.yaml"
-    if not path.is_file():
-        names = programme_names()
-        allowed = ", ".join(names) + " or the path of a file"
-        raise InputError("programme", name, allowed, closest(name, names))
-    return path
 
 
 def parse_programme(name: str, content: object) -> Programme:

@@ -1,0 +1,35 @@
+"""YAML files that a name or a path stands for: presets and programmes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from bouncing_disk_ros.errors import InputError, closest
+
+
+def named_file(
+    field: str, name: str, folder: Callable[[], Path], names: Callable[[], Sequence[str]]
+) -> Path:
+    """The file that `name` stands for: a path, or one of the names in the folder. InputError."""
+    if "/" in name or name.endswith((".yaml", ".yml")):
+        return Path(name).expanduser()
+    path = folder() / f"{name}.yaml"
+    if not path.is_file():
+        known = names()
+        allowed = ", ".join(known) + " or the path of a file"
+        raise InputError(field, name, allowed, closest(name, known))
+    return path
+
+
+def read_yaml(field: str, name: str, path: Path) -> Any:
+    """The content of the file that `name` stands for. InputError where it cannot be read."""
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(field, name, "a readable YAML file", str(error)) from None
+    except yaml.YAMLError as error:
+        raise InputError(field, str(path), "valid YAML", str(error)) from None
