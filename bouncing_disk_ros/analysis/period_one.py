@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
 from bouncing_disk_ros.core.model import Disk, Motion
 
 
@@ -19,32 +20,6 @@ class PeriodOne(NamedTuple):
     axial_impact_velocity: float  # w_A just before them, m/s
     angular_velocity: float  # α̇ that the disk settles at without a load torque (eq. 4), rad/s
     stable: bool
-
-
-def acceleration(disk: Disk) -> float:
-    """What pulls the disk down, preload included, m/s²."""
-    return disk.gravity + disk.preload / disk.mass
-
-
-def axial_forcing(motion: Motion, disk: Disk) -> float:
-    """Γ = A ω² / (π g), 1."""
-    omega = math.tau * motion.frequency
-    return motion.axial_amplitude * omega**2 / (math.pi * acceleration(disk))
-
-
-def angular_forcing(motion: Motion, disk: Disk) -> float:
-    """Γ_T = a_g² Φ ω² / (a_e π g μ), 1; inf without friction, nan without rotation besides."""
-    omega = math.tau * motion.frequency
-    pull = disk.friction_radius * math.pi * acceleration(disk) * disk.friction
-    turn = disk.gyration_radius**2 * motion.angular_amplitude * omega**2
-    if pull > 0.0:
-        return turn / pull
-    return math.inf if turn > 0.0 else math.nan
-
-
-def velocity_scale(motion: Motion, disk: Disk) -> float:
-    """π g / ω, the unit of axial velocity of the next-collision section, m/s."""
-    return acceleration(disk) / (2.0 * motion.frequency)
 
 
 def separation_phase(motion: Motion, disk: Disk) -> float | None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.analysis.period_one import axial_forcing, period_one
+from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_quality import energy, real_time
 from bouncing_disk_ros.analysis.report_words import ABSENT, Pairs, estimate_words, transient_words
 from bouncing_disk_ros.analysis.run_record import SETTLED_SECONDS
+from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.analysis.segments import known
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.analysis.period_one import axial_forcing
 from bouncing_disk_ros.analysis.report import Report, SegmentReport
 from bouncing_disk_ros.analysis.report_tables import tables
+from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.analysis.segments import known
 
 MOST_LINES = 20

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.orbit import Orbit, orbit_of
-from bouncing_disk_ros.analysis.period_one import axial_forcing, period_one
+from bouncing_disk_ros.analysis.period_one import period_one
+from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Energy, Motion, MotionInForce
 
 NS = 1_000_000_000

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.period_one import velocity_scale
+from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
 
 

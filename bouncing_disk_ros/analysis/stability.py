@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.estimate import Estimate
-from bouncing_disk_ros.analysis.period_one import axial_forcing, velocity_scale
+from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
 from bouncing_disk_ros.analysis.section import single_impacts
 from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, TAU, W, axial_orbit

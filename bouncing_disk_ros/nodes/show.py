@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.period_one import axial_forcing
 from bouncing_disk_ros.analysis.run_record import Summary, lines, summary_of
+from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.child import Child

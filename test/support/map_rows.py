@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.period_one import period_one, velocity_scale
+from bouncing_disk_ros.analysis.period_one import period_one
+from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, TAU, W, axial_orbit
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, Motion
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.orbit import UNRESOLVED, OrbitKind, orbit_of
-from bouncing_disk_ros.analysis.period_one import period_one, stability_limit, velocity_scale
+from bouncing_disk_ros.analysis.period_one import period_one, stability_limit
+from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.analysis.stability import exponent_of, jacobians, log_growth, path_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
