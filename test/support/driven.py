@@ -19,6 +19,27 @@ Record = dict[str, Any]
 Rows = NDArray[np.void]
 
 
+def wild_input(session: Session, rng: random.Random) -> None:
+    """One input of any kind."""
+    match rng.randrange(7):
+        case 0 | 1:
+            first = session.input_ns + rng.randrange(2 * 10**8)
+            target = Motion(rng.uniform(0, 0.06), rng.uniform(0, 1), rng.uniform(2, 6), 0.3)
+            session.command([(first, target), (first + 10**8, target._replace(phase_lag=-1.0))])
+        case 2:
+            later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
+            session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
+        case 3:
+            session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
+        case 4:
+            session.set_parameters({"preload": rng.uniform(-0.5, 2.0), "load_torque": 0.001})
+            session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
+        case 5:
+            session.hold(not session.held)
+        case 6:
+            session.reset() if rng.random() < 0.3 else session.snapshot()
+
+
 class Driven:
     """A session with all that it publishes; `sent` counts messages and stands for their times."""
 
@@ -48,28 +69,11 @@ class Driven:
     def drive(self, seed: int, inputs_: int = 40) -> Driven:
         """A wild but seeded sequence of inputs of every kind, with uneven advances between them."""
         rng = random.Random(seed)
-        session = self.session
         for _ in range(inputs_):
             self.advance(rng.choice([0.0, 1e-9, 0.001, rng.uniform(0.0, 0.3)]))
-            match rng.randrange(7):
-                case 0 | 1:
-                    at = session.input_ns + rng.randrange(2 * 10**8)
-                    target = Motion(rng.uniform(0, 0.06), rng.uniform(0, 1), rng.uniform(2, 6), 0.3)
-                    session.command([(at, target), (at + 10**8, target._replace(phase_lag=-1.0))])
-                case 2:
-                    later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
-                    session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
-                case 3:
-                    session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
-                case 4:
-                    session.set_parameters({"preload": rng.uniform(-0.5, 2.0)})
-                    session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
-                case 5:
-                    session.hold(not session.held)
-                case 6:
-                    session.reset() if rng.random() < 0.3 else session.snapshot()
+            wild_input(self.session, rng)
             self.flush()
-        session.hold(False)
+        self.session.hold(False)
         self.advance(1.0)
         return self
 

@@ -16,6 +16,7 @@ from bouncing_disk_ros.run import inputs
 from bouncing_disk_ros.run import records as records_of
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
+from support.driven import wild_input
 
 Record = dict[str, Any]
 
@@ -35,23 +36,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
     rng = random.Random(seed)
     for _ in range(inputs_):
         session.advance(session.time_ns + rng.choice([0, 1, 7, 10**6, rng.randrange(3 * 10**8)]))
-        match rng.randrange(7):
-            case 0 | 1:
-                first = session.input_ns + rng.randrange(2 * 10**8)
-                target = Motion(rng.uniform(0, 0.06), rng.uniform(0, 1), rng.uniform(2, 6), 0.3)
-                session.command([(first, target), (first + 10**8, target._replace(phase_lag=-1.0))])
-            case 2:
-                later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
-                session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
-            case 3:
-                session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
-            case 4:
-                session.set_parameters({"preload": rng.uniform(-0.5, 2.0), "load_torque": 0.001})
-                session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
-            case 5:
-                session.hold(not session.held)
-            case 6:
-                session.reset() if rng.random() < 0.3 else session.snapshot()
+        wild_input(session, rng)
     session.hold(False)
     session.advance(session.time_ns + NS)
 
