@@ -124,7 +124,7 @@ def thinned(field: xr.DataArray) -> NDArray[Any]:
 def frame(result: xr.Dataset) -> dict[str, Any]:
     """How a map over the starts is drawn: arguments of imshow."""
     phases, speeds = result["forcing_phase"].values / math.pi, result["velocity"].values
-    half = [0.5 * (v[-1] - v[0]) / max(1, len(v) - 1) for v in (phases, speeds)]
+    half = [0.5 * (v[-1] - v[0]) / (len(v) - 1) if len(v) > 1 else 0.5 for v in (phases, speeds)]
     extent = (phases[0] - half[0], phases[-1] + half[0], speeds[0] - half[1], speeds[-1] + half[1])
     return {
         "extent": extent, "origin": "lower", "aspect": "auto", "interpolation": "nearest",

@@ -9,7 +9,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.plots.basins_plot import UNRESOLVED, frame, label_axes, title_of
+from bouncing_disk_ros.plots.basins_plot import (
+    UNRESOLVED,
+    frame,
+    label_axes,
+    thinned,
+    title_of,
+)
 from bouncing_disk_ros.plots.style import new_figure
 
 COLUMNS = 3
@@ -17,12 +23,12 @@ COLUMNS = 3
 
 def start_speeds_picture(result: xr.Dataset) -> Figure:
     """Maps of the mean speed over the starts of a result of the study `basins`."""
-    speeds = result["mean_speed"].values
+    speeds = [thinned(one) for one in result["mean_speed"]]
     columns = min(COLUMNS, len(speeds))
     rows = math.ceil(len(speeds) / columns)
     figure = new_figure(1.6 + 4.6 * columns, 1.2 + 3.6 * rows)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    top = float(np.nanmax(np.abs(speeds), initial=1e-12))
+    top = max(float(np.nanmax(np.abs(one), initial=1e-12)) for one in speeds)
     drawn: Any = None
     for place, axes in enumerate(panels.flat):
         if place >= len(speeds):

@@ -10,7 +10,12 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.bifurcation import STATE, Branch, begin, follow
-from bouncing_disk_ros.analysis.continuation import Doubling, feigenbaum_ratios, period_doublings
+from bouncing_disk_ros.analysis.continuation import (
+    Doubling,
+    existence_limit,
+    feigenbaum_ratios,
+    period_doublings,
+)
 from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
 from bouncing_disk_ros.errors import InputError
@@ -25,6 +30,8 @@ NAMES = {
 }
 """Parameter that a diagram can run along -> its name in the map, symbol and unit."""
 VALUES_OF_A_REGION = 64
+_BESIDE_BIRTH = 1e-4
+"""So far from the value where the period-1 orbit is born its continuation begins."""
 
 
 class Bifurcation(Study):
@@ -143,13 +150,19 @@ class Bifurcation(Study):
         if self.axis not in ("forcing", "restitution") or not count:
             return []
         low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
-        first, last = (low, high) if self.axis == "forcing" else (high, low)
-        section = self.section(**{self.axis: first})
+        fixed = self.section(**{self.axis: low})
+        # (1 − ε)/(1 + ε) = Γ where the orbit is born, the same with Γ and ε exchanged
+        born = existence_limit(fixed.restitution if self.axis == "forcing" else fixed.forcing)
+        section = self.section(**{self.axis: max(low, born + _BESIDE_BIRTH)})
+        if not getattr(section, self.axis) < high:
+            return []
         try:
             orbit = fixed_point(section.forcing, section.restitution)
-        except InputError:  # no period-1 orbit at that end
+        except InputError:  # no period-1 orbit there
             return []
-        return list(period_doublings(orbit, self.axis, last, count))
+        if not orbit.stable:  # its doublings lie below the axis
+            return []
+        return list(period_doublings(orbit, self.axis, high, count))
 
 
 def _threshold(error: InputError) -> str:

@@ -1,0 +1,153 @@
+"""Pictures and lines of the studies: panels and labels, and the odd results that must not crash."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from bouncing_disk_ros.nodes import basin_shares, basins, bifurcation, toss_map, toss_paths
+from bouncing_disk_ros.nodes.study_tool import StudyTool
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study import run
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
+
+
+def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
+    """The figures, all drawn, the lines and the result of a small study."""
+    table = STUDY_TABLES[tool.name]
+    values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
+    exhibit = tool.exhibit()
+    result = run(exhibit.make(values), path / "r.zarr")
+    assert result is not None
+    figures = dict(exhibit.pictures(result))
+    for figure in figures.values():
+        figure.savefig(io.BytesIO(), format="png", dpi=40)
+    lines = exhibit.lines(result)
+    assert all("\n" not in line for line in lines)
+    return figures, lines, result
+
+
+def labels(figure: Figure) -> list[tuple[str, str]]:
+    return [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes if axes.get_visible()]
+
+
+def text_of(figure: Figure) -> str:
+    found = [str(figure.get_suptitle())]
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        found += [text.get_text() for text in legend.get_texts()] if legend else []
+        found += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel()]
+    return "\n".join(found)
+
+
+def test_basins(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.45, width=60, height=60)
+    assert list(figures) == ["basins"]
+    text = text_of(figures["basins"])
+    assert "Γ = 0.45, restitution ε = 0.5" in text
+    assert "period-1: 3" in text
+    assert "unresolved" not in text
+    assert "relative velocity before it, $w_A$" in text
+    assert "time until it is clear" in text
+    assert any(line.startswith("  period-1") for line in lines)
+    assert any("uncertainty exponent" in line for line in lines)
+
+
+def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.2, width=50, height=50,
+                              angular_velocities="0 1")  # fmt: skip
+    assert "rest: 100.00 ± 0.00 %" in text_of(figures["basins"])
+    assert "  no boundary within the window, or too little of it" in lines
+    assert lines[-1] == "  from α̇ = +1 ωΦ: all come to rest"
+
+
+def test_basins_that_the_cap_leaves_open(tmp_path: Path) -> None:
+    figures, lines, result = shown(tmp_path, basins.TOOL, width=6, height=5, cap=1)
+    open_ = 100.0 * float(result["unresolved_fraction"])
+    assert open_ > 0.0
+    assert f"unresolved: {open_:.2f} %" in text_of(figures["basins"])
+    assert any("unresolved" in line and f"{open_:.3f} %" in line for line in lines)
+
+
+def test_one_pixel(tmp_path: Path) -> None:
+    figures, _, _ = shown(tmp_path, basins.TOOL, width=1, height=1)
+    assert len(figures["basins"].axes) == 3
+
+
+def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, width=12, height=10,
+                              angular_velocities="0 0.5 -1 2")  # fmt: skip
+    figure = figures["mean_speeds"]
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert len(titles) == 4
+    assert "−1" in titles[2]
+    assert any("mean speed at the end" in label for pair in labels(figure) for label in pair)
+    assert sum(line.startswith("  from α̇ = ") for line in lines) == 4
+
+
+def test_shares(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basin_shares.TOOL, begin=0.2, end=0.45, count=3, samples=12)
+    figure = figures["basin_shares"]
+    x, ys = labels(figure)[-1][0], [y for _, y in labels(figure)]
+    assert x == "axial forcing Γ (1)"
+    assert [y.split()[0] for y in ys] == ["share", "best", "mean"]
+    legend = text_of(figure)
+    assert "rest" in legend
+    assert "chaotic" not in legend, "a class that is nowhere is not in the legend"
+    assert lines[0].startswith("  rest             at most 100.000 %, at 0.2")
+
+
+def test_shares_of_one_value(tmp_path: Path) -> None:
+    shown(tmp_path, basin_shares.TOOL, begin=0.45, end=0.45, count=1, samples=6)
+
+
+@pytest.mark.parametrize("along", ["restitution", "phase_lag", "angular_forcing"])
+def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
+    ends = {"restitution": (0.4, 0.6), "phase_lag": (-1.0, 1.0), "angular_forcing": (1.0, 100.0)}
+    begin, end = ends[along]
+    figures, lines, result = shown(
+        tmp_path, bifurcation.TOOL, along=along, begin=begin, end=end, count=4, settling=100,
+        measured=50, kept=20, doublings=1,
+    )  # fmt: skip
+    ys = [y for _, y in labels(figures["bifurcation"])]
+    assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "Lyapunov"]
+    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"}[along]
+    assert f"in {name};" in text_of(figures["bifurcation"])
+    at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
+    assert any(line.endswith(f"at {at:.6g}") for line in lines)
+
+
+def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
+    _, lines, result = shown(
+        tmp_path, bifurcation.TOOL, begin=0.3, end=0.2, count=3, initial_velocity=-1.0,
+        settling=100, measured=50, kept=20,
+    )  # fmt: skip
+    assert np.isnan(result["mean_speed"].values).all()
+    assert lines == ["  Lyapunov exponent above 0.001 at 0 of 3 values"]
+
+
+def test_toss_maps(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, toss_map.TOOL, phase_lag_count=9, amplitude_angle_count=9,
+                              trajectory_lags="0")  # fmt: skip
+    assert list(figures) == ["toss_map", "trajectories"]
+    assert [line.split(" at ")[0].strip() for line in lines] == [
+        "largest airborne speed", "largest speed ratio", "largest efficiency"
+    ]  # fmt: skip
+    assert "phase lag" in labels(figures["toss_map"])[2][0]
+
+
+def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, toss_paths.TOOL, phase_lags="0 0",
+                              amplitude_angles="0.25pi 0.499pi", points=16)  # fmt: skip
+    assert len(figures["toss_paths"].axes) >= 2
+    assert "τ_sep = 0.1599 rad" in lines[0]
+    assert lines[1].endswith("the disk never leaves")
+    assert math.isfinite(float(lines[0].split("τ_sep = ")[1].split()[0]))

@@ -1,0 +1,146 @@
+"""The studies: known numbers at small sizes, and nothing depends on how they are cut."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from bouncing_disk_ros.analysis.attractor_search import find_attractors
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study import basins as basins_module
+from bouncing_disk_ros.study import bifurcation as bifurcation_module
+from bouncing_disk_ros.study import named, run
+from bouncing_disk_ros.study.basins import from_arrays, to_arrays
+from bouncing_disk_ros.study.bifurcation import branch_of
+
+
+def result_of(path: Path, name: str, **given: Value) -> xr.Dataset:
+    found = run(named(name, **given), path / f"{name}.zarr")
+    assert found is not None
+    return found
+
+
+def test_basins_have_the_share_of_the_paper(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "basins", axial_forcing=0.45, width=120, height=120)
+    share = dict(zip(found["attractor_name"].values, found["fraction"].values, strict=True))
+    error = float(found["fraction_uncertainty"].max())
+    assert share["period-1"] == pytest.approx(0.347, abs=4.0 * error)
+    assert sum(share.values()) + float(found["unresolved_fraction"]) == pytest.approx(1.0)
+    assert "mean_speed" not in found
+    assert "parameter_angular_forcing" not in found.attrs, "it plays no part"
+
+
+def test_basins_after_the_impact_are_those_before_it(tmp_path: Path) -> None:
+    size = {"axial_forcing": 0.45, "width": 20, "height": 20}
+    before = result_of(tmp_path / "a", "basins", **size)
+    # −u = ε w_A: the window shrinks by the restitution
+    after = result_of(tmp_path / "b", "basins", **size, velocity="after", velocity_begin=-2.5)
+    np.testing.assert_array_equal(before["label"].values, after["label"].values)
+    np.testing.assert_allclose(
+        after["point_velocity"].values, 0.5 * before["point_velocity"].values, rtol=1e-12
+    )
+
+
+def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, Value] = {
+        "axial_forcing": 0.45, "width": 24, "height": 24, "angular_velocities": "0, -2",
+        "phase_lag": 0.2, "angular_forcing": 20.0,
+    }  # fmt: skip
+    found = result_of(tmp_path / "whole", "basins", **given)
+    assert found["mean_speed"].shape == (2, 24, 24)
+    names = found["attractor_name"].values.tolist()
+    mine = found["label"].values == names.index("period-1")
+    expected = math.cos(math.acos(1.0 / 3.0 / 0.45) + 0.2)
+    np.testing.assert_allclose(found["mean_speed"].values[:, mine], expected, rtol=1e-9)
+    monkeypatch.setattr(basins_module, "SIDES", (5, 5))
+    cut = result_of(tmp_path / "cut", "basins", **given)
+    for name in ("label", "time", "mean_speed"):
+        np.testing.assert_array_equal(found[name].values, cut[name].values)
+
+
+def test_attractors_survive_storing() -> None:
+    starts = [(x, -y) for x in np.linspace(0.0, 6.0, 8) for y in np.linspace(0.2, 4.8, 8)]
+    found = find_attractors(0.45, 0.5, starts)
+    again = from_arrays(to_arrays(found))
+    assert again.after_contact == found.after_contact
+    for first, second in zip(found.found, again.found, strict=True):
+        assert (first.kind, first.cycles, first.multiplier) == (
+            second.kind, second.cycles, second.multiplier
+        )  # fmt: skip
+        np.testing.assert_array_equal(first.velocities, second.velocities)
+
+
+def test_a_diagram_cut_into_regions_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, Value] = {"begin": 0.4, "end": 0.56, "count": 9, "settling": 200,
+                               "measured": 100, "kept": 40, "doublings": 2}  # fmt: skip
+    whole = result_of(tmp_path / "whole", "bifurcation", **given)
+    monkeypatch.setattr(bifurcation_module, "VALUES_OF_A_REGION", 2)
+    cut = result_of(tmp_path / "cut", "bifurcation", **given)
+    for name in ("forcing_phase", "axial_impact_velocity", "mean_speed", "state", "contact"):
+        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+    # eq. of the doubling in closed form
+    first = math.sqrt(1.0 / 9.0 + (2.0 * 1.25 / (math.pi * 2.25)) ** 2)
+    assert float(whole["doubling"][0]) == pytest.approx(first, abs=1e-9)
+    branch = branch_of(whole)
+    assert branch.forcing_phase.shape == (9, 1, 40)
+    assert branch.contact.dtype == bool
+    phase = math.acos(1.0 / 3.0 / 0.4)
+    np.testing.assert_allclose(branch.forcing_phase[0], phase, rtol=1e-9)
+
+
+def test_a_diagram_without_doublings_in_reach_has_none(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "bifurcation", along="phase_lag", begin=-1.0, end=1.0, count=3,
+                      settling=300, measured=10, kept=5)  # fmt: skip
+    assert found["doubling"].size == found["feigenbaum_ratio"].size == 0
+
+
+def test_shares_of_a_value_add_up_and_name_the_best_lag(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "basin_shares", begin=0.2, end=0.45, count=2, samples=24)
+    np.testing.assert_allclose(found["fraction"].values.sum(axis=1), 1.0, rtol=1e-12)
+    assert found["fraction"].values[0, 0] == 1.0  # Γ < 1/π: all comes to rest
+    assert math.isnan(float(found["best_phase_lag"][0]))
+    # period 1: θ = −τ_imp, where the disk turns at ωΦ
+    assert float(found["best_phase_lag"][1]) == pytest.approx(-math.acos(1.0 / 1.35), abs=1e-4)
+    assert float(found["best_speed"][1]) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_the_largest_toss_of_the_paper_is_found_whatever_the_map(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "toss_map", phase_lag_count=3, amplitude_angle_count=3)
+    assert float(found["extreme_airborne_speed"][0]) == pytest.approx(27.18, abs=0.005)
+    assert float(found["extreme_amplitude_angle"][0]) / math.pi == pytest.approx(0.2457, abs=2e-4)
+    assert set(found["code"].attrs["flag_values"]) >= set(np.unique(found["code"].values))
+
+
+def test_paths_are_closed(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "toss_paths", phase_lags="0 -0.25pi",
+                      amplitude_angles="0.25pi 0.25pi", points=33)  # fmt: skip
+    for name in ("arc", "axial_position"):
+        values = found[name].values
+        np.testing.assert_allclose(values[:, 0], values[:, -1], atol=1e-14)
+    assert found["phase_lag"].values.tolist() == [0.0, -0.25 * math.pi]
+
+
+@pytest.mark.parametrize("begin", [0.3, 0.39, 0.45])
+def test_doublings_along_the_restitution_are_found_from_any_begin(begin: float) -> None:
+    study = named("bifurcation", along="restitution", axial_forcing=0.5, begin=begin, end=0.6,
+                  doublings=1, initial_velocity=-1.0)  # fmt: skip
+    assert isinstance(study, bifurcation_module.Bifurcation)
+    (point,) = study.doublings()
+    # Γ₁(ε) = Γ in closed form (paper: 0.486 at ε = 0.5)
+    e = point.value
+    first = ((1.0 - e) / (1.0 + e)) ** 2 + (2.0 * (1.0 + e * e) / (math.pi * (1.0 + e) ** 2)) ** 2
+    assert math.sqrt(first) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_doublings_below_the_axis_are_no_matter() -> None:
+    study = named("bifurcation", begin=0.5, end=0.6)
+    assert isinstance(study, bifurcation_module.Bifurcation)
+    assert study.doublings() == []
