@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.analysis.start_speeds import MEASURED, mean_speeds, settling_impacts
-from bouncing_disk_ros.core.tangent import MEAN_PER_TIME, attractor
-from bouncing_disk_ros.core.tangent import MEASURED as LAST
+from bouncing_disk_ros.core.attractor import MEAN_PER_TIME, attractor
+from bouncing_disk_ros.core.attractor import MEASURED as LAST
 
 
 @pytest.mark.parametrize("before", [0.0, 1.0, -2.5])
@@ -27,7 +27,7 @@ def test_other_starts_agree_with_the_scalar_map_and_may_be_cut() -> None:
     tau, w = rng.uniform(0.0, math.tau, 12), rng.uniform(-5.0, -0.1, 12)
     found = mean_speeds(tau, w, 0.5, *given)
     for i in range(len(tau)):
-        state, out, results = np.array([tau[i], w[i], 0.5, 1.0, 0.0]), np.empty((1, 6)), None
+        state, out = np.array([tau[i], w[i], 0.5, 1.0, 0.0]), np.empty((1, 6))
         results = np.empty(LAST + 1)
         attractor(state, *given, settling_impacts(0.5, 3.0), MEASURED, out, results)
         # the chattering orbit, which is not chaotic: rounding does not grow
