@@ -59,7 +59,7 @@ class Spec:
         """The value to use (an integer for a double is cast), or InputError."""
         value = float(given) if self._is_castable(given) else given  # type: ignore[arg-type]
         if type(value) is not self.type:
-            hint = f"It is a {self.type_name}, not a {_type_of(given)}."
+            hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)
         assert isinstance(value, (bool, int, float, str))
         if isinstance(value, (bool, str)):
@@ -208,6 +208,10 @@ def check_together(values: Mapping[str, Value]) -> None:
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform false too (before, or in one atomic call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+
+
+def _with_article(type_name: str) -> str:
+    return f"{'an' if type_name[0] in 'aeiou' else 'a'} {type_name}"
 
 
 def _type_of(given: object) -> str:

@@ -114,7 +114,7 @@ def _share(paper: str) -> Callable[[xr.Dataset], list[Number]]:
             rows += [
                 Number("box dimension of the boundary", "", float(result["box_dimension"])),
                 Number("uncertainty exponent", "", float(result["uncertainty_exponent"])),
-                Number("boundary basin entropy (above ln 2: fractal)", "",
+                Number("boundary basin entropy (only above ln 2 a proof of fractality)", "",
                        float(result["boundary_basin_entropy"]), "nat"),
             ]  # fmt: skip
         return rows

@@ -19,7 +19,7 @@ class Report:
     @property
     def summary(self) -> str:
         """One line."""
-        lost = f"{self.lost} lost" if self.lost else "nothing was lost"
+        lost = f"{self.lost} lost" if self.lost else "nothing that was written is lost"
         if not self.exact:
             more = "what was cut off or unreadable is lost, how much is unknown"
             lost = f"{lost}, and {more}" if self.lost else more

@@ -118,6 +118,8 @@ def read(given: argparse.Namespace) -> Report:
         field, value = ("rows", given.rows) if given.rows < 1 else ("run", given.run)
         raise InputError(field, value, "a whole number > 0")
     begin, end = (vars(given)[name] for name in ("from", "to"))
+    if begin is not None and end is not None and begin >= end:
+        raise InputError("to", end, f"a time after --from, {begin:g} s")
     wish = Wish(
         given.namespace,
         given.run,

@@ -68,7 +68,7 @@ def lines(result: xr.Dataset) -> list[str]:
         entropy = float(result["boundary_basin_entropy"])
         rows.append(
             f"  basin entropy {float(result['basin_entropy']):.4f}, at the boundary {entropy:.4f} "
-            "(above ln 2 = 0.6931: surely fractal)"
+            "(only a value above ln 2 = 0.6931 would prove it fractal)"
         )
         rows.append(
             f"  uncertainty exponent {float(result['uncertainty_exponent']):.3f} ± "

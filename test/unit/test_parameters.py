@@ -71,7 +71,7 @@ def test_other_types_are_refused(spec: Spec, value: object) -> None:
     castable = spec.type is float and type(value) is int
     if type(value) is spec.type or castable:
         return
-    with pytest.raises(InputError, match=f"It is a {spec.type_name}, not a"):
+    with pytest.raises(InputError, match=f"It is an? {spec.type_name}, not an? "):
         spec.checked(value)
 
 
@@ -87,7 +87,7 @@ def test_an_integer_too_large_for_a_double_is_refused() -> None:
 
 
 def test_a_double_for_an_integer_is_refused() -> None:
-    with pytest.raises(InputError, match="It is a integer, not a double"):
+    with pytest.raises(InputError, match="It is an integer, not a double"):
         TABLE["step_periods"].checked(2.0)
 
 
