@@ -21,8 +21,12 @@ MEASURED = 960
 """Impacts that the mean is over: whole repetitions of orbits of 1 to 6, 8, 10, 12 ... impacts."""
 
 
+SETTLED = 1e-3
+"""The mean (ωΦ) is settled when it changes by no more, after twice as many impacts each time."""
+
+
 def settling_impacts(angular_velocity: float, angular_forcing: float) -> int:
-    """Impacts left out before the mean, at most MOST.
+    """Impacts left out before the first mean, at most MOST.
 
     TRANSIENT for the axial part, and 2 Γ_T (1 + |α̇|) for the speed: an impact changes it by at most
     (1 + ε)|w_A|/Γ_T, which is 2/Γ_T on the period-1 orbit; on others it may be less.
@@ -36,19 +40,37 @@ def mean_speeds(
 ) -> Floats:  # fmt: skip
     """Mean of α̇/(ωΦ) in time over MEASURED impacts (n,); nan where contact lasts for good.
 
+    Friction is slow where impacts are weak: the mean is taken again, after twice as many impacts
+    each time, until it is SETTLED or more than MOST were left out (chaos may stay open).
     Starts: τ in [0, 2π) and w_A < 0 (n,), πg/ω, with the absolute α̇/(ωΦ) of all before that impact.
     Each number depends on its own start alone, so the arrays may be cut anywhere.
     """
+    tau, w, speed = tau.copy(), w.copy(), np.full(len(tau), angular_velocity)
+    given = (forcing, restitution, phase_lag, angular_forcing)
+    impacts = settling_impacts(angular_velocity, angular_forcing)
+    _carry(tau, w, speed, given, impacts)
+    mean = _carry(tau, w, speed, given, MEASURED)
+    open_ = np.flatnonzero(~np.isnan(mean))
+    while len(open_) and impacts <= MOST:
+        state = tau[open_], w[open_], speed[open_]
+        _carry(*state, given, impacts)
+        later = _carry(*state, given, MEASURED)
+        settled = np.abs(later - mean[open_]) <= SETTLED
+        tau[open_], w[open_], speed[open_] = state
+        mean[open_] = later
+        open_ = open_[~settled]
+        impacts *= 2
+    return mean
+
+
+def _carry(
+    tau: Floats, w: Floats, speed: Floats, given: tuple[float, float, float, float], impacts: int
+) -> Floats:
+    """Carry states on; the mean speed on the way, nan where contact lasts for good."""
     n = len(tau)
-    tau, w, speed = tau.copy(), w.copy(), np.full(n, angular_velocity)
-    gamma, epsilon, theta, angular = (
-        np.full(n, v) for v in (forcing, restitution, phase_lag, angular_forcing)
-    )
+    gamma, epsilon, theta, angular = (np.full(n, v) for v in given)
     counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
-    settling = settling_impacts(angular_velocity, angular_forcing)
-    for impacts in (settling, MEASURED):
-        sums[:] = 0.0
-        iterate_rotation(tau, w, speed, gamma, epsilon, theta, angular, impacts, counts, sums)
-        at_rest = counts[:, RESTS] > 0
-        tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
+    iterate_rotation(tau, w, speed, gamma, epsilon, theta, angular, impacts, counts, sums)
+    at_rest = counts[:, RESTS] > 0
+    tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
     return np.where(at_rest, math.nan, sums[:, TURNED] / np.where(at_rest, 1.0, sums[:, TIME]))

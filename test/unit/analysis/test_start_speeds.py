@@ -45,3 +45,12 @@ def test_slow_friction_is_given_more_impacts_up_to_a_cap() -> None:
     assert settling_impacts(0.0, 1.0) == 502
     assert settling_impacts(-1.0, 100.0) == 900
     assert settling_impacts(0.0, 1e9) == 100_000
+
+
+def test_weak_impacts_are_given_the_time_they_need() -> None:
+    rng = np.random.default_rng(1)
+    tau, w = rng.uniform(0.0, math.tau, 30), rng.uniform(-5.0, -0.1, 30)
+    # at Γ = 0.45 one chattering and one period-1 orbit: two speeds, whatever it starts with
+    first, second = (mean_speeds(tau, w, a, 0.45, 0.5, 0.0, 100.0) for a in (0.0, 0.5))
+    np.testing.assert_allclose(first, second, atol=2e-3)
+    assert len(np.unique(np.round(first, 2))) == 2
