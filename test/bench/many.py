@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,14 +19,10 @@ from bench.axial import REGIMES, RESTITUTION, Regime
 from bench.c_reference import CLanes, CReference
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.core import ride
-from bouncing_disk_ros.core.engine import disk_record
+from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
 from bouncing_disk_ros.core.lanes_axial import iterate
 from bouncing_disk_ros.core.lanes_basin import label
-from bouncing_disk_ros.core.lanes_rides import tosses
 from bouncing_disk_ros.core.lanes_rotation import iterate_rotation
-from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
-from bouncing_disk_ros.core.model import Disk
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60
@@ -197,34 +194,31 @@ def _basin(forcing: float, folder: Path) -> list[Row]:
     return rows
 
 
-def _toss() -> list[Row]:
-    """The toss map of Fig. 2, by the scalar rides and by lanes."""
-    disk = Disk(0.3, 0.5, 0.6, 0.12, 0.3 / math.sqrt(8.0), 10.0)
-    angle = (np.arange(PIXELS) + 0.5) / PIXELS * 0.5 * math.pi
-    lag = math.tau * (np.arange(PIXELS) / PIXELS - 0.5)
-    angles, lags = (a.ravel() for a in np.meshgrid(angle, lag))
-    n = PIXELS * PIXELS
-    starts = np.zeros((n, 5))
-    starts[:, ride.AXIAL_AMPLITUDE] = 0.25 * np.cos(angles)
-    starts[:, ride.ANGULAR_AMPLITUDE] = 0.25 * np.sin(angles) / disk.friction_radius
-    starts[:, ride.PHASE_LAG] = lags
-    starts[:, ride.FORCING_PHASE] = 1.5 * math.pi
-    out, codes = np.empty((n, 4)), np.empty(n, np.int8)
-    state, books = np.zeros(1, STATE_DTYPE), np.zeros((2, len(BOOKS)))
+def _toss(folder: Path) -> list[Row]:
+    """The toss map of Fig. 2: whole calls, what they allocate and convert included."""
+    subject, peer = TossMap(LAGS, ANGLES), peer_of(folder)
+    calls: dict[str, Callable[[], object]] = {
+        "lanes": subject.lanes,
+        "scalar rides": subject.scalar,
+    }
+    if peer is not None:
+        calls["scalar C"] = partial(subject.by, peer)
 
-    def scalar() -> int:
-        ride.rides(starts, 3.0, disk_record(disk, 0.0), 1000, state, books, out, codes)
-        return n
+    def counted(call: Callable[[], object]) -> int:
+        call()
+        return LAGS * ANGLES
 
-    def lanes() -> int:
-        tosses(starts, 3.0, disk)
-        return n
-
-    times = interleaved({"lanes": lanes, "scalar": scalar}, ROUNDS // 6)
-    where = f"toss map {PIXELS} × {PIXELS}"
+    runs: dict[str, Run] = {name: partial(counted, call) for name, call in calls.items()}
+    times = interleaved(runs, ROUNDS // 6)
+    where = f"single toss, map {LAGS} × {ANGLES}"
     rows = [row(PART, f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
-    values = list(times["lanes"] / times["scalar"])
-    return [*rows, row(PART, f"lanes / scalar rides, {where}", "×", values)]
+    values = list(times["lanes"] / times["scalar rides"])
+    rows.append(row(PART, f"lanes / scalar rides of the core, {where}", "×", values))
+    if peer is not None:
+        lanes, scalar = (list(times[k] / times["scalar C"]) for k in ("lanes", "scalar rides"))
+        rows.append(row(PART, f"lanes / scalar C, {where}", "×", lanes, Aim(at_most=0.3)))
+        rows.append(row(PART, f"scalar rides of the core / scalar C, {where}", "×", scalar))
+    return rows
 
 
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
@@ -237,5 +231,5 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
         skipped |= set(notes)
     for forcing in (0.45, 0.55):
         rows += _basin(forcing, folder)
-    rows += _toss()
+    rows += _toss(folder)
     return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]
