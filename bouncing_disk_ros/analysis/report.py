@@ -19,16 +19,15 @@ from bouncing_disk_ros.analysis.estimate import (
 )
 from bouncing_disk_ros.analysis.impact_energy import BooksCheck, books_check
 from bouncing_disk_ros.analysis.orbit import Orbit, orbit_of
-from bouncing_disk_ros.analysis.run_record import SETTLED_SECONDS, Health, RunRecord, joined_rows
+from bouncing_disk_ros.analysis.report_speeds import settled_speed, speeds_of
+from bouncing_disk_ros.analysis.run_record import Health, RunRecord, joined_rows
 from bouncing_disk_ros.analysis.segments import Segment, known, segments_of
-from bouncing_disk_ros.analysis.transient import LEAST, Transient, transient_of
+from bouncing_disk_ros.analysis.transient import Transient, transient_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 
 MOST_SEGMENTS = 50
 """Of so many segments, those with the most impacts, orbit and transient are worked out."""
-MOST_POINTS = 5000
-"""A transient is fitted to at most so many points, evenly taken."""
 MOST_ESTIMATED = 200_000
 """Restitution and friction are estimated from at most so many rows, the last ones."""
 LONGEST, LAST = "longest", "last"
@@ -158,7 +157,6 @@ def _chosen(counts: list[int], choice: str) -> int:
 def _segment(record: RunRecord, segment: Segment, rows: Rows, worked: bool) -> SegmentReport:
     own = segment.of(rows)
     times, speeds = speeds_of(record, segment, own)
-    last = times > segment.end - SETTLED_SECONDS
     disk = segment.disk if known(segment.disk) else None
     return SegmentReport(
         segment,
@@ -166,23 +164,8 @@ def _segment(record: RunRecord, segment: Segment, rows: Rows, worked: bool) -> S
         int(np.sum(own["count"], dtype=np.int64)),
         orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
         transient_of(times, speeds) if worked else None,
-        float(np.mean(speeds[last])) if np.any(last) else math.nan,
+        settled_speed(record, segment, own),
     )
-
-
-def speeds_of(
-    record: RunRecord, segment: Segment, own: Rows
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times (s) and rotor speeds (rad/s) of a segment: just after impacts; with few, samples."""
-    if len(own) >= LEAST or not record.states:
-        times, speeds = own["time"].copy(), own["angular_velocity"].copy()
-    else:
-        states = np.array([(state.time, state.angular_velocity) for state in record.states])
-        states = states[(states[:, 0] >= segment.begin) & (states[:, 0] < segment.end)]
-        states = states[np.argsort(states[:, 0], kind="stable")]
-        times, speeds = states[:, 0], states[:, 1]
-    step = max(1, -(-len(times) // MOST_POINTS))
-    return times[::step], speeds[::step]
 
 
 def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimate, Estimate]:

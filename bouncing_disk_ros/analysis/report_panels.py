@@ -17,8 +17,9 @@ from bouncing_disk_ros.analysis.panels import (
     with_gaps,
 )
 from bouncing_disk_ros.analysis.period_one import PeriodOne, period_one
-from bouncing_disk_ros.analysis.report import Report, speeds_of
+from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_energy import energy_panel, time_range
+from bouncing_disk_ros.analysis.report_speeds import speeds_of
 from bouncing_disk_ros.analysis.run_record import UNKNOWN_DISK
 from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.analysis.section import return_map_of, section_of, single_impacts

@@ -168,7 +168,8 @@ class Recorder(Node):
     def _show_status(self) -> None:
         recording = self._recording
         self._recording.note(self._losses())
-        countable = sum(topic.loss.lost for topic in self._topics.values())
+        losses = (topic.loss for topic in self._topics.values() if topic.registered)
+        countable = sum(loss.lost for loss in losses if not loss.why_not)
         self.get_logger().info(
             f"{'paused' if self._paused else 'recording'}: "
             f"{time.monotonic() - self._began:.0f} s, {recording.accepted.total()} messages, "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.topics import TOPICS
+from bouncing_disk_ros.topics import TOPICS, Direction
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.bag import Options
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 _SPECS = (
     Spec("output", "", "", "folder of the bag, must be new; may also be the first argument; empty: "
          "bag_ with date and time", read_only=True),
-    Spec("topics", "", "", "names of the topics, separated by blanks or commas; empty: those of "
-         "this package, unless regex or all is given", read_only=True),
+    Spec("topics", "", "", "names of the topics, separated by blanks or commas; empty: those that "
+         "the simulator publishes, unless regex or all is given", read_only=True),
     Spec("regex", "", "", "regular expression; topics whose whole name matches are recorded as "
          "well", read_only=True),
     Spec("exclude", "", "", "regular expression; topics whose whole name matches are not recorded",
@@ -70,7 +70,10 @@ class Selection:
         self._exclude = _pattern("exclude", str(values["exclude"]))
         default = not (given or self._all or self._regex)
         own = {resolve(name): topic for name, topic in TOPICS.items()}
-        self._names = set(own) if default else {_resolved(name, resolve) for name in given}
+        # a sender that waits for one listener must not find the recorder and leave before the
+        # simulator hears it; and every command that was accepted is in disk/inputs
+        usual = {name for name, topic in own.items() if topic.direction is Direction.OUT}
+        self._names = usual if default else {_resolved(name, resolve) for name in given}
         self.known = {name: topic for name, topic in own.items() if self.wants(name)}
         self.named = sorted(name for name in self._names if self.wants(name))
 

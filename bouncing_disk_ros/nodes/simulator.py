@@ -38,7 +38,7 @@ def help_text() -> str:
 def announce_compilation() -> None:
     """Say why the first start takes so long: the kernels are compiled once for this machine."""
     folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
-    if not any(folder.rglob("*.nbi")):
+    if not any(folder.rglob("stepper.*.nbi")):  # other tools keep kernels of their own there
         print("simulator: compiling the physics, once: up to a minute", file=sys.stderr, flush=True)
 
 

@@ -38,7 +38,7 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     handles, labels = top.get_legend_handles_labels()
     kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
             if there]  # fmt: skip
-    top.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5,
+    top.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
                frameon=False, fontsize=9)  # fmt: skip
     middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
     middle.set_ylabel(r"best phase lag $\theta/\pi$ (1)")
@@ -49,6 +49,22 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     for axes in (middle, bottom):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
+    figure.suptitle(_title(result), fontsize=11)
     if len(np.unique(x)) > 1:
         bottom.set_xlim(x.min(), x.max())
     return figure
+
+
+def _title(result: xr.Dataset) -> str:
+    """What is the same for all values."""
+    given = {
+        "axial_forcing": "axial forcing Γ",
+        "restitution": "restitution ε",
+        "angular_forcing": "angular forcing $\\Gamma_T$",
+    }
+    fixed = [
+        f"{text} = {result.attrs[f'parameter_{name}']:g}"
+        for name, text in given.items()
+        if name != result.attrs["parameter_along"]
+    ]
+    return f"Basins of attraction at {', '.join(fixed)}"

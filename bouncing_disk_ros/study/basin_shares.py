@@ -18,6 +18,7 @@ from bouncing_disk_ros.analysis.basins import UNRESOLVED, label_starts, shares
 from bouncing_disk_ros.analysis.best_lag import best_lag
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.basins import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 SEARCHED = 16
@@ -37,11 +38,13 @@ class BasinShares(Study):
         given = self.parameters
         if given["along"] not in AXES:
             raise InputError("along", given["along"], "one of " + ", ".join(AXES))
+        if given["along"] != "restitution":
+            refuse_conservative(float(given["restitution"]))
         low = {"axial_forcing": 0.0, "restitution": 0.0, "angular_forcing": 1e-9}
         for end in ("begin", "end"):
             least, value = low[str(given["along"])], float(given[end])
-            if value < least or (given["along"] == "restitution" and value > 1.0):
-                allowed = "0 to 1" if given["along"] == "restitution" else f">= {least:g}"
+            if value < least or (given["along"] == "restitution" and value >= 1.0):
+                allowed = "0 to less than 1" if given["along"] == "restitution" else f">= {least:g}"
                 raise InputError(end, value, allowed)
         if not float(given["velocity_begin"]) < 0.0:
             raise InputError("velocity_begin", given["velocity_begin"], "less than 0",

@@ -46,6 +46,7 @@ class Basins(Study):
         given = self.parameters
         self._forcing = float(given["axial_forcing"])
         self._restitution = float(given["restitution"])
+        refuse_conservative(self._restitution)
         if given["velocity"] not in ("before", "after"):
             raise InputError("velocity", given["velocity"], "before or after")
         for low, high in (("phase_begin", "phase_end"), ("velocity_begin", "velocity_end")):
@@ -165,7 +166,7 @@ class Basins(Study):
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
         added = {
-            "attractor_name": ("attractor", [a.name for a in found]),
+            "attractor_name": ("attractor", numbered([a.name for a in found])),
             "multiplier": ("attractor", [a.multiplier for a in found]),
             "fraction": ("attractor", [part.fraction for part in parts]),
             "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
@@ -190,6 +191,23 @@ class Basins(Study):
             "box_dimension": ((), dimension.exponent),
             "box_dimension_error": ((), dimension.uncertainty),
         }
+
+
+def refuse_conservative(restitution: float) -> None:
+    """InputError at ε = 1: the map keeps areas there and has no attractors."""
+    if restitution == 1.0:
+        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
+        raise InputError("restitution", restitution, "less than 1", hint)
+
+
+def numbered(names: list[str]) -> list[str]:
+    """The names, those that occur more than once with a number."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
+    return found
 
 
 def to_arrays(attractors: Attractors) -> Arrays:

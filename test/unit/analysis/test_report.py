@@ -66,6 +66,30 @@ def settled() -> Report:
     return report_of(heard(session_of(friction=0.02), 40.0), Source("a"))
 
 
+def test_mean_speed_at_the_end_is_angle_over_time_where_the_disk_rides() -> None:
+    """Chattering: the mean over the impacts alone would be far off."""
+    session = session_of(axial_amplitude=0.035, initial_with_platform=True, initial_height=0.0,
+                         initial_axial_velocity=0.0, initial_forcing_phase=4.7)  # fmt: skip
+    record = RunRecord(session.simulation.disk, disks=[(0.0, session.simulation.disk)])
+    record.motions.append(session.simulation.motion_in_force)
+    before = session.simulation.sample().unwrapped_angle
+    for tick in range(1, 201):  # as on disk/rotor_speed, each tenth of a second
+        session.advance(tick * NS // 10)
+        angle = session.simulation.sample().unwrapped_angle
+        record.speeds.append((tick / 10, (angle - before) / 0.1))
+        before = angle
+        record.chunks += session.take_rows()
+    (part,) = report_of(record, Source("a")).segments
+    assert part.orbit is not None
+    assert part.orbit.name.startswith("chattering")
+    last = [speed for time, speed in record.speeds if time > 18.0][1:]
+    assert part.settled == pytest.approx(np.mean(last), abs=1e-12)
+    rows = record.rows[record.rows["time"] > 18.0]
+    assert abs(part.settled - rows["angular_velocity"].mean()) > 0.1
+    record.speeds.clear()  # from the impacts alone it is not known
+    assert math.isnan(report_of(record, Source("a")).segments[0].settled)
+
+
 def test_the_orbit_and_the_speed_of_theory(settled: Report) -> None:
     (part,) = settled.segments
     assert part.orbit is not None

@@ -25,6 +25,14 @@ def test_the_package_s_own_topics_by_default() -> None:
     assert chosen.known["/one/disk/inputs"].name == "disk/inputs"
 
 
+def test_commands_only_when_asked_for() -> None:
+    """A sender that waits for one listener must not find the recorder instead of the simulator."""
+    assert not selection().wants("/one/platform/command")
+    assert not selection().wants("/one/disk/impulse")
+    assert selection(topics="platform/command").wants("/one/platform/command")
+    assert selection(all=True).wants("/one/platform/command")
+
+
 def test_names_regular_expressions_and_exclusions() -> None:
     chosen = selection(topics="joint_states, /scan  camera", regex="/arm/.*", exclude=".*/raw")
     assert [name for name in ("/one/joint_states", "/scan", "/one/camera", "/arm/x", "/arm/x/raw",
