@@ -3,7 +3,7 @@
 The disk starts on the platform and rides it, sticking and sliding, until the platform falls away
 from under it (eq. 3). All motions have the same arc amplitude c = √(A² + (a_e Φ)²) and are told
 apart by the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The rides
-are computed by the core (core.ride). SI units, angles in rad.
+are computed by the core (core.ride; many in lanes, core.lanes_rides). SI units, angles in rad.
 
 Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009).
 """
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.core import ride
 from bouncing_disk_ros.core.engine import disk_record
+from bouncing_disk_ros.core.lanes_rides import tosses
 from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
@@ -39,6 +40,7 @@ CODES = {
     ride.RIDE_UNRESOLVED: "more phases of contact than allowed",
 }
 """How a toss ended: the meaning of each code."""
+_FEW = 10  # smaller tables ride one after the other: lanes take as long for one row as for ten
 _EVENTS = 1000  # phases of contact before separation; a ride from rest has three or four
 
 
@@ -76,17 +78,21 @@ class Toss(NamedTuple):
     code: Codes  # how the toss ended, see CODES
 
 
-def toss_pixels(starts: Floats, frequency: float, disk: Disk, events: int = _EVENTS) -> Pixels:
+def toss_pixels(starts: Floats, frequency: float, disk: Disk, events: int | None = None) -> Pixels:
     """Rides to the first separation, one for each row of `starts` (n, 5).
 
     Columns: A (m), Φ (rad), θ (rad), τ at the start (rad, in [0, 2π)), absolute α̇ there (rad/s);
-    not checked. At most `events` phases of contact each. A row depends on itself alone, so the
-    table may be cut anywhere; safe in threads.
+    not checked. With `events` they are ridden one after the other, at most so many phases of
+    contact each, else in lanes: a few roundings apart. A row depends on itself alone, so the table
+    may be cut anywhere; safe in threads.
     """
-    out, code = np.empty((len(starts), 4)), np.empty(len(starts), np.int8)
-    state, books = np.zeros(1, STATE_DTYPE), np.zeros((2, len(BOOKS)))
     table = np.ascontiguousarray(starts, np.float64)
-    ride.rides(table, frequency, disk_record(disk, 0.0), events, state, books, out, code)
+    if events is None:
+        out, code = tosses(table, frequency, disk)
+    else:
+        out, code = np.empty((len(table), 4)), np.empty(len(table), np.int8)
+        state, books = np.zeros(1, STATE_DTYPE), np.zeros((2, len(BOOKS)))
+        ride.rides(table, frequency, disk_record(disk, 0.0), events, state, books, out, code)
     speed, delay, axial, angular = np.ascontiguousarray(out.T)
     return Pixels(speed, delay, axial, angular, code)
 
@@ -113,7 +119,8 @@ def toss(
     tau = np.mod(phase, math.tau)
     tau = np.where(tau < math.tau, tau, 0.0)  # a phase just below 0 rounds up to a whole turn
     starts = np.stack((axial, angular, lag, tau, speed), axis=-1).reshape(-1, 5)
-    flat = _measures(toss_pixels(starts, setting.frequency, setting.disk), starts, setting)
+    events = _EVENTS if len(starts) < _FEW else None
+    flat = _measures(toss_pixels(starts, setting.frequency, setting.disk, events), starts, setting)
     return Toss._make(part.reshape(lag.shape) for part in flat)
 
 

@@ -110,16 +110,29 @@ def test_mass_changes_no_ratio() -> None:
     np.testing.assert_allclose(heavy.input_energy, 32.0 * light.input_energy, rtol=1e-13)
 
 
-def test_a_table_may_be_cut_anywhere() -> None:
+@pytest.mark.parametrize("disk", [LOADED, PAPER_DISK])  # one by one, in lanes
+def test_a_table_may_be_cut_anywhere(disk: Disk) -> None:
     rng = np.random.default_rng(11)
     low, high = [0.0, 0.0, -4.0, 0.0, -30.0], [0.3, 2.0, 4.0, 6.28, 30.0]
     starts = rng.uniform(low, high, (500, 5))
-    whole = toss_pixels(starts, 3.0, LOADED)
+    whole = toss_pixels(starts, 3.0, disk)
     assert {RIDE_SLID, RIDE_NONE, RIDE_STAYS} <= set(whole.code.tolist())
     for cut in (slice(0, 1), slice(123, 400), slice(499, 500), slice(7, 7)):
-        part = toss_pixels(starts[cut], 3.0, LOADED)
+        part = toss_pixels(starts[cut], 3.0, disk)
         for name in Pixels._fields:
             np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[cut])
+
+
+def test_a_small_table_is_a_part_of_a_map() -> None:
+    """Few tosses ride one after the other, many in lanes: apart by roundings of speeds of 40."""
+    lag, angle = np.linspace(-3, 3, 40), np.linspace(0.05, 1.2, 40)
+    whole = toss(lag, angle)
+    for k in range(0, 40, 5):
+        part = toss(lag[k : k + 5], angle[k : k + 5])
+        np.testing.assert_array_equal(part.code, whole.code[k : k + 5])
+        for name in Toss._fields[:-1]:
+            found, expected = getattr(part, name), getattr(whole, name)[k : k + 5]
+            np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12)
 
 
 def test_how_a_toss_ends() -> None:
