@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.start import split_arguments
+from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 _ABOUT = """Rebuild the index and metadata.yaml of a bag that was cut off or damaged, into a new
 folder, and say what was lost. The bag itself stays as it is. All whole chunks are saved."""
@@ -16,7 +17,7 @@ _EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Recover a bag; exit code 0 saved, 1 nothing could be saved or no room, 2 bad input."""
+    """Recover a bag; exit code 0 saved, 1 nothing could be saved or no room, 2 bad input, 130."""
     parser = argparse.ArgumentParser(
         prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -24,6 +25,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
     parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
     given = parser.parse_args(split_arguments(args)[0])
+    interrupt_on_signals()
     environment.use_package_index()
     from bouncing_disk_ros import bag
 
@@ -35,6 +37,9 @@ def main(args: Sequence[str] | None = None) -> int:
     except (bag.BagError, OSError) as error:
         print(f"bag_recover: {given.bag}: {error}", file=sys.stderr)
         return ExitCode.FAILED
+    except KeyboardInterrupt:
+        print("\nbag_recover: interrupted; the new folder is not whole, delete it", file=sys.stderr)
+        return ExitCode.INTERRUPTED
     print("\n".join([*report.lines, report.summary]))
     return ExitCode.DONE if report.saved else ExitCode.FAILED
 

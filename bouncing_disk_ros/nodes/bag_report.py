@@ -15,6 +15,7 @@ from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.nodes.study_options import figure_kinds
+from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.analysis.report import Report
@@ -65,6 +66,7 @@ def parser() -> argparse.ArgumentParser:
 def main(args: Sequence[str] | None = None) -> int:
     """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
     given = parser().parse_intermixed_args(split_arguments(args)[0])
+    interrupt_on_signals()
     environment.use_package_index()
     use_matplotlib_folder()
     from bouncing_disk_ros.bag import BagError

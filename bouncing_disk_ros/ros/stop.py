@@ -12,6 +12,12 @@ from types import FrameType
 from bouncing_disk_ros.errors import ExitCode
 
 
+def interrupt_on_signals() -> None:
+    """Let SIGINT and SIGTERM raise KeyboardInterrupt, also where a shell had them ignored."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+
+
 class Stop:
     """Takes over both signals of the process; `asked` turns true on the first.
 

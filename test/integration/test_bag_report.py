@@ -6,6 +6,8 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 from bouncing_disk_ros import bag
 from support.processes import Starter
 from support.recorded import RecordedRun, period_one_bag
@@ -101,9 +103,11 @@ def test_a_cut_off_bag_is_reported_with_what_is_missing(start: Starter, tmp_path
     report.wait_for("orbit found +period-1")
 
 
-def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path) -> None:
+@pytest.mark.parametrize("shell", [[], ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]])
+def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path, shell: list[str]) -> None:
+    """Also where a shell in the background had the signal ignored."""
     folder = period_one_bag(tmp_path / "run", 3.0)
-    report = start.command([sys.executable, "-c", _INTERRUPTED, str(folder)])
+    report = start.command([*shell, sys.executable, "-c", _INTERRUPTED, str(folder)])
     report.wait_for("reading")
     assert report.end(signal.SIGINT) == 130
     assert "bag_report: interrupted" in report.stderr
