@@ -40,7 +40,8 @@ def table_of(rows: Sequence[dict[str, Any]]) -> str:
     lines = ["| | median | p10 … p90 | aim |", "|---|---|---|---|"]
     for row in rows:
         met = {None: "", True: ": met", False: ": **missed**"}[row["met"]]
-        middle = f"{number(row['median'])} {row['unit']}"
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        middle = f"{number(row['median'])}{unit}"
         spread = f"{number(row['low'])} … {number(row['high'])}"
         lines.append(f"| {row['name']} | {middle} | {spread} | {row['aim']}{met} |")
     return "\n".join(lines)
