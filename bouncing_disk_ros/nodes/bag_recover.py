@@ -7,7 +7,8 @@ import sys
 from collections.abc import Sequence
 
 from bouncing_disk_ros import environment
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.nodes.bag_tool import run_bag_tool
 from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
@@ -27,19 +28,14 @@ def main(args: Sequence[str] | None = None) -> int:
     given = parser.parse_args(split_arguments(args)[0])
     interrupt_on_signals()
     environment.use_package_index()
+    unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
+    return run_bag_tool("bag_recover", given.bag, lambda: _recover(given), unfinished)
+
+
+def _recover(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
 
-    try:
-        report = bag.recover(given.bag, given.output)
-    except InputError as error:
-        print(f"bag_recover: {error.line}", file=sys.stderr)
-        return ExitCode.BAD_INPUT
-    except (bag.BagError, OSError) as error:
-        print(f"bag_recover: {given.bag}: {error}", file=sys.stderr)
-        return ExitCode.FAILED
-    except KeyboardInterrupt:
-        print("\nbag_recover: interrupted; the new folder is not whole, delete it", file=sys.stderr)
-        return ExitCode.INTERRUPTED
+    report = bag.recover(given.bag, given.output)
     print("\n".join([*report.lines, report.summary]))
     return ExitCode.DONE if report.saved else ExitCode.FAILED
 

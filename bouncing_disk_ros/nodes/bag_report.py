@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.nodes.bag_tool import run_bag_tool
 from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.nodes.study_options import figure_kinds
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
@@ -69,19 +70,7 @@ def main(args: Sequence[str] | None = None) -> int:
     interrupt_on_signals()
     environment.use_package_index()
     use_matplotlib_folder()
-    from bouncing_disk_ros.bag import BagError
-
-    try:
-        return _report(given)
-    except InputError as error:
-        print(f"{NAME}: {error.line}", file=sys.stderr)
-        return ExitCode.BAD_INPUT
-    except (BagError, OSError) as error:
-        print(f"{NAME}: {given.bag}: {error}", file=sys.stderr)
-        return ExitCode.FAILED
-    except KeyboardInterrupt:
-        print(f"\n{NAME}: interrupted", file=sys.stderr)
-        return ExitCode.INTERRUPTED
+    return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
 
 
 def _report(given: argparse.Namespace) -> int:

@@ -48,7 +48,7 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.bifurcation import branch_of
 
     branch, section = branch_of(result), study.section()
-    return {"bifurcation": bifurcation_figure(branch, section, study.axis, study.doublings())}
+    return {"bifurcation": bifurcation_figure(branch, section, study.axis, study.doublings)}
 
 
 def lines(result: xr.Dataset) -> list[str]:

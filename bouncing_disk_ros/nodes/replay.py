@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.nodes.bag_tool import run_bag_tool
 from bouncing_disk_ros.nodes.start import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -34,21 +35,10 @@ def main(args: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(split_arguments(args)[0])
     environment.use_package_index()
     with stop.importing():
-        from bouncing_disk_ros import bag
         from bouncing_disk_ros.nodes import replay_bag as _  # noqa: F401 (the kernels)
 
     stop.running = True
-    try:
-        return _work(given, stop)
-    except InputError as error:
-        print(f"replay: {error.line}", file=sys.stderr)
-        return ExitCode.BAD_INPUT
-    except (bag.BagError, OSError) as error:
-        print(f"replay: {given.bag}: {error}", file=sys.stderr)
-        return ExitCode.FAILED
-    except KeyboardInterrupt:
-        print("replay: interrupted", file=sys.stderr)
-        return ExitCode.INTERRUPTED
+    return run_bag_tool("replay", given.bag, lambda: _work(given, stop))
 
 
 def _parser() -> argparse.ArgumentParser:

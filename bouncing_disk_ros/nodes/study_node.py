@@ -156,7 +156,9 @@ class StudyNode(Node):
             raise FailedError(f"{self._folder} cannot be written: {error}") from None
         print("written: " + ", ".join(map(str, [*files, self._folder / "result.zarr"])), flush=True)
         stamp = self.get_clock().now().to_msg()
-        message = CompressedImage(format="png", data=_png(next(iter(figures.values()))))
+        drawn = next((file for file in files if file.suffix == ".png"), None)
+        png = drawn.read_bytes() if drawn else _png(next(iter(figures.values())))
+        message = CompressedImage(format="png", data=png)
         message.header.stamp = stamp
         self._figure_topic.publish(message)
         if self._result_topic is not None and self._exhibit.image is not None:

@@ -70,7 +70,7 @@ def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
         for one in lags
     ]  # fmt: skip
     return {
-        "toss_map": maps_figure(lag, angle, tosses, study.extremes(), study.ridge()),
+        "toss_map": maps_figure(lag, angle, tosses, study.extremes, study.ridge()),
         "trajectories": trajectories_figure(runs, [toss_title(one, at) for one in lags]),
     }
 

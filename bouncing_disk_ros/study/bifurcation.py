@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -133,7 +134,7 @@ class Bifurcation(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add the period doublings between the ends of the axis, where it is Γ or ε."""
-        points = self.doublings()
+        points = self.doublings
         values = [point.value for point in points]
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
         return result.assign(
@@ -144,6 +145,7 @@ class Bifurcation(Study):
             }
         )
 
+    @cached_property
     def doublings(self) -> list[Doubling]:
         """Period doublings of the period-1 orbit, by continuation, not read off the diagram."""
         count = int(self.parameters["doublings"])

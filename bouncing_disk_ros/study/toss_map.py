@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -91,12 +92,13 @@ class TossMap(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add the extremal points, found by refinement on the exact function."""
-        best = self.extremes()
+        best = self.extremes
         return result.assign(
             {f"extreme_{name}": ("extreme", [getattr(e, name) for e in best])
              for name in Extreme._fields}
         )  # fmt: skip
 
+    @cached_property
     def extremes(self) -> list[Extreme]:
         """The largest airborne speed, speed ratio and efficiency over all θ and φ_L."""
         given = self.parameters

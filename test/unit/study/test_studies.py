@@ -133,7 +133,7 @@ def test_doublings_along_the_restitution_are_found_from_any_begin(begin: float) 
     study = named("bifurcation", along="restitution", axial_forcing=0.5, begin=begin, end=0.6,
                   doublings=1, initial_velocity=-1.0)  # fmt: skip
     assert isinstance(study, bifurcation_module.Bifurcation)
-    (point,) = study.doublings()
+    (point,) = study.doublings
     # Γ₁(ε) = Γ in closed form (paper: 0.486 at ε = 0.5)
     e = point.value
     first = ((1.0 - e) / (1.0 + e)) ** 2 + (2.0 * (1.0 + e * e) / (math.pi * (1.0 + e) ** 2)) ** 2
@@ -143,4 +143,4 @@ def test_doublings_along_the_restitution_are_found_from_any_begin(begin: float) 
 def test_doublings_below_the_axis_are_no_matter() -> None:
     study = named("bifurcation", begin=0.5, end=0.6)
     assert isinstance(study, bifurcation_module.Bifurcation)
-    assert study.doublings() == []
+    assert study.doublings == []
