@@ -82,7 +82,11 @@ setup(
             "types-PyYAML",
         ],
         "cluster": ["distributed"],  # studies on many machines
-        "bench": ["heyoka"],
+        # what `make bench` measures beside this package; without them it skips their rows by name
+        "bench": [
+            "heyoka",  # Taylor integration with events
+            "jax",  # the algorithm of the lanes on arrays, compiled for them
+        ],
         "interop": ["cyclonedds", "rerun-sdk"],
     },
     entry_points={

@@ -30,7 +30,7 @@ INGREDIENTS = ("constraints.txt", "setup.py")
 PARTS = {
     "run": (("ros",), 210, 880),
     "test": (("test", "ci"), 75, 300),
-    "bench": (("bench",), 105, 240),
+    "bench": (("bench",), 195, 620),
     "interop": (("interop",), 235, 710),
 }
 #: what a make target asks for -> the parts that it needs
