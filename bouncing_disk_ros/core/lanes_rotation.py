@@ -45,15 +45,15 @@ from bouncing_disk_ros.core.lanes_flight import land, launch, look
 TURNED, TIME = 0, 1
 """Columns of the sums: angle turned in units of Φ, and time in rad; their ratio is the mean α̇."""
 
-_SPEED = (FIELDS + 0) * LANES  # α̇ before the last impact
+DISK_SPEED = (FIELDS + 0) * LANES  # α̇ before the last impact
 _LAG_SINE = (FIELDS + 1) * LANES
 _LAG_COSINE = (FIELDS + 2) * LANES
 _GRIP = (FIELDS + 3) * LANES  # (1 + ε)/Γ_T
-_TURNED = (FIELDS + 4) * LANES
-_TIME = (FIELDS + 5) * LANES
+TURNED_SUM = (FIELDS + 4) * LANES
+TIME_SUM = (FIELDS + 5) * LANES
 _LAG = (FIELDS + 6) * LANES
 _ANGULAR = (FIELDS + 7) * LANES  # Γ_T
-_FIELDS = FIELDS + 8
+ROTATION_FIELDS = FIELDS + 8
 
 _FLOATS = types.float64[::1]
 
@@ -61,16 +61,17 @@ speed_after = lane(impact.speed_after)
 
 
 @lane
-def _rotate(z: Any) -> None:
+def rotate(z: Any) -> None:
     """The impact that a flight began with, on the lanes whose flight ends; before `land`."""
     for i in range(LANES):
         landed = z[LANDED + i] > 0.0
-        before, turned, time, d = z[_SPEED + i], z[_TURNED + i], z[_TIME + i], z[DELAY + i]
+        before, d = z[DISK_SPEED + i], z[DELAY + i]
+        turned, time = z[TURNED_SUM + i], z[TIME_SUM + i]
         spin = z[COSINE + i] * z[_LAG_COSINE + i] - z[SINE + i] * z[_LAG_SINE + i]
         speed = speed_after(before, spin, z[_GRIP + i] * -z[W + i])
-        z[_SPEED + i] = speed if landed else before
-        z[_TURNED + i] = turned + speed * d if landed else turned
-        z[_TIME + i] = time + d if landed else time
+        z[DISK_SPEED + i] = speed if landed else before
+        z[TURNED_SUM + i] = turned + speed * d if landed else turned
+        z[TIME_SUM + i] = time + d if landed else time
 
 
 @kernel
@@ -85,48 +86,57 @@ def _collision(
 
 
 @lane
-def _step(z: Any, i: int, counts: Any) -> None:
-    """One impact by the scalar map, for a lane that has impacts left."""
-    job = int(z[JOB + i])
-    if job < 0 or z[LEFT + i] <= 0.0:
-        return
+def collide(z: Any, i: int) -> tuple[int, float, float]:
+    """One impact of a lane by the scalar map: kind, delay, angle turned; LEFT = 0 at rest."""
     kind, tau, w, speed, delay, turned = _collision(
         z[TAU + i],
         z[W + i],
-        z[_SPEED + i],
+        z[DISK_SPEED + i],
         (z[FORCING + i], z[_LAG + i]),
         (z[RESTITUTION + i], z[_ANGULAR + i]),
     )
     place(z, i, tau, w)
     z[LEFT + i] -= 1.0
-    z[_SPEED + i] = speed
+    z[DISK_SPEED + i] = speed
+    if kind == MAP_REST:
+        z[LEFT + i] = 0.0
+    else:
+        z[TURNED_SUM + i] += turned
+        z[TIME_SUM + i] += delay
+    return kind, delay, turned
+
+
+@lane
+def _step(z: Any, i: int, counts: Any) -> None:
+    """One impact by the scalar map, for a lane that has impacts left."""
+    job = int(z[JOB + i])
+    if job < 0 or z[LEFT + i] <= 0.0:
+        return
+    kind, _, _ = collide(z, i)
     if kind == MAP_REST:
         counts[job, RESTS] += 1
-        z[LEFT + i] = 0.0
-        return
-    z[_TURNED + i] += turned
-    z[_TIME + i] += delay
-    if kind == MAP_CONTACT:
+    elif kind == MAP_CONTACT:
         counts[job, CONTACTS] += 1
 
 
 @lane
-def _start(z: Any, i: int, speed: float, phase_lag: float, angular_forcing: float) -> None:
-    z[_SPEED + i] = speed
+def start_rotation(z: Any, i: int, speed: float, phase_lag: float, angular_forcing: float) -> None:
+    """Give the lane of a new trajectory its speed and what turns it; no sums yet."""
+    z[DISK_SPEED + i] = speed
     z[_LAG + i] = phase_lag
     z[_LAG_SINE + i], z[_LAG_COSINE + i] = sincos(phase_lag)
     z[_ANGULAR + i] = angular_forcing
     z[_GRIP + i] = (1.0 + z[RESTITUTION + i]) / angular_forcing
-    z[_TURNED + i] = 0.0
-    z[_TIME + i] = 0.0
+    z[TURNED_SUM + i] = 0.0
+    z[TIME_SUM + i] = 0.0
 
 
 @lane
 def _finish(z: Any, i: int, tau: Any, w: Any, speed: Any, sums: Any) -> None:
     job = int(z[JOB + i])
-    tau[job], w[job], speed[job] = z[TAU + i], z[W + i], z[_SPEED + i]
-    sums[job, TURNED] += z[_TURNED + i]
-    sums[job, TIME] += z[_TIME + i]
+    tau[job], w[job], speed[job] = z[TAU + i], z[W + i], z[DISK_SPEED + i]
+    sums[job, TURNED] += z[TURNED_SUM + i]
+    sums[job, TIME] += z[TIME_SUM + i]
 
 
 @lane_entry(types.void(*[_FLOATS] * 8, types.int64, types.int64[:, ::1], types.float64[:, ::1]))
@@ -164,11 +174,11 @@ def _iterate(
                     continue
                 state = (tau[todo], w[todo], forcing[todo], restitution[todo])
                 enter(z, i, todo, float(impacts), state)
-                _start(z, i, speed[todo], phase_lag[todo], angular_forcing[todo])
+                start_rotation(z, i, speed[todo], phase_lag[todo], angular_forcing[todo])
                 todo += 1
         look(z, False)
         look(z, True)
-        _rotate(z)
+        rotate(z)
         land(z)
 
 
@@ -197,7 +207,7 @@ def iterate_rotation(
     def work(part: slice) -> None:
         states = (tau[part], w[part], speed[part], forcing[part], restitution[part])
         turning = (phase_lag[part], angular_forcing[part])
-        _iterate(scratch(_FIELDS), *states, *turning, impacts, counts[part], sums[part])
+        _iterate(scratch(ROTATION_FIELDS), *states, *turning, impacts, counts[part], sums[part])
 
     if impacts > 0:
         in_slices(work, len(tau), workers)

@@ -24,7 +24,22 @@ def flight_tangent(
 ) -> Tangent:
     """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
     s, c = sincos(tau)
-    sx, cx, se, ce = sincos_excess(d)
+    return turned_tangent(s, c, sincos_excess(d), w, d, w1, forcing, restitution)
+
+
+@kernel
+def turned_tangent(
+    s: float,
+    c: float,
+    turn: tuple[float, float, float, float],
+    w: float,
+    d: float,
+    w1: float,
+    forcing: float,
+    restitution: float,
+) -> Tangent:
+    """`flight_tangent` where sin τ, cos τ and `sincos_excess` of d are known."""
+    sx, cx, se, ce = turn
     bend = forcing * (s * cx + c * sx) - GRAVITY  # h''(d)
     d_tau = forcing * (c * ce - s * se) / w1
     d_u = -d / w1
