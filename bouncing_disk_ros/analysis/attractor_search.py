@@ -16,11 +16,13 @@ from bouncing_disk_ros.analysis.attractors import (
     Floats,
     distance,
     same,
+    separation,
 )
 from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, MAP_REST, TAU, W, axial_orbit
+from bouncing_disk_ros.core.lanes_axial import iterate
 from bouncing_disk_ros.errors import InputError
 
 LONGEST = 64
@@ -49,12 +51,35 @@ def find_attractors(
     """
     search = _Search(forcing, restitution)
     after_contact = search.contact()
-    for tau, w in starts:
-        search.follow(tau, w)
+    settled = _without_contact(forcing, restitution, starts)
+    while len(settled):
+        place = search.follow(float(settled[0, TAU]), float(settled[0, W]))
+        settled = settled[1:]
+        if place >= 0:
+            settled = _not_on(search.found[place], settled)
     order = sorted(range(len(search.found)), key=lambda i: _rank(search.found[i]))
     found = tuple(search.found[i] for i in order)
     after = order.index(after_contact) if after_contact >= 0 else -1
     return Attractors(found, after, search.unresolved)
+
+
+def _without_contact(
+    forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
+) -> Floats:
+    """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
+    tau, w = np.array(starts, float).reshape(-1, 2).T.copy()
+    counts = np.zeros((len(tau), 2), np.int64)
+    platform = (np.full(len(tau), forcing), np.full(len(tau), restitution))
+    iterate(tau, w, *platform, SETTLING, counts)
+    return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
+
+
+def _not_on(attractor: Attractor, states: Floats) -> Floats:
+    """Those of the states that are not at a point of a periodic attractor; else all."""
+    if attractor.kind is AttractorKind.PERIODIC:
+        for tau, w in zip(attractor.forcing_phases, attractor.velocities, strict=True):
+            states = states[separation(states, np.array([[tau, w]])) >= SAME]
+    return states
 
 
 def _rank(attractor: Attractor) -> tuple[int, int, int, float]:
@@ -86,9 +111,13 @@ class _Search:
         return place
 
     def follow(self, tau: float, w: float, *, from_contact: bool = False) -> int:
-        """Iterate until it is clear where the orbit ends; its place in `found`, or −1."""
+        """Iterate until it is clear where the orbit ends; its place in `found`, or −1.
+
+        The start is settled: SETTLING impacts old, without contact; or it is the one from contact.
+        """
         gathered = [np.array([[tau, w, 0.0, MAP_IMPACT]])]
-        done, impacts = 0, SETTLING
+        # a settled orbit shows its period at once; chaos is known by more impacts
+        done, impacts = 0, SETTLING if from_contact else 2 * LONGEST
         while done < PATIENCE:
             last = gathered[-1][-1]
             rows = self._orbit(float(last[TAU]), float(last[W]), impacts)
@@ -99,12 +128,12 @@ class _Search:
             if len(contacts):
                 return self._chattering(np.concatenate(gathered), done + 1 + int(contacts[0]))
             place = self._periodic(rows)
-            if place < 0:
+            if place < 0 and impacts >= SETTLING:
                 place = self._known_chaos(rows)
             if place >= 0:
                 return place
             done += impacts
-            impacts = min(3 * done, PATIENCE - done)
+            impacts = min(max(SETTLING, 3 * done), PATIENCE - done)
         return self._chaotic(rows)
 
     def _orbit(self, tau: float, w: float, impacts: int) -> Floats:

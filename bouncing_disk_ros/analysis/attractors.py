@@ -62,10 +62,15 @@ class Attractors(NamedTuple):
     unresolved: int  # starts whose end was not understood
 
 
-def distance(first: Floats, second: Floats) -> float:
-    """Largest difference of τ (the short way round) and w of two pieces of orbits."""
+def separation(first: Floats, second: Floats) -> Floats:
+    """Largest difference of τ (the short way round) and w of each state (n, 2) and its partner."""
     phase = np.abs(np.mod(first[:, 0] - second[:, 0] + math.pi, math.tau) - math.pi)
-    return float(max(np.max(phase), np.max(np.abs(first[:, 1] - second[:, 1]))))
+    return np.maximum(phase, np.abs(first[:, 1] - second[:, 1]))
+
+
+def distance(first: Floats, second: Floats) -> float:
+    """Largest `separation` along two pieces of orbits of one length."""
+    return float(np.max(separation(first, second)))
 
 
 def same(first: Attractor, second: Attractor) -> bool:

@@ -42,18 +42,15 @@ class PowerLaw(NamedTuple):
 
 def basin_entropy(labels: Labels, size: int = 5) -> BasinEntropy:
     """Entropy of the labels within squares of `size` pixels; what is left at the edges is cut."""
-    blocks = _blocks(_checked(labels, size), size)
-    total = len(blocks)
-    entropy = np.zeros(total)
-    mixed = blocks.min(axis=1) != blocks.max(axis=1)
-    part = blocks[mixed]
+    squares = _squares(narrow(_checked(labels, size)), size)
+    mixed = _by_square(np.minimum, squares) != _by_square(np.maximum, squares)
+    part = squares.transpose(0, 2, 1, 3)[mixed].reshape(-1, size * size)
     sums = np.zeros(len(part))
     for label in np.unique(part):
         p = np.mean(part == label, axis=1)
         sums -= np.where(p > 0.0, p * np.log(np.where(p > 0.0, p, 1.0)), 0.0)
-    entropy[mixed] = sums
     boundary = float(sums.mean()) if len(sums) else math.nan
-    return BasinEntropy(float(entropy.mean()), boundary, total, int(mixed.sum()))
+    return BasinEntropy(float(sums.sum()) / mixed.size, boundary, mixed.size, len(part))
 
 
 def uncertainty_exponent(
@@ -69,18 +66,22 @@ def uncertainty_exponent(
     sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
     _checked(labels, int(sizes.max()))
     edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
-    ring = np.pad(labels, ((0, 0), (edge, edge)), "wrap") if periodic else labels
+    ring = narrow(labels)
+    if periodic:
+        ring = np.pad(ring, ((0, 0), (edge, edge)), "wrap")
     height, width = ring.shape
     middle = ring[edge : height - edge, edge : width - edge]
     shares = []
+    differs, apart = np.empty(middle.shape, bool), np.empty(middle.shape, bool)
     for d in (int(size) for size in sizes):
-        differs = np.zeros(middle.shape, bool)
+        differs[:] = False
         for shift in (-d, d):
             down = slice(edge + shift, height - edge + shift)
             along = slice(edge + shift, width - edge + shift)
-            differs |= ring[down, edge : width - edge] != middle
-            differs |= ring[edge : height - edge, along] != middle
-        shares.append(differs.mean())
+            for other in (ring[down, edge : width - edge], ring[edge : height - edge, along]):
+                np.not_equal(other, middle, out=apart)
+                differs |= apart
+        shares.append(np.count_nonzero(differs) / differs.size)
     return _power_law(sizes, np.array(shares))
 
 
@@ -90,7 +91,7 @@ def box_dimension(labels: Labels, sizes: Sequence[int] = ()) -> PowerLaw:
     The boundary is taken as the corners at which four pixels with different labels meet. The
     exponent given is D itself: 1 for a smooth line. nan: no boundary.
     """
-    _checked(labels, 1)
+    labels = narrow(_checked(labels, 1))
     first = labels[:-1, :-1]
     met = labels[1:, :-1] != first
     for corner in (labels[:-1, 1:], labels[1:, 1:]):
@@ -98,7 +99,7 @@ def box_dimension(labels: Labels, sizes: Sequence[int] = ()) -> PowerLaw:
     chosen = np.array(sizes or _sizes(met.shape), np.int64)
     counts = []
     for size in (int(value) for value in chosen):
-        share = np.mean(_blocks(met, size).any(axis=1))
+        share = np.mean(_by_square(np.logical_or, _squares(met, size)))
         counts.append(share * met.size / size**2)  # of the whole map, its cut edges included
     law = _power_law(chosen, np.array(counts))
     return law._replace(exponent=-law.exponent)
@@ -117,11 +118,27 @@ def _sizes(shape: tuple[int, ...]) -> list[int]:
     return [2**k for k in range(int(math.log2(largest)) + 1)]
 
 
-def _blocks(labels: NDArray[Any], size: int) -> NDArray[Any]:
-    """The squares of a map as rows: (number of squares, size²)."""
+def narrow(labels: Labels) -> Labels:
+    """The labels in the smallest type that holds them: less memory to go through."""
+    low, high = int(labels.min()), int(labels.max())
+    return labels.astype(np.result_type(np.min_scalar_type(low), np.min_scalar_type(high)))
+
+
+def _squares(labels: NDArray[Any], size: int) -> NDArray[Any]:
+    """A map cut into squares: (rows of squares, size, columns of squares, size)."""
     rows, columns = (length // size for length in labels.shape)
-    cut = labels[: rows * size, : columns * size].reshape(rows, size, columns, size)
-    return np.ascontiguousarray(cut.transpose(0, 2, 1, 3)).reshape(rows * columns, size * size)
+    return labels[: rows * size, : columns * size].reshape(rows, size, columns, size)
+
+
+def _by_square(function: np.ufunc, squares: NDArray[Any]) -> NDArray[Any]:
+    """Reduce each square: rows, then columns, turned to lie in rows, for numpy is fast on these."""
+    rows, size, columns, _ = squares.shape
+    if size == 1:
+        return squares.reshape(rows, columns)
+    reduced = function.reduce(squares, axis=1).reshape(rows, columns * size)
+    turned = np.ascontiguousarray(reduced.T).reshape(columns, size, rows)
+    found: NDArray[Any] = function.reduce(turned, axis=1).T
+    return found
 
 
 def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLaw:

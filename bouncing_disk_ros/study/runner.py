@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.study.claim import claimed
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
+from bouncing_disk_ros.study.pipeline import Pipeline
 from bouncing_disk_ros.study.store import Store, open_result
-
-AHEAD = 2
-"""Regions given out for each worker: one at work, one waiting, so that memory stays bounded."""
-LOOK_SECONDS = 0.2
-"""How often a run that waits for results looks whether it is to stop."""
 
 
 class Progress(NamedTuple):
@@ -48,42 +44,44 @@ def run(
     `workers` threads compute (the kernels release the GIL); with `scheduler` (tcp://host:port) the
     workers of that Dask cluster do. Returns the whole result, or None when `stopped` said so: then
     the store holds every finished region, and the same call goes on from there.
-    Raises InputError for a path that holds something else or cannot be written, or a scheduler
-    that does not answer; OSError for a disk or a cluster that fails in mid-work.
+    Raises InputError for a path that holds something else, is at work in another run or cannot be
+    written, or a scheduler that does not answer; OSError for a disk or a cluster that fails in
+    mid-work.
     """
     if study.sequential and scheduler:
         hint = "Each part starts from the one before: this study computes in order, here."
         raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
-    store = Store(Path(path), study)
-    regions = list(study.regions())
-    resumed = store.regions_done
-    on_progress(Progress(resumed, len(regions), resumed))
-    missing = iter([region for region in regions if not store.is_done(region)])
-    context = store.context()
-    if study.sequential:
-        finished = _in_order(study, store, context, regions, stopped)
-        _keep(finished, store, on_progress, len(regions))
-    else:
-        with executor_of(workers, scheduler) as (executor, count):
-            finished = _side_by_side(study, context, missing, executor, count, stopped)
-            _keep(finished, store, on_progress, len(regions))
+    with claimed(Path(path)):
+        store = Store(Path(path), study)
+        regions = list(study.regions())
+        resumed = store.regions_done
+        on_progress(Progress(resumed, len(regions), resumed))
+        missing = iter([region for region in regions if not store.is_done(region)])
+        context = store.context()
+        if study.sequential:
+            stored = _in_order(study, store, context, regions, stopped)
+            _keep(stored, store, on_progress, len(regions))
+        else:
+            with executor_of(workers, scheduler) as (executor, count):
+                pipeline = Pipeline(study, store, context, executor, count)
+                stored = _side_by_side(pipeline, missing, stopped)
+                _keep(stored, store, on_progress, len(regions))
     return study.finish(open_result(path), context) if store.regions_done == len(regions) else None
 
 
 def _keep(
-    finished: Iterator[tuple[Region, Arrays]], store: Store,
-    on_progress: Callable[[Progress], None], total: int,
-) -> None:  # fmt: skip
-    """Store what comes."""
+    finished: Iterable[Region], store: Store, on_progress: Callable[[Progress], None], total: int
+) -> None:
+    """Mark what is in the store."""
     resumed = store.regions_done
-    for region, arrays in finished:
-        store.write(region, arrays)
+    for region in finished:
+        store.mark(region)
         on_progress(Progress(store.regions_done, total, resumed))
 
 
 def _in_order(
     study: Study, store: Store, context: Arrays, regions: list[Region], stopped: Callable[[], bool]
-) -> Iterator[tuple[Region, Arrays]]:
+) -> Iterator[Region]:
     """Each region from the one before it; those already in the store are read where needed."""
     before: Arrays | None = None
     for place, region in enumerate(regions):
@@ -94,31 +92,25 @@ def _in_order(
         if before is None and place:
             before = store.read(regions[place - 1])
         before = study.compute(region, context, before)
-        yield region, before
+        store.put(region, before)
+        yield region
 
 
 def _side_by_side(
-    study: Study, context: Arrays, missing: Iterator[Region], executor: Executor, workers: int,
-    stopped: Callable[[], bool],
-) -> Iterator[tuple[Region, Arrays]]:  # fmt: skip
-    """Regions as they are finished; what is at work when it is to stop is waited for and kept."""
-    pending: dict[Future[Arrays], Region] = {}
-    try:
+    pipeline: Pipeline, missing: Iterator[Region], stopped: Callable[[], bool]
+) -> Iterator[Region]:
+    """Regions as they are stored; what is at work when it is to stop, or one fails, is kept."""
+    with pipeline.closing():
         while True:
-            for region in islice(missing, AHEAD * workers - len(pending)):
-                pending[executor.submit(study.compute, region, context, None)] = region
-            if not pending:
-                return
-            done, _ = wait(pending, LOOK_SECONDS, FIRST_COMPLETED)
-            for future in done:
-                yield pending.pop(future), future.result()
-            if stopped():
+            pipeline.give_out(missing)
+            if pipeline.empty:
+                break
+            yield from pipeline.collect()
+            if pipeline.error or stopped():
                 missing = iter(())
-                for future in [future for future in pending if future.cancel()]:
-                    del pending[future]
-    finally:
-        for future in pending:
-            future.cancel()
+                pipeline.withdraw()
+    if pipeline.error:
+        raise pipeline.error
 
 
 @contextmanager

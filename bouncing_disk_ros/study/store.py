@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 import zarr
 from numpy.typing import NDArray
+from zarr.codecs import BloscCodec
 
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
@@ -20,6 +21,8 @@ from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
 FORMAT = 1
 DONE = "region_done"
 CONTEXT = "context"
+PACKED = BloscCodec(cname="lz4", clevel=5, shuffle="shuffle")
+"""Basins take less room so than by Zarr's default, and two thirds of the time."""
 _PACKAGE = "bouncing_disk_ros"
 
 
@@ -107,7 +110,7 @@ class Store:
             attributes["flag_meanings"] = " ".join(field.flags.values())
         return group.create_array(
             name, shape=shape, chunks=chunks, dtype=field.dtype, fill_value=fill,
-            dimension_names=field.dims, attributes=attributes,
+            dimension_names=field.dims, attributes=attributes, compressors=PACKED,
         )  # fmt: skip
 
     def is_done(self, region: Region) -> bool:
@@ -119,10 +122,13 @@ class Store:
         """How many regions are in the store."""
         return int(self._done.sum())
 
-    def write(self, region: Region, arrays: Arrays) -> None:
-        """Put a region into the store, then mark it."""
+    def put(self, region: Region, arrays: Arrays) -> None:
+        """Put a region into the store, on any thread; it counts when it is marked."""
         for name, field in self._study.fields.items():
             self._group[name][region.select(field.dims)] = arrays[name]
+
+    def mark(self, region: Region) -> None:
+        """Mark a region that is in the store as done."""
         self._group[DONE][region.number] = 1
         self._done[region.number] = 1
 

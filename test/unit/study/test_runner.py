@@ -84,6 +84,24 @@ def test_store_of_other_parameters_is_refused_with_the_difference(tmp_path: Path
         run(Sums(VALUES), tmp_path / "r.zarr")
 
 
+def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
+    """While one run is at work; neither its end nor the refusal leaves a trace."""
+    path = tmp_path / "r.zarr"
+
+    def again(_: Progress) -> None:
+        with pytest.raises(InputError, match="a result that no other run is writing"):
+            run(Products(VALUES), path)
+
+    whole(run(Products(VALUES), path, on_progress=again))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["r.zarr"]
+
+
+def test_run_goes_on_where_one_was_killed(tmp_path: Path) -> None:
+    """The lock of a dead process is void, though its file is still there."""
+    (tmp_path / ".r.zarr.lock").touch()
+    whole(run(Products(VALUES), tmp_path / "r.zarr"))
+
+
 def test_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")

@@ -1,0 +1,13 @@
+"""The basin study that is measured."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.nodes.basins import OPTIONS
+from bouncing_disk_ros.nodes.study_options import COMMON
+from bouncing_disk_ros.study.basins import Basins
+
+
+def basins(side: int, forcing: float = 0.45) -> Basins:
+    """The study of a square map, all else by default."""
+    values = {name: spec.default for name, spec in OPTIONS.items() if name not in COMMON}
+    return Basins({**values, "width": side, "height": side, "axial_forcing": forcing})
