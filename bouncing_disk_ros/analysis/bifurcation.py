@@ -24,7 +24,7 @@ from bouncing_disk_ros.core.attractor import (
     MEASURED,
     attractor,
 )
-from bouncing_disk_ros.core.axial_map import KIND, TAU, W
+from bouncing_disk_ros.core.axial_map import KIND, MAP_CONTACT, TAU, W
 from bouncing_disk_ros.core.collision_map import SPEED, TURNED
 from bouncing_disk_ros.errors import InputError, closest
 
@@ -32,6 +32,8 @@ AXES = ("forcing", "restitution", "phase_lag", "angular_forcing")
 """The parameters that a diagram can run along: the fields of NextCollisionMap."""
 SETTLING, MEASURED_IMPACTS, KEPT = 1000, 2000, 300
 _BESIDE = 1e-6
+LEAST_TOGETHER, ROWS_TOGETHER = 1024, 1_000_000
+"""So many trajectories, or so many kept impacts of theirs, are in work space at a time."""
 STATE = 5
 """Numbers in the state of a branch: τ, w_A, α̇ and the vector that shows how changes grow."""
 
@@ -97,9 +99,14 @@ def follow(
     _check_counts(settling, measured, kept)
     state = begin(sections[0]) if before is None else np.array(before, dtype=float)
     branch = _empty(values, len(state), kept)
+    rows = np.empty((len(state), kept, TURNED + 1))
+    results = np.empty((len(state), MEASURED + 1))
     for i, here in enumerate(sections):
-        for j in range(len(state)):
-            _measure(here, state[j], settling, measured, branch, i, j)
+        parameters = [float(getattr(here, name)) for name in AXES]
+        for one in zip(state, rows, results, strict=True):
+            if not attractor(one[0], *parameters, settling, measured, *one[1:]):
+                one[1].fill(math.nan)
+        _fill(branch, slice(i * len(state), (i + 1) * len(state)), rows, results, state)
     return branch
 
 
@@ -112,14 +119,33 @@ def from_starts(
     settling: int = SETTLING,
     measured: int = MEASURED_IMPACTS,
     kept: int = KEPT,
+    workers: int = 1,
 ) -> Branch:
-    """The attractors that the same starts reach at each value; arguments as in `follow`."""
+    """The attractors that the same starts reach at each value; arguments as in `follow`.
+
+    All trajectories are carried together in lanes, on so many threads (`core.lanes_attractor`): a
+    trajectory has the same bits with any other values and starts and any `workers`, but roundings
+    other than those of `follow`. In chaos these grow: such trajectories agree in their means alone,
+    as well as impacts measured tell them.
+    """
+    from bouncing_disk_ros.core.lanes_attractor import attractors  # loads kernels
+
     sections = sections_along(section, axis, values)
     _check_counts(settling, measured, kept)
+    if not starts:
+        raise InputError("starts", "none", "at least one start")
+    states = np.concatenate([begin(here, start) for here in sections for start in starts])
+    fixed = [[float(getattr(here, name)) for name in AXES] for here in sections]
+    parameters = np.repeat(np.array(fixed), len(starts), axis=0)
     branch = _empty(values, len(starts), kept)
-    for i, here in enumerate(sections):
-        for j, start in enumerate(starts):
-            _measure(here, begin(here, start)[0], settling, measured, branch, i, j)
+    size = max(LEAST_TOGETHER, ROWS_TOGETHER // kept)
+    for first in range(0, len(states), size):
+        part = slice(first, first + size)
+        rows = np.empty((len(states[part]), kept, TURNED + 1))
+        results = np.empty((len(rows), MEASURED + 1))
+        given = (parameters[part], settling, measured)
+        attractors(states[part], *given, rows, results, workers=workers)
+        _fill(branch, part, rows, results, states[part])
     return branch
 
 
@@ -159,26 +185,19 @@ def _empty(values: Array, starts: int, kept: int) -> Branch:
     )
 
 
-def _measure(
-    section: NextCollisionMap,
-    state: Array,
-    settling: int,
-    measured: int,
-    branch: Branch,
-    i: int,
-    j: int,
-) -> None:
-    """Fill one place of a branch; `state` becomes the last one."""
-    rows = np.zeros((branch.forcing_phase.shape[2], TURNED + 1))
-    results = np.zeros(MEASURED + 1)
-    parameters = (float(getattr(section, axis)) for axis in AXES)
-    if attractor(state, *parameters, settling, measured, rows, results):
-        branch.forcing_phase[i, j] = rows[:, TAU]
-        branch.axial_impact_velocity[i, j] = rows[:, W]
-        branch.angular_velocity[i, j] = rows[:, SPEED]
-        branch.contact[i, j] = rows[:, KIND] != 0.0
-        branch.mean_speed[i, j] = results[MEAN_PER_TIME]
-        branch.mean_speed_per_impact[i, j] = results[MEAN_PER_IMPACT]
-        branch.lyapunov_exponent[i, j] = results[LYAPUNOV]
-        branch.contacts[i, j] = results[CONTACTS] / results[MEASURED]
-    branch.ends[i, j] = state
+def _fill(branch: Branch, part: slice, rows: Array, results: Array, states: Array) -> None:
+    """Write trajectories into a branch; `part`: their places, those of a value in a row."""
+
+    def put(name: str, found: NDArray[np.generic]) -> None:
+        whole = getattr(branch, name)
+        whole.reshape(-1, *whole.shape[2:])[part] = found
+
+    put("forcing_phase", rows[..., TAU])
+    put("axial_impact_velocity", rows[..., W])
+    put("angular_velocity", rows[..., SPEED])
+    put("contact", rows[..., KIND] == MAP_CONTACT)
+    put("mean_speed", results[:, MEAN_PER_TIME])
+    put("mean_speed_per_impact", results[:, MEAN_PER_IMPACT])
+    put("lyapunov_exponent", results[:, LYAPUNOV])
+    put("contacts", results[:, CONTACTS] / results[:, MEASURED])
+    put("ends", states)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bench.axial import REGIMES, RESTITUTION, Regime
 from bench.c_reference import CLanes, CReference
+from bench.lyapunov import lyapunov_runs
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
 from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
@@ -221,13 +222,22 @@ def _toss(folder: Path) -> list[Row]:
     return rows
 
 
+def _lyapunov(regime: Regime) -> list[Row]:
+    """Settled, measured with the exponent, the last impacts kept."""
+    times = interleaved(lyapunov_runs(regime), ROUNDS)
+    where = f"Γ = {regime.forcing} ({regime.name})"
+    rows = [row(PART, f"Lyapunov, {k}, {where}", "ns an impact", list(t)) for k, t in times.items()]
+    values = list(times["lanes"] / times["scalar"])
+    return [*rows, row(PART, f"Lyapunov, lanes / scalar, {where}", "×", values, Aim(0.1))]
+
+
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
     """The rows of this part, and the names of peers that were skipped."""
     rows: list[Row] = []
     skipped: set[str] = set()
     for regime in REGIMES:
         more, notes = _trajectories(regime, folder)
-        rows += more
+        rows += more + _lyapunov(regime)
         skipped |= set(notes)
     for forcing in (0.45, 0.55):
         rows += _basin(forcing, folder)

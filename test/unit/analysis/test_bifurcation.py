@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.analysis import bifurcation
 from bouncing_disk_ros.analysis.bifurcation import AXES, Branch, begin, follow, from_starts
 from bouncing_disk_ros.analysis.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.period_one import stability_limit
@@ -119,7 +121,40 @@ def test_several_starts_at_each_value() -> None:
     alone = follow(
         PAPER, "forcing", np.array([0.34]), begin(PAPER, starts[0]), measured=500, kept=7
     )
-    np.testing.assert_array_equal(alone.forcing_phase[0, 0], branch.forcing_phase[1, 0])
+    np.testing.assert_allclose(
+        alone.forcing_phase[0, 0], branch.forcing_phase[1, 0], rtol=0, atol=1e-11
+    )
+
+
+def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside `follow` from each of them; in pieces and on threads to the bit."""
+    starts = [MapState(0.3 * k, -0.2 * k, 0.1 * k) for k in range(1, 12)]
+    values, section = np.array([0.3, 0.4, 0.45, 0.5]), NextCollisionMap(0.335, 0.5, -0.4, 30.0)
+    counts = {"settling": 3000, "measured": 64, "kept": 20}
+    whole = from_starts(section, "forcing", values, starts, **counts)
+    monkeypatch.setattr(bifurcation, "LEAST_TOGETHER", 5)
+    monkeypatch.setattr(bifurcation, "ROWS_TOGETHER", 1)
+    pieces = from_starts(section, "forcing", values, starts, **counts, workers=2)
+    for one, other in zip(whole, pieces, strict=True):
+        assert one.tobytes() == other.tobytes()
+    for i, value in enumerate(values):
+        here = np.array([value])
+        for j, start in enumerate(starts):
+            state = begin(replace(section, forcing=float(value)), start)
+            alone = follow(section, "forcing", here, state, **counts)
+            # none of these attractors is chaotic: a rounding has died out, of speeds at the rate
+            # 1/Γ_T an impact
+            for name in ("forcing_phase", "axial_impact_velocity", "angular_velocity",
+                         "mean_speed", "mean_speed_per_impact", "contacts"):  # fmt: skip
+                np.testing.assert_allclose(
+                    getattr(whole, name)[i, j], getattr(alone, name)[0, 0], rtol=0, atol=1e-9
+                )
+            assert (whole.contact[i, j] == alone.contact[0, 0]).all()
+            exponent = alone.lyapunov_exponent[0, 0]
+            np.testing.assert_allclose(whole.lyapunov_exponent[i, j], exponent, atol=1e-9)
+    assert not whole.contact[0].any()  # at rest
+    assert np.isnan(whole.contacts[0]).all()
+    assert whole.contact[1].any()
 
 
 def test_from_rest_the_way_up_goes_on() -> None:
@@ -159,3 +194,5 @@ def test_faults_are_said() -> None:
         follow(PAPER, "forcing", VALUES, settling=-1)
     with pytest.raises(InputError, match=r"forcing: got 0\.3, allowed: at least"):
         follow(PAPER, "forcing", np.array([0.3]))
+    with pytest.raises(InputError, match="starts: got 'none'"):
+        from_starts(PAPER, "forcing", VALUES, [])
