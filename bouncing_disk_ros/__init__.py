@@ -4,7 +4,7 @@ The rooms, from the top; imports point down only:
 
 | room | what it holds | may import |
 |---|---|---|
-| `nodes` | the executables: wiring only | all below |
+| `nodes` | the executables: wiring only; a room for each kind | all below |
 | `testing` | a pytest fixture with a stepped simulator, for tests of one's own | all below |
 | `ros` | the door between messages and numbers: conversions, QoS, parameters | `run`, `core` |
 | `plots` | results in, figures out | `analysis`, `core` |
@@ -29,7 +29,7 @@ from bouncing_disk_ros.environment import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
-    from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
     from bouncing_disk_ros.ros.conversions import impacts_from_msg
     from bouncing_disk_ros.run.simulate import simulate
 
@@ -38,7 +38,7 @@ __all__ = ["Simulation", "SimulatorNode", "__version__", "impacts_from_msg", "si
 #: public name -> the module that has it
 _HOMES = {
     "Simulation": "bouncing_disk_ros.core.simulation",
-    "SimulatorNode": "bouncing_disk_ros.nodes.simulator_node",
+    "SimulatorNode": "bouncing_disk_ros.nodes.simulator.node",
     "impacts_from_msg": "bouncing_disk_ros.ros.conversions",
     "simulate": "bouncing_disk_ros.run.simulate",
 }

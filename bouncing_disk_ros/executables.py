@@ -6,24 +6,42 @@ Read by `setup.py` (which may import nothing of the package, so this file import
 
 from __future__ import annotations
 
-#: name of the executable -> what it does, in one line
-EXECUTABLES: dict[str, str] = {
-    "simulator": "simulate the disk in real time: platform commands in, disk state and impacts out",
-    "perform": "publish a programme of platform motions on the command topic",
-    "echo_impacts": "print the impacts of disk/impacts as readable rows",
-    "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
-    "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
-    "bag_recover": "make a whole bag of one that was cut off or damaged",
-    "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
-    "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
-    "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
-    "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
-    "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
-    "basin_shares": "shares of the basins over a parameter, with the best phase lag",
-    "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
+#: room in `nodes` -> name of the executable -> what it does, in one line
+ROOMS: dict[str, dict[str, str]] = {
+    "simulator": {
+        "simulator": "simulate the disk in real time: platform commands in, disk state and "
+        "impacts out",
+    },
+    "live": {
+        "perform": "publish a programme of platform motions on the command topic",
+        "echo_impacts": "print the impacts of disk/impacts as readable rows",
+    },
+    "recorder": {
+        "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
+    },
+    "replay": {
+        "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
+    },
+    "bags": {
+        "bag_recover": "make a whole bag of one that was cut off or damaged",
+        "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
+    },
+    "studies": {
+        "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
+        "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
+        "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
+        "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
+        "basin_shares": "shares of the basins over a parameter, with the best phase lag",
+    },
+    "demo": {
+        "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
+    },
 }
+#: name of the executable -> what it does, in one line
+EXECUTABLES = {name: summary for room in ROOMS.values() for name, summary in room.items()}
 
 
 def entry_point(name: str) -> str:
     """Return `module:function` of the executable called `name` (one of `EXECUTABLES`)."""
-    return f"bouncing_disk_ros.nodes.{name}:main"
+    room = next(room for room, names in ROOMS.items() if name in names)
+    return f"bouncing_disk_ros.nodes.{room}.{name}:main"

@@ -48,7 +48,7 @@ class SteppedSimulator:
         from rclpy.signals import SignalHandlerOptions
 
         from bouncing_disk_ros import environment
-        from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
 
         environment.prepare()
         self.context: Context = rclpy.Context()

@@ -20,14 +20,15 @@ import yaml
 from tqdm import tqdm
 
 from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.nodes.study_options import COMMON
+from bouncing_disk_ros.executables import entry_point
 from bouncing_disk_ros.study import run
+from bouncing_disk_ros.study_tables import COMMON
 from paper_figures import FIGURES, PaperFigure, page  # beside this file
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from bouncing_disk_ros.nodes.study_tool import StudyTool
+    from bouncing_disk_ros.nodes.studies.exhibit import StudyTool
     from bouncing_disk_ros.study import Progress
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,7 +50,7 @@ def tool_and_values(name: str) -> tuple[StudyTool, dict[str, object]]:
     """The study of a parameter file in config/ and its whole set of parameters, checked."""
     content = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text("utf-8"))
     ((key, section),) = content.items()
-    module = importlib.import_module(f"bouncing_disk_ros.nodes.{key.rsplit('/', 1)[-1]}")
+    module = importlib.import_module(entry_point(key.rsplit("/", 1)[-1]).split(":")[0])
     tool: StudyTool = module.TOOL
     given = section["ros__parameters"]
     for field in given:
@@ -77,7 +78,7 @@ def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
         )  # fmt: skip
     if result is not None:
         folder = ROOT / "docs" / "figures"
-        for name, picture in exhibit.pictures(result).items():
+        for name, picture in exhibit.pictures(study, result).items():
             picture.savefig(folder / f"{figure.name}_{name}.png", dpi=DPI)
             print(f"docs/figures/{figure.name}_{name}.png", flush=True)
     return result

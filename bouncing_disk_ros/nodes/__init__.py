@@ -1,1 +1,16 @@
-"""The executables: wiring only. Executable = module = default node name (but `bouncing_disk`)."""
+"""The executables: wiring only.
+
+An executable is the module of its name in its room (`executables.py` says which); the files beside
+it are its parts. Imports between the rooms point down only:
+
+| room | executables | may import |
+|---|---|---|
+| `demo` | `demo` | `replay`, `shared` |
+| `replay` | `replay` | `bags`, `shared` |
+| `studies` | `toss_paths`, `toss_map`, `bifurcation`, `basins`, `basin_shares` | `bags`, `shared` |
+| `bags` | `bag_report`, `bag_recover` | `shared` |
+| `recorder` | `recorder` | `shared` |
+| `live` | `perform`, `echo_impacts` | `shared` |
+| `simulator` | `simulator` | `shared` |
+| `shared` | what several rooms need | |
+"""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.nodes.basins import OPTIONS
-from bouncing_disk_ros.nodes.study_options import COMMON
+from bouncing_disk_ros.nodes.studies.basins import OPTIONS
 from bouncing_disk_ros.study.basins import Basins
+from bouncing_disk_ros.study_tables import COMMON
 
 
 def basins(side: int, forcing: float = 0.45) -> Basins:

@@ -117,11 +117,11 @@ def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path, shell: list[
 
 _INTERRUPTED = """
 import sys, time
-from bouncing_disk_ros.nodes import bag_report, bag_run
+from bouncing_disk_ros.nodes.bags import bag_report, run
 def slow(self):
     print("reading", flush=True)
     time.sleep(60)
     yield
-bag_run.BagRun.read = slow
+run.BagRun.read = slow
 sys.exit(bag_report.main())
 """

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.nodes.show_bag import make_room
+from bouncing_disk_ros.nodes.demo.bag import make_room
 from support.processes import Starter
 
 OWN_DOMAIN: dict[str, str | None] = dict.fromkeys(

@@ -14,7 +14,7 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.nodes import replay
+from bouncing_disk_ros.nodes.replay import replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg, kick_to_msg
 from bouncing_disk_ros.run.records import to_json
 from bouncing_disk_ros.run.rulings import KickRequest
@@ -314,7 +314,8 @@ def test_it_needs_no_ros_and_no_message_packages(run_1: Path) -> None:
     code = (
         "import sys\n"
         "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'matplotlib'): sys.modules[name] = None\n"
-        f"from bouncing_disk_ros.nodes import replay\nsys.exit(replay.main([{str(run_1)!r}]))"
+        "from bouncing_disk_ros.nodes.replay import replay\n"
+        f"sys.exit(replay.main([{str(run_1)!r}]))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr

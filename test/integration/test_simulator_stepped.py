@@ -12,7 +12,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator_node import SimulatorNode
+from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.conversions import time_to_ns
 from bouncing_disk_ros.run import inputs

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -36,12 +37,23 @@ MAY_IMPORT = {
     "plots": {"plots", "analysis", "core"} | TABLES,
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
-    "nodes": {"nodes", "ros", "bag", "plots", "study", "analysis", "run", "core"} | TABLES,
-    "testing": {"nodes", "ros", "run", "core"} | TABLES,
+    "nodes": set(),
+    "nodes.shared": {"ros", "analysis", "run", "core"} | TABLES,
+    "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
+    "nodes.live": {"nodes.live", "nodes.shared", "ros", "analysis", "run", "core"} | TABLES,
+    "nodes.recorder": {"nodes.recorder", "nodes.shared", "ros", "bag", "run"} | TABLES,
+    "nodes.bags": {"nodes.bags", "nodes.shared", "ros", "bag", "plots", "analysis"} | TABLES,
+    "nodes.replay": {"nodes.replay", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
+                     "analysis", "run"} | TABLES,
+    "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
+                      "study", "analysis", "core"} | TABLES,
+    "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",
+                   "analysis", "run", "core"} | TABLES,
+    "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
-    "__init__": {"environment", "core", "nodes", "ros", "run"},
+    "__init__": {"environment", "core", "nodes.simulator", "ros", "run"},
     "__main__": TABLES,
-}
+}  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
     "core": {"numpy", "numba"},
@@ -80,7 +92,14 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 
 def room(file: Path) -> str:
-    return file.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    """`core`, `errors`; in nodes, whose folders are rooms of their own, `nodes.bags`."""
+    return room_of(file.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def room_of(parts: Sequence[str]) -> str:
+    """The room of a module, by its name's parts below the package."""
+    named = [part for part in parts[:2] if part != "__init__"] if parts[0] == "nodes" else parts[:1]
+    return ".".join(named)
 
 
 def imports(file: Path) -> Iterator[str]:
@@ -105,16 +124,45 @@ def identify(file: Path) -> str:
 
 @pytest.mark.parametrize("file", FILES, ids=identify)
 def test_imports_point_down(file: Path) -> None:
-    own = {name.split(".")[1] for name in imports(file) if name.startswith("bouncing_disk_ros.")}
+    own = {
+        room_of(name.split(".")[1:])
+        for name in imports(file)
+        if name.startswith("bouncing_disk_ros.")
+    }
     own.discard("__version__")
     assert own <= MAY_IMPORT[room(file)], "not allowed by MAY_IMPORT"
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    """Within a room as between rooms, and within functions too."""
+    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
+    uses = {
+        name: {
+            target
+            for found in imports(file)
+            for target in (found, found.rpartition(".")[0])
+            if target in modules and not target.endswith("__init__")
+        }
+        for name, file in modules.items()
+    }
+    tuple(TopologicalSorter(uses).static_order())  # raises CycleError, which names the circle
+
+
+def test_what_the_executables_share_is_used_by_several_rooms() -> None:
+    users: dict[str, set[str]] = {}
+    for file in FILES:
+        for name in imports(file):
+            if name.startswith("bouncing_disk_ros.nodes.shared."):
+                users.setdefault(name.split(".")[3], set()).add(room(file))
+    shared = {f.stem for f in FILES if room(f) == "nodes.shared" and f.stem != "__init__"}
+    assert {name for name in shared if len(users.get(name, ())) < 2} == set()
 
 
 @pytest.mark.parametrize("file", FILES, ids=identify)
 def test_only_the_libraries_of_the_table(file: Path) -> None:
     outside = {library(name) for name in imports(file)} - set(sys.stdlib_module_names)
     outside.discard("bouncing_disk_ros")
-    assert outside <= LIBRARIES.get(room(file), set()), "not allowed by LIBRARIES"
+    assert outside <= LIBRARIES.get(room(file).split(".")[0], set()), "not allowed by LIBRARIES"
 
 
 @pytest.mark.parametrize("file", [f for f in FILES if room(f) == "core"], ids=identify)

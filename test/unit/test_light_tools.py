@@ -7,10 +7,12 @@ import sys
 
 import pytest
 
-from bouncing_disk_ros.executables import EXECUTABLES
+from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 
-@pytest.mark.parametrize("module", ["show", "performer", "impact_printer", "recorder_node"])
+@pytest.mark.parametrize(
+    "module", ["demo.show", "live.performer", "live.impact_printer", "recorder.node"]
+)
 def test_importing_a_tool_loads_no_kernels(module: str) -> None:
     code = (
         f"import sys, bouncing_disk_ros.nodes.{module}; "
@@ -22,8 +24,9 @@ def test_importing_a_tool_loads_no_kernels(module: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(EXECUTABLES))
 def test_help_waits_for_no_slow_import(name: str) -> None:
+    module, _ = entry_point(name).split(":")
     code = (
-        f"import sys, bouncing_disk_ros.nodes.{name} as executable\n"
+        f"import sys, {module} as executable\n"
         "try:\n"
         "    executable.main(['--help'])\n"
         "finally:\n"

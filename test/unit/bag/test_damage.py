@@ -19,7 +19,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes import bag_recover
+from bouncing_disk_ros.nodes.bags import bag_recover
 from support.bags import START_NS, TYPES, Sent, make, messages, write
 
 CHUNK = 1500

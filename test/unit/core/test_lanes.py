@@ -226,7 +226,7 @@ def test_labels_know_nothing_of_each_other() -> None:
 def test_the_simulator_does_not_load_the_lanes() -> None:
     """They compile at import, where they are not cached."""
     code = (
-        "import sys, bouncing_disk_ros.nodes.simulator_node\n"
+        "import sys, bouncing_disk_ros.nodes.simulator.node\n"
         "print([m for m in sys.modules if '.core.lanes' in m])"
     )
     command = [sys.executable, "-c", code]

@@ -13,7 +13,7 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.report import Report, Source, report_of
 from bouncing_disk_ros.analysis.run_record import UNKNOWN_DISK, RunRecord
-from bouncing_disk_ros.nodes.bag_run import BagRun, Wish
+from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
 from bouncing_disk_ros.plots.report_html import report_html
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_page import report_page, save_page

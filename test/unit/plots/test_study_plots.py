@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.nodes import basin_shares, basins, bifurcation, toss_map, toss_paths
-from bouncing_disk_ros.nodes.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies import basin_shares, basins, bifurcation, toss_map, toss_paths
+from bouncing_disk_ros.nodes.studies.exhibit import StudyTool
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study_tables import STUDY_TABLES
@@ -25,9 +25,10 @@ def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
     table = STUDY_TABLES[tool.name]
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
     exhibit = tool.exhibit()
-    result = run(exhibit.make(values), path / "r.zarr")
+    study = exhibit.make(values)
+    result = run(study, path / "r.zarr")
     assert result is not None
-    figures = dict(exhibit.pictures(result))
+    figures = dict(exhibit.pictures(study, result))
     for figure in figures.values():
         figure.savefig(io.BytesIO(), format="png", dpi=40)
     lines = exhibit.lines(result)

@@ -1,0 +1,44 @@
+"""The executable `bag_recover`: make a whole bag of a cut or damaged one."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.ros.stop import interrupt_on_signals
+
+_ABOUT = """Rebuild the index and metadata.yaml of a bag that was cut off or damaged, into a new
+folder, and say what was lost. The bag itself stays as it is. All whole chunks are saved."""
+_EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Recover a bag; exit code 0 saved, 1 nothing could be saved or no room, 2 bad input, 130."""
+    parser = argparse.ArgumentParser(
+        prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
+    given = parser.parse_args(split_arguments(args)[0])
+    interrupt_on_signals()
+    environment.use_package_index()
+    unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
+    return run_bag_tool("bag_recover", given.bag, lambda: _recover(given), unfinished)
+
+
+def _recover(given: argparse.Namespace) -> int:
+    from bouncing_disk_ros import bag
+
+    report = bag.recover(given.bag, given.output)
+    print("\n".join([*report.lines, report.summary]))
+    return ExitCode.DONE if report.saved else ExitCode.FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

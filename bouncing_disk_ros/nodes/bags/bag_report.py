@@ -1,0 +1,146 @@
+"""The executable `bag_report`: what a recorded run amounts to, from its bag alone."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
+from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.ros.stop import interrupt_on_signals
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.analysis.report import Report
+
+_ABOUT = """Report on a recorded run, from its bag alone: impacts, next-collision section, return
+map, period found, rotor speed with its transient, energy, real-time quality and loss, and estimates
+of restitution and friction. A summary goes to the terminal; a page with interactive plots (opens
+without network) and a page of figures go into files."""
+_EXAMPLES = """  ros2 run bouncing_disk_ros bag_report run_1
+      writes run_1_report.html and run_1_report.png
+  ros2 run bouncing_disk_ros bag_report run_1 figures/ --figures "pdf svg" --segment last"""
+NAME = "bag_report"
+
+
+_OPTIONS: dict[str, tuple[type, object, str]] = {
+    "namespace": (str, None, "of the simulator, where the bag has several"),
+    "run": (int, 0, "where the simulator was started again: 1, 2 ...; default: the last"),
+    "segment": (
+        str, "longest",
+        "which stretch of steady motion the figures show: longest (most impacts), last, a number",
+    ),
+    "from": (float, None, "leave out what lies before this simulated time, s"),
+    "to": (float, None, "leave out what lies at or after this simulated time, s"),
+    "figures": (str, "png", "kinds of figure files: any of png, pdf, svg, or none"),
+    "rows": (int, 1_000_000, "rows of impacts held in memory, the last ones"),
+}  # fmt: skip
+"""Name, type, default and help of each option."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    made = argparse.ArgumentParser(
+        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    made.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    made.add_argument(
+        "output", nargs="?",
+        help="name of the files without their endings, or a folder; default: BAG_report",
+    )  # fmt: skip
+    for name, (kind, default, text) in _OPTIONS.items():
+        shown = f"; default: {default}" if default else ""
+        made.add_argument(f"--{name}", type=kind, default=default, help=text + shown)
+    made.add_argument("--text-only", action="store_true", help="write no files")
+    return made
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    given = parser().parse_intermixed_args(split_arguments(args)[0])
+    interrupt_on_signals()
+    environment.use_package_index()
+    use_matplotlib_folder()
+    return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
+
+
+def _report(given: argparse.Namespace) -> int:
+    kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
+    from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
+
+    files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
+    check_ours(files)
+    report = read(given)
+    from bouncing_disk_ros.analysis.report_text import lines
+
+    _say("\n".join(lines(report)))
+    for file in files:
+        _write(report, file)
+        _say(f"written: {file}")
+    return ExitCode.DONE
+
+
+def _say(text: str) -> None:
+    """Print; when the reader has gone (`| head`), the files are written all the same."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
+
+
+def read(given: argparse.Namespace) -> Report:
+    """Read the bag and work the report out."""
+    from tqdm import tqdm
+
+    from bouncing_disk_ros import bag
+    from bouncing_disk_ros.analysis.report import report_of
+    from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
+
+    if given.rows < 1 or given.run < 0:
+        field, value = ("rows", given.rows) if given.rows < 1 else ("run", given.run)
+        raise InputError(field, value, "a whole number > 0")
+    begin, end = (vars(given)[name] for name in ("from", "to"))
+    if begin is not None and end is not None and begin >= end:
+        raise InputError("to", end, f"a time after --from, {begin:g} s")
+    wish = Wish(
+        given.namespace,
+        given.run,
+        -math.inf if begin is None else begin,
+        math.inf if end is None else end,
+        given.rows,
+    )
+    with bag.open(given.bag) as run:
+        reader = BagRun(run, wish)
+        steps = tqdm(reader.read(), NAME, reader.total, leave=False, disable=None, unit=" messages")
+        for _ in steps:
+            pass
+        return report_of(reader.record, reader.source, given.segment)
+
+
+def _write(report: Report, file: Path) -> None:
+    """Write one file whole or not at all."""
+    from bouncing_disk_ros.nodes.bags.report_files import replaced
+
+    if file.suffix == ".html":
+        from bouncing_disk_ros.plots.report_html import report_html
+
+        text = report_html(report)
+        replaced(file, lambda path: path.write_text(text, "utf-8"))
+    else:
+        from bouncing_disk_ros.plots.report_page import report_page, save_page
+
+        figure = report_page(report)
+        replaced(file, lambda path: save_page(figure, path))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The demonstration: a simulator, a performer and a recorder, started and watched."""

@@ -1,0 +1,53 @@
+"""The executable `demo`: the paper's story, live over DDS, with a summary and a picture."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.shared.start import Start
+from bouncing_disk_ros.parameters import Spec
+
+_ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
+watch both over DDS, record the run, and show the result: a summary, a picture, a report on
+the bag, and its replay. Ctrl-C ends all of it."""
+_EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
+BAG = "output/demo_bag"
+
+_SPECS = (
+    Spec("duration", 18.0, "s", "end so long after the programme has begun", low=3.0, high=3600.0),
+    Spec("picture", "output/demo.png", "", "file for the picture (png, pdf, svg)"),
+)
+OPTIONS = {spec.name: spec for spec in _SPECS}
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demonstration; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args)
+    parser = start.parser
+    parser.usage = "demo [--help] [--bag FOLDER] [--ros-args -p NAME:=VALUE ...]"
+    parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
+                        help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
+    folder = start.parse().bag
+    with start.stop.importing():
+        from bouncing_disk_ros.nodes.demo.bag import make_room
+        from bouncing_disk_ros.nodes.demo.show import Show
+        from bouncing_disk_ros.ros.spin import bad_input, run_node
+
+    try:
+        make_room(folder)
+        export = environment.use_private_domain()
+    except InputError as error:
+        return bad_input("demo", error.line)
+    with Show.children(folder) as children:
+        make = partial(Show, OPTIONS, children, folder)
+        present = partial(Show.present, export=export)
+        return run_node("demo", start.ros, make, present, start.stop)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""`replay`: a recorded run simulated again from its inputs."""

@@ -1,0 +1,140 @@
+"""The executable `replay`: a recorded run again from its inputs alone, and what if it had differed.
+
+Needs no ROS running.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.ros.stop import Stop
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros import bag
+    from bouncing_disk_ros.nodes.replay.recorded import Recorded, ReplayedBag
+
+_ABOUT = """Simulate a recorded run again from disk/inputs alone, and compare every impact with the
+recorded one, bit by bit. Exit code 0: identical, 3: it differs (the first difference is told)."""
+_EXAMPLES = """examples:
+  ros2 run bouncing_disk_ros replay run_1
+  ros2 run bouncing_disk_ros replay run_1 --what-if restitution:=0.4 --figure what_if.png"""
+FIGURES = (".png", ".svg", ".pdf")
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Replay; exit code 0 identical, 1 failed, 2 bad input, 3 it differs, 130 interrupted."""
+    stop = Stop(ExitCode.INTERRUPTED).install()
+    given = _parser().parse_args(split_arguments(args)[0])
+    environment.use_package_index()
+    with stop.importing():
+        from bouncing_disk_ros.nodes.replay import recorded as _  # noqa: F401 (the kernels)
+
+    stop.running = True
+    return run_bag_tool("replay", given.bag, lambda: _work(given, stop))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="replay", description=_ABOUT, epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    add = parser.add_argument
+    add("bag", help="the folder of a bag, or one .mcap file")
+    add("--namespace", metavar="NS", help="of the simulator, when the bag holds several; / is none")
+    add("--inputs", default="", metavar="TOPIC", help="the record, if disk/inputs was remapped")
+    add("--impacts", default="", metavar="TOPIC", help="the impacts, if disk/impacts was remapped")
+    add("--what-if", nargs="+", action="extend", default=[], metavar="NAME:=VALUE",
+        help="also simulate the run with other parameters of the disk (restitution:=0.4) or "
+        "another motion of the platform (frequency:=3.1), and compare the two")  # fmt: skip
+    add("--run", type=int, metavar="N", help="which run --what-if is for, when there are several")
+    add("--figure", type=Path, metavar="FILE",
+        help="picture of the two runs of --what-if (" + ", ".join(FIGURES) + ")")  # fmt: skip
+    return parser
+
+
+def _work(given: argparse.Namespace, stop: Stop) -> int:
+    from bouncing_disk_ros import bag
+    from bouncing_disk_ros.nodes.replay.recorded import Recorded
+    from bouncing_disk_ros.nodes.replay.text import run_lines, verdict
+    from bouncing_disk_ros.run.what_if import changes_of
+
+    changes = changes_of(_settings(given.what_if))
+    if given.figure is not None:
+        _check_figure(given.figure, bool(given.what_if))
+    with bag.open(given.bag) as opened:
+        recorded = Recorded(opened, given.namespace, given.inputs, given.impacts)
+        print(f"{given.bag}: {recorded.inputs}, {recorded.impacts}", flush=True)
+        for remark in opened.remarks:
+            print(f"  ! {remark}")
+        found = _replayed(opened, recorded, stop)
+        for number, run in enumerate(found.runs, 1):
+            print("\n".join(run_lines(number, run)))
+        if found.left_over:
+            print(f"{found.left_over} rows not compared: no records go with them")
+        if given.what_if:
+            from bouncing_disk_ros.nodes.replay.what_if import compare
+
+            compare(recorded, found, changes, given.run, given.figure, lambda _: _look(stop))
+    if not found.rows and found.not_compared:
+        print(f"replay: none of the {found.not_compared} rows can be compared", file=sys.stderr)
+        return ExitCode.FAILED
+    print(verdict(found), flush=True)
+    return ExitCode.DONE if found.identical else ExitCode.REPLAY_DIFFERS
+
+
+def _settings(texts: Sequence[str]) -> dict[str, object]:
+    """Pairs of NAME:=VALUE, as ROS writes them."""
+    import yaml
+
+    settings: dict[str, object] = {}
+    for text in texts:
+        name, separator, value = text.partition(":=")
+        if not separator:
+            hint = "The bag comes before --what-if." if Path(text).exists() else ""
+            raise InputError("--what-if", text, "NAME:=VALUE, such as restitution:=0.4", hint)
+        try:
+            settings[name] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            settings[name] = value
+    return settings
+
+
+def _check_figure(file: Path, is_what_if: bool) -> None:
+    if file.suffix not in FIGURES:
+        hint = closest(file.suffix, FIGURES)
+        raise InputError("--figure", str(file), "a file ending in " + ", ".join(FIGURES), hint)
+    if not is_what_if:
+        raise InputError("--figure", str(file), "a figure of --what-if NAME:=VALUE")
+
+
+def _look(stop: Stop) -> None:
+    if stop.asked:
+        raise KeyboardInterrupt
+
+
+def _replayed(opened: bag.Bag, recorded: Recorded, stop: Stop) -> ReplayedBag:
+    """Replay with a progress bar on a terminal."""
+    from tqdm import tqdm
+
+    from bouncing_disk_ros.nodes.replay.recorded import replay_bag
+
+    start, end = opened.start_ns, opened.end_ns
+    with tqdm(total=round((end - start) / 1e9, 1), unit="s", desc="replay", leave=False,
+              disable=None, file=sys.stderr) as bar:  # fmt: skip
+
+        def heard(time_ns: int) -> None:
+            bar.update(max(0.0, (time_ns - start) / 1e9 - bar.n))
+
+        return replay_bag(recorded, heard, lambda _: _look(stop))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

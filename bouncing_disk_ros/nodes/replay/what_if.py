@@ -1,0 +1,55 @@
+"""The part of `replay` that shows a recorded run and a changed one over each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bouncing_disk_ros.analysis.two_runs import Shown
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.replay.recorded import Recorded, ReplayedBag
+from bouncing_disk_ros.nodes.replay.text import comparison_lines
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.pair import Trace
+from bouncing_disk_ros.run.replay import Watch
+from bouncing_disk_ros.run.what_if import Changes, what_if
+
+
+def compare(
+    recorded: Recorded, found: ReplayedBag, changes: Changes, number: int | None,
+    figure: Path | None, watch: Watch,
+) -> None:  # fmt: skip
+    """Print how a run of the bag and the changed one compare, and draw both.
+
+    Raises InputError when `number` names no run of the bag that can be replayed, or is needed.
+    """
+    number = _chosen(found, number)
+    end_ns = found.runs[number - 1].end_ns
+    runs = what_if(recorded.run(number).records, changes, end_ns, watch)
+    first, second = _shown("recorded", runs.first), _shown(changes.label, runs.second)
+    print("\n".join(comparison_lines(runs, first, second)))
+    if figure is not None:
+        from bouncing_disk_ros.folders import use_matplotlib_folder
+
+        use_matplotlib_folder()
+        from bouncing_disk_ros.plots.run_picture import save_picture
+        from bouncing_disk_ros.plots.two_runs import two_runs_picture
+
+        parted = None if runs.parted_ns is None else runs.parted_ns / NS
+        title = f"{recorded.bag.path.name}: what if {changes.label}"
+        save_picture(two_runs_picture(first, second, parted, title), figure)
+        print(f"figure: {figure}")
+
+
+def _chosen(found: ReplayedBag, number: int | None) -> int:
+    able = [n for n, run in enumerate(found.runs, 1) if run.start_ns is not None]
+    if number is None and len(able) == 1:
+        return able[0]
+    if number not in able:
+        given = "none, but the bag holds several runs" if number is None else number
+        raise InputError("--run", given, "one of " + ", ".join(map(str, able)))
+    return number
+
+
+def _shown(label: str, trace: Trace) -> Shown:
+    return Shown(label, trace.impacts, trace.rows, trace.samples, trace.close, trace.rotor_speed,
+                 trace.steady_since)  # fmt: skip

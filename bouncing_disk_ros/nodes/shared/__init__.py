@@ -1,0 +1,1 @@
+"""What executables of several rooms need: start, options, figure kinds, what topics say."""

@@ -1,0 +1,76 @@
+"""The executable `simulator`: one disk in real time. Heavy imports wait until they are needed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.tables import parameter_lines, service_lines, topic_lines
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+
+__all__ = ["SimulatorNode", "main"]
+
+_USAGE = "simulator [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]"
+_ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time: commands in,
+disk state, every impact and the rotor speed out. Ctrl-C ends it."""
+
+
+def help_text() -> str:
+    """What --help prints: parameters, topics and services from their tables, one example each."""
+    parts = [
+        ("Parameters (--ros-args -p NAME:=VALUE)", parameter_lines()),
+        ("Topics", topic_lines()),
+        ("Services", service_lines()),
+    ]
+    return "\n\n".join(f"{title}\n" + "\n".join(lines) for title, lines in parts)
+
+
+def announce_compilation() -> None:
+    """Say why the first start takes so long: the kernels are compiled once for this machine."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
+    if not any(folder.rglob("stepper.*.nbi")):  # other tools keep kernels of their own there
+        print("simulator: compiling the physics, once: up to a minute", file=sys.stderr, flush=True)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
+    own, ros = split_arguments(args)
+    parser = argparse.ArgumentParser(
+        prog="simulator",
+        usage=_USAGE,
+        description=_ABOUT,
+        epilog=help_text(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.parse_args(own)
+    stop = Stop().install()
+    environment.prepare()
+    announce_compilation()
+    with stop.importing():
+        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+        from bouncing_disk_ros.ros.spin import run_node, spin
+
+    make = partial(SimulatorNode, stopping=lambda: stop.asked)
+    return run_node("simulator", ros, make, spin, stop)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "SimulatorNode":
+        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+
+        return SimulatorNode
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""The executable `basin_shares`: shares of basins, best phase lag and speed over a parameter."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
+from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.basin_shares import BasinShares
+
+_ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
+multiple toss), with the best phase lag and the speed it gives."""
+_EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
+
+OPTIONS = table_of("basin_shares")
+
+
+def exhibit() -> Exhibit[BasinShares]:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.basin_shares import BasinShares
+
+    return Exhibit(BasinShares, _pictures, lines, from_bag=_from_bag)
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.basin_shares import AXES
+
+    return [name for name in AXES if name != values["along"]]
+
+
+def _pictures(_: BasinShares, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.basin_shares_plot import basin_shares_picture
+
+    return {"basin_shares": basin_shares_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Where the period-1 orbit and the other periodic ones have most."""
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    rows = []
+    for i, name in enumerate(names):
+        share = result["fraction"].values[:, i]
+        if share.max() > 0.0:
+            at = int(share.argmax())
+            value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
+            known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
+            rows.append(f"  {name:16} at most {100 * share.max():7.3f} %, at {value:.5g}{known}")
+    return rows
+
+
+TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute the shares; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return run_study(TOOL, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

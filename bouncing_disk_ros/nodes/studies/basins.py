@@ -1,0 +1,110 @@
+"""The executable `basins`: basins of attraction in the plane (τ_imp, w_A) (paper, Fig. 4)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
+from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.basins import Basins
+
+_ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
+attractor that it goes to; the attractors are found, not given. Fig. 4 of the paper."""
+_EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
+
+OPTIONS = table_of("basins")
+
+
+def exhibit() -> Exhibit[Basins]:
+    """The study with its pictures."""
+    from bouncing_disk_ros.study.basins import Basins
+
+    return Exhibit(
+        Basins,
+        _pictures,
+        lines,
+        from_bag=_from_bag,
+        image=lambda result: result["label"].values,
+    )
+
+
+def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
+    turning = ("phase_lag", "angular_forcing") if str(values["angular_velocities"]).strip() else ()
+    return ("axial_forcing", "restitution", *turning)
+
+
+def _pictures(_: Basins, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.basins_plot import basins_picture
+    from bouncing_disk_ros.plots.start_speeds_plot import start_speeds_picture
+
+    figures = {"basins": basins_picture(result)}
+    if "mean_speed" in result:
+        figures["mean_speeds"] = start_speeds_picture(result)
+    return figures
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """The attractors with their shares, and the boundary."""
+    rows = [
+        f"  {name!s:24} {100 * float(part):8.3f} ± {100 * float(error):.3f} %"
+        for name, part, error in zip(
+            result["attractor_name"].values,
+            result["fraction"].values,
+            result["fraction_uncertainty"].values,
+            strict=True,
+        )
+    ]
+    rows.append(f"  {'unresolved':24} {100 * float(result['unresolved_fraction']):8.3f} %")
+    if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
+        rows.append("  no boundary within the window, or too little of it")
+    elif "box_dimension" in result:
+        entropy = float(result["boundary_basin_entropy"])
+        rows.append(
+            f"  basin entropy {float(result['basin_entropy']):.4f}, at the boundary {entropy:.4f} "
+            "(only a value above ln 2 = 0.6931 would prove it fractal)"
+        )
+        rows.append(
+            f"  uncertainty exponent {float(result['uncertainty_exponent']):.3f} ± "
+            f"{float(result['uncertainty_exponent_error']):.3f}, box dimension "
+            f"{float(result['box_dimension']):.3f} ± {float(result['box_dimension_error']):.3f} "
+            "(both 1: a smooth line)"
+        )
+    return rows + _speed_lines(result)
+
+
+def _speed_lines(result: xr.Dataset) -> list[str]:
+    """What the starts of each slice end with."""
+    if "mean_speed" not in result:
+        return []
+    rows = []
+    for one, speeds in zip(result["angular_velocity"].values, result["mean_speed"].values,
+                           strict=True):  # fmt: skip
+        known = speeds[speeds == speeds]  # without nan: at rest
+        text = "all come to rest"
+        if known.size:
+            text = f"{known.mean():+.4f} on average, {known.min():+.4f} to {known.max():+.4f}"
+        rows.append(f"  from α̇ = {one:+g} ωΦ: mean speed {text} ωΦ" if known.size else
+                    f"  from α̇ = {one:+g} ωΦ: {text}")  # fmt: skip
+    return rows
+
+
+TOOL = StudyTool("basins", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute basins; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return run_study(TOOL, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

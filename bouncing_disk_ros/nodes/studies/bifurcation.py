@@ -1,0 +1,77 @@
+"""The executable `bifurcation`: an attractor followed along a parameter (paper, Fig. 3)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
+from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.bifurcation import Bifurcation
+
+_ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from where
+the one before ended. Period doublings are computed by continuation. Fig. 3 of the paper."""
+_EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p end:=0.45"
+
+OPTIONS = table_of("bifurcation")
+
+
+def exhibit() -> Exhibit[Bifurcation]:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.bifurcation import Bifurcation
+
+    return Exhibit(Bifurcation, _pictures, lines, from_bag=_from_bag)
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.bifurcation import NAMES
+
+    return [name for name in NAMES if name != values["along"]]
+
+
+def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.bifurcation_plot import bifurcation_figure
+    from bouncing_disk_ros.study.bifurcation import branch_of
+
+    branch, section = branch_of(result), study.section()
+    return {"bifurcation": bifurcation_figure(branch, section, study.axis, study.doublings)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Doublings with their ratios, the largest mean speed, where the exponent is above 0."""
+    rows = []
+    pairs = zip(result["doubling"].values, result["doubling_impacts"].values, strict=True)
+    for value, impacts in pairs:
+        rows.append(f"  period {int(impacts)} → {2 * int(impacts)} at {float(value):.10f}")
+    ratios = ", ".join(f"{float(ratio):.4f}" for ratio in result["feigenbaum_ratio"].values)
+    if ratios:
+        rows.append(f"  ratios of their distances {ratios} (tend to 4.6692)")
+    speed, value = result["mean_speed"].values, result["value"].values
+    known = [i for i in range(len(speed)) if not math.isnan(speed[i])]
+    if known:
+        best = max(known, key=lambda i: float(speed[i]))
+        rows.append(f"  largest mean speed {float(speed[best]):.4f} ωΦ at {float(value[best]):.6g}")
+    chaotic = int((result["lyapunov_exponent"].values > 1e-3).sum())
+    rows.append(f"  Lyapunov exponent above 0.001 at {chaotic} of {len(value)} values")
+    return rows
+
+
+TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute the diagram; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return run_study(TOOL, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

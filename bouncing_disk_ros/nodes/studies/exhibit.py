@@ -1,0 +1,45 @@
+"""What makes a study an executable, as data: its table, its text for --help, its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from bouncing_disk_ros.parameters import Spec, Value
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from bouncing_disk_ros.study import Study
+
+S = TypeVar("S", bound="Study")
+
+
+@dataclass(frozen=True)
+class Exhibit(Generic[S]):
+    """A study with the ways to show its result; made after the slow imports."""
+
+    make: Callable[[Mapping[str, Value]], S]
+    pictures: Callable[[S, xr.Dataset], Mapping[str, Figure]]
+    """Of the study and its result: name of the file (without its kind) -> figure; the first one is
+    published."""
+    lines: Callable[[xr.Dataset], list[str]]
+    from_bag: Callable[[Mapping[str, Value]], Sequence[str]] | None = None
+    """The options that a recorded run can give, by the others; None: it takes no bag."""
+    image: Callable[[xr.Dataset], NDArray[np.generic]] | None = None
+    """The result as an image: (rows, columns) of float32, or int32 for ids; None: not a map."""
+
+
+@dataclass(frozen=True)
+class StudyTool:
+    """An executable that runs a study; `exhibit` imports what it needs when it is called."""
+
+    name: str
+    about: str
+    example: str
+    table: Mapping[str, Spec]
+    exhibit: Callable[[], Exhibit[Any]]

@@ -1,0 +1,67 @@
+"""The executable `toss_paths`: paths of the hand for several motions (paper, Fig. 1)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
+from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.study_tables import table_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.toss_paths import TossPaths
+
+_ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and amplitude angle.
+Fig. 1 of the paper."""
+_EXAMPLE = """ros2 run bouncing_disk_ros toss_paths --ros-args -p phase_lags:='0 -0.25pi' \\
+      -p amplitude_angles:='0.25pi 0.25pi'"""
+
+OPTIONS = table_of("toss_paths")
+
+
+def exhibit() -> Exhibit[TossPaths]:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.toss_paths import TossPaths
+
+    return Exhibit(TossPaths, _pictures, lines)
+
+
+def _pictures(_: TossPaths, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.analysis.toss_path import TossPaths
+    from bouncing_disk_ros.plots.toss_plot import paths_figure, toss_title
+
+    paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})
+    pairs = zip(result["phase_lag"].values, result["amplitude_angle"].values, strict=True)
+    titles = [toss_title(float(lag), float(angle)) for lag, angle in pairs]
+    return {"toss_paths": paths_figure(paths, titles)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Where the disk leaves, for each path."""
+    rows = []
+    for i in range(result.sizes["path"]):
+        lag, angle, leaves = (
+            float(result[name].values[i])
+            for name in ("phase_lag", "amplitude_angle", "separation_phase")
+        )
+        where = "the disk never leaves" if math.isnan(leaves) else f"τ_sep = {leaves:.4f} rad"
+        rows.append(f"  θ = {lag / math.pi:+.4f}π, φ_L = {angle / math.pi:.4f}π: {where}")
+    return rows
+
+
+TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Draw the paths; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return run_study(TOOL, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
