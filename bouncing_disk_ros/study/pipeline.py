@@ -2,79 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
 
+from bouncing_disk_ros.study.claim import token_of
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.store import Store
+from bouncing_disk_ros.study.store import Store, put
 
 AHEAD = 2
-"""Regions on their way for each worker: one at work, one waiting or being stored, so that memory
-stays bounded."""
-WRITERS = 2
-"""Threads that store regions; Zarr itself has one event loop for all."""
+"""Regions on their way for each worker: one at work, one waiting."""
+AT_FIRST = 32
+"""Most regions on their way until it is seen that results do not pile up here."""
+PILE = 8
+"""So many results sent back at once are a pile: then no more is given out."""
 LOOK_SECONDS = 0.2
 """How often a run that waits for results looks whether it is to stop."""
 
+Work = Callable[[Region], Arrays | None]
+"""Computes a region; gives the arrays back if it has not stored them."""
+
+
+def compute_here(study: Study, context: Arrays, store: Store, region: Region) -> None:
+    """Work for threads of this process: they store what they compute."""
+    store.put(region, study.compute(region, context, None))
+
+
+def compute_region(
+    study: Study, context: Arrays, path: str, token: str, region: Region
+) -> Arrays | None:
+    """Work for any process: it stores what it computes if it can read the claim of the run."""
+    arrays = study.compute(region, context, None)
+    if token_of(path) != token:
+        return arrays
+    put(path, study, region, arrays)
+    return None
+
 
 class Pipeline:
-    """Workers compute regions, threads of this process store them.
+    """Gives regions to an executor; keeps what comes back, and how much is on its way, in bounds.
 
-    They are stored here, for workers of other machines do not see the folder; on threads, for that
-    takes a share of the time that computing does.
+    Results that come back wait in the memory of this process until they are stored, so a run begins
+    with few regions on their way and doubles them only while none pile up.
     """
 
-    def __init__(
-        self, study: Study, store: Store, context: Arrays, executor: Executor, workers: int
-    ) -> None:
+    def __init__(self, work: Work, store: Store, executor: Executor, workers: int) -> None:
         self.error: BaseException | None = None  # the first of a region
-        self._study, self._store, self._context = study, store, context
-        self._executor, self._most = executor, AHEAD * workers
-        self._writers = ThreadPoolExecutor(WRITERS)
-        self._computing: dict[Future[Arrays], Region] = {}
-        self._storing: dict[Future[None], Region] = {}
+        self._work, self._store, self._executor = work, store, executor
+        self._most = AHEAD * workers
+        self._allowed = min(self._most, AT_FIRST)
+        self._at_work: dict[Future[Arrays | None], Region] = {}
 
     @contextmanager
-    def closing(self) -> Iterator[Pipeline]:
-        """Until the end of the block: then nothing is at work any more."""
-        with self._writers:
-            try:
-                yield self
-            finally:
-                self.withdraw()
+    def closing(self) -> Iterator[None]:
+        """Until the end of the block: then nothing waits to be begun."""
+        try:
+            yield
+        finally:
+            self.withdraw()
 
     @property
     def empty(self) -> bool:
         """Whether nothing is on its way."""
-        return not self._computing and not self._storing
+        return not self._at_work
 
     def give_out(self, missing: Iterator[Region]) -> None:
         """As many regions as there is room for."""
-        room = self._most - len(self._computing) - len(self._storing)
-        for region in islice(missing, max(0, room)):
-            future = self._executor.submit(self._study.compute, region, self._context, None)
-            self._computing[future] = region
+        for region in islice(missing, max(0, self._allowed - len(self._at_work))):
+            self._at_work[self._executor.submit(self._work, region)] = region
 
-    def collect(self) -> list[Region]:
+    def collect(self) -> Iterator[Region]:
         """Wait for a while; the regions that are in the store now. Raises OSError of the store."""
-        at_work: list[Future[Any]] = [*self._computing, *self._storing]
-        done = wait(at_work, LOOK_SECONDS, FIRST_COMPLETED).done
-        for future in [future for future in self._computing if future in done]:
-            region = self._computing.pop(future)
+        finished = wait(self._at_work, LOOK_SECONDS, FIRST_COMPLETED).done
+        done = [future for future in self._at_work if future in finished]
+        sent_back = 0
+        for future in done:
+            region = self._at_work.pop(future)
             if error := future.exception():
                 self.error = self.error or error
-            else:
-                written = self._writers.submit(self._store.put, region, future.result())
-                self._storing[written] = region
-        stored = [future for future in self._storing if future in done]
-        for written in stored:
-            written.result()
-        return [self._storing.pop(written) for written in stored]
+                continue
+            if (arrays := future.result()) is not None:
+                self._store.put(region, arrays)
+                sent_back += 1
+            yield region
+        if done:
+            piled = sent_back >= PILE
+            self._allowed = min(self._most, AT_FIRST if piled else 2 * self._allowed)
 
     def withdraw(self) -> None:
         """Take back what no worker has begun."""
-        for future in [future for future in self._computing if future.cancel()]:
-            del self._computing[future]
+        for future in [future for future in self._at_work if future.cancel()]:
+            del self._at_work[future]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study.claim import claimed
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.pipeline import Pipeline
+from bouncing_disk_ros.study.pipeline import Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import Store, open_result
 
 
@@ -42,8 +43,9 @@ def run(
     """Compute a study into the Zarr store at `path`, or go on with what is there.
 
     `workers` threads compute (the kernels release the GIL); with `scheduler` (tcp://host:port) the
-    workers of that Dask cluster do. Returns the whole result, or None when `stopped` said so: then
-    the store holds every finished region, and the same call goes on from there.
+    workers of that Dask cluster do; those that see the folder store what they compute, the others
+    send it back. Returns the whole result, or None when `stopped` said so: then the store holds
+    every finished region, and the same call goes on from there.
     Raises InputError for a path that holds something else, is at work in another run or cannot be
     written, or a scheduler that does not answer; OSError for a disk or a cluster that fails in
     mid-work.
@@ -51,7 +53,7 @@ def run(
     if study.sequential and scheduler:
         hint = "Each part starts from the one before: this study computes in order, here."
         raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
-    with claimed(Path(path)):
+    with claimed(Path(path)) as token:
         store = Store(Path(path), study)
         regions = list(study.regions())
         resumed = store.regions_done
@@ -62,8 +64,13 @@ def run(
             stored = _in_order(study, store, context, regions, stopped)
             _keep(stored, store, on_progress, len(regions))
         else:
-            with executor_of(workers, scheduler) as (executor, count):
-                pipeline = Pipeline(study, store, context, executor, count)
+            with _executor(workers, scheduler) as (executor, count):
+                work = (
+                    partial(compute_region, study, context, str(store.path.resolve()), token)
+                    if scheduler
+                    else partial(compute_here, study, context, store)
+                )
+                pipeline = Pipeline(work, store, executor, count)
                 stored = _side_by_side(pipeline, missing, stopped)
                 _keep(stored, store, on_progress, len(regions))
     return study.finish(open_result(path), context) if store.regions_done == len(regions) else None
@@ -114,7 +121,7 @@ def _side_by_side(
 
 
 @contextmanager
-def executor_of(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
+def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
     if not scheduler:
         with ThreadPoolExecutor(workers) as pool:

@@ -124,8 +124,7 @@ class Store:
 
     def put(self, region: Region, arrays: Arrays) -> None:
         """Put a region into the store, on any thread; it counts when it is marked."""
-        for name, field in self._study.fields.items():
-            self._group[name][region.select(field.dims)] = arrays[name]
+        _write(self._group, self._study, region, arrays)
 
     def mark(self, region: Region) -> None:
         """Mark a region that is in the store as done."""
@@ -151,6 +150,16 @@ class Store:
         draft.attrs["names"] = list(arrays)
         (self.path / f"{CONTEXT}_draft").rename(self.path / CONTEXT)
         return arrays
+
+
+def put(path: str, study: Study, region: Region, arrays: Arrays) -> None:
+    """`Store.put` for another process, which has the folder but not the store."""
+    _write(zarr.open_group(path, mode="r+"), study, region, arrays)
+
+
+def _write(group: zarr.Group, study: Study, region: Region, arrays: Arrays) -> None:
+    for name, field in study.fields.items():
+        group[name][region.select(field.dims)] = arrays[name]
 
 
 def open_result(path: str | Path) -> xr.Dataset:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.study import run
+from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Murderous, Products
 
 distributed = pytest.importorskip("distributed")
@@ -24,6 +25,18 @@ def scheduler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[str]:
         local_directory=str(tmp_path), silence_logs=50,
     ) as cluster:  # fmt: skip
         yield cluster.scheduler_address
+
+
+def test_workers_that_see_the_folder_store_what_they_compute(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:
+        raise AssertionError("a region came back to be stored")
+
+    monkeypatch.setattr(Store, "put", refused)  # in this process alone
+    result = run(Products(VALUES), tmp_path / "r.zarr", scheduler=scheduler)
+    assert result is not None
+    assert result.attrs["total"] == 0.5 * 21 * 10
 
 
 def test_cluster_gives_the_same_and_a_lost_worker_costs_its_region_only(

@@ -1,0 +1,80 @@
+"""Regions on their way: bounds on what comes back, errors, workers that see the folder or not."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.study import Arrays, Region, open_result
+from bouncing_disk_ros.study.claim import claimed, token_of
+from bouncing_disk_ros.study.pipeline import AHEAD, AT_FIRST, Pipeline, compute_region
+from bouncing_disk_ros.study.store import Store
+from support.studies import VALUES, Products
+
+MANY: dict[str, Any] = {**VALUES, "rows": 64, "columns": 64, "length": 4}  # 256 regions
+
+
+class AtOnce(Executor):
+    """Does the work when it is given; the most that was on its way at any time is kept."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def piled_up(tmp_path: Path, *, sends_back: bool, workers: int) -> tuple[int, Store]:
+    """The most regions that were on their way, and the store."""
+    study = Products(MANY)
+    store = Store(tmp_path / "r.zarr", study)
+    context = study.context()
+
+    def work(region: Region) -> Arrays | None:
+        arrays = study.compute(region, context, None)
+        if sends_back:
+            return arrays
+        store.put(region, arrays)
+        return None
+
+    pipeline, missing, most = Pipeline(work, store, AtOnce(), workers), study.regions(), 0
+    while True:
+        pipeline.give_out(missing)
+        if pipeline.empty:
+            return most, store
+        most = max(most, len(pipeline._at_work))
+        for region in pipeline.collect():
+            store.mark(region)
+
+
+@pytest.mark.parametrize("workers", [1, 100])
+def test_results_sent_back_do_not_pile_up(tmp_path: Path, workers: int) -> None:
+    most, store = piled_up(tmp_path, sends_back=True, workers=workers)
+    assert most == min(AHEAD * workers, AT_FIRST)
+    assert store.regions_done == 256
+    expected = 0.5 * np.multiply.outer(np.arange(64.0), np.arange(64.0))
+    assert np.array_equal(open_result(store.path)["product"], expected)
+
+
+def test_workers_that_store_are_all_kept_busy(tmp_path: Path) -> None:
+    most, store = piled_up(tmp_path, sends_back=False, workers=100)
+    assert most > 2 * AT_FIRST
+    assert store.regions_done == 256
+
+
+def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
+    study, path = Products(VALUES), tmp_path / "r.zarr"
+    region = next(study.regions())
+    with claimed(path) as token:
+        store = Store(path, study)
+        given = (study, study.context(), str(path))
+        assert token_of(str(path)) == token
+        sent_back = compute_region(*given, "of another run", region)
+        assert sent_back is not None
+        assert np.isnan(store.read(region)["product"]).all()
+        assert compute_region(*given, token, region) is None
+        assert np.array_equal(store.read(region)["product"], sent_back["product"])
+    assert token_of(str(path)) == ""
