@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.attractors import AttractorKind, Attractors, Cells
+from bouncing_disk_ros.analysis.strips import LabelMap, strips
 from bouncing_disk_ros.core.lanes_axial import iterate
 from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
 from bouncing_disk_ros.errors import InputError
@@ -146,23 +147,42 @@ def _chaotic(
     return np.where(sure, np.array(chaotic, np.int32)[on.argmax(axis=0)], UNRESOLVED)
 
 
-def shares(labels: Labels, count: int, *, periodic: bool = True) -> list[Share]:
+def shares(labels: LabelMap, count: int, *, periodic: bool = True) -> list[Share]:
     """Share of each of `count` labels in a map (rows, columns) of starts, with its standard error.
 
     A grid errs only where a pixel is cut by a boundary: each pixel with another label beside it is
     taken as a toss of a coin, of variance 1/4 pixel². `periodic`: the columns are a whole period.
     """
-    found = []
-    for i in range(count):
-        mine = labels == i
-        edge = np.zeros(labels.shape, bool)
-        np.not_equal(mine[1:], mine[:-1], out=edge[1:])
-        edge[:, 1:] |= mine[:, 1:] != mine[:, :-1]
-        if periodic:
-            edge[:, 0] |= mine[:, 0] != mine[:, -1]
-        part, cut = (np.count_nonzero(of) / labels.size for of in (mine, edge))
-        found.append(Share(part, 0.5 * math.sqrt(cut / labels.size)))
-    return found
+    rows, columns = labels.shape
+    mine_of, cut_of = np.zeros(count), np.zeros(count)
+    for k, part in enumerate(strips(labels, 0, rows, before=1)):
+        own = slice(1 if k else 0, None)  # without the row of the strip before
+        for i in range(count):
+            mine = part == i
+            cut_of[i] += np.count_nonzero(_cut(mine, periodic=periodic)[own])
+            mine_of[i] += np.count_nonzero(mine[own])
+    pixels = rows * columns
+    return [
+        Share(float(mine) / pixels, 0.5 * math.sqrt(cut) / pixels)
+        for mine, cut in zip(mine_of, cut_of, strict=True)
+    ]
+
+
+def unresolved_fraction(labels: LabelMap) -> float:
+    """Share of the starts that have no label."""
+    rows, columns = labels.shape
+    parts = strips(labels, 0, rows)
+    return sum(np.count_nonzero(part == UNRESOLVED) for part in parts) / (rows * columns)
+
+
+def _cut(mine: NDArray[np.bool_], *, periodic: bool) -> NDArray[np.bool_]:
+    """Pixels unlike that before them, in their row or column."""
+    edge = np.zeros(mine.shape, bool)
+    np.not_equal(mine[1:], mine[:-1], out=edge[1:])
+    edge[:, 1:] |= mine[:, 1:] != mine[:, :-1]
+    if periodic:
+        edge[:, 0] |= mine[:, 0] != mine[:, -1]
+    return edge
 
 
 def before_impact(velocity: Floats, restitution: float, *, after: bool) -> Floats:

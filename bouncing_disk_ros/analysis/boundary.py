@@ -1,8 +1,9 @@
 """How tangled the boundary of basins is: basin entropy, uncertainty exponent, box dimension.
 
-All three look at a map of labels (rows, columns) and count squares of k × k pixels, or pairs of
-pixels k apart, for several k. Sources: A. Daza et al., "Basin entropy" (Sci. Rep. 6, 31416, 2016);
-C. Grebogi, S. McDonald, E. Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
+All three look at a map of labels (rows, columns), strip by strip, and count squares of k × k
+pixels, or pairs of pixels k apart, for several k. Sources: A. Daza et al., "Basin entropy" (Sci.
+Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E. Ott, J. Yorke, "Final state sensitivity" (Phys.
+Lett. A 99, 415, 1983).
 """
 
 from __future__ import annotations
@@ -14,12 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.strips import LabelMap, strips
 from bouncing_disk_ros.errors import InputError
 
-Labels = NDArray[np.integer]
 FRACTAL = math.log(2.0)
 """A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
 FEWEST_SIZES = 3
+LARGEST = 256
+"""Largest square and distance (pixels): strips of a huge map overlap by so much."""
 
 
 class BasinEntropy(NamedTuple):
@@ -40,21 +43,31 @@ class PowerLaw(NamedTuple):
     counts: NDArray[np.float64]  # (n,)
 
 
-def basin_entropy(labels: Labels, size: int = 5) -> BasinEntropy:
+def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
     """Entropy of the labels within squares of `size` pixels; what is left at the edges is cut."""
-    squares = _squares(narrow(_checked(labels, size)), size)
-    mixed = _by_square(np.minimum, squares) != _by_square(np.maximum, squares)
-    part = squares.transpose(0, 2, 1, 3)[mixed].reshape(-1, size * size)
-    sums = np.zeros(len(part))
-    for label in np.unique(part):
-        p = np.mean(part == label, axis=1)
+    rows, _ = _checked(labels, size).shape
+    total, squares, boundary_squares = 0.0, 0, 0
+    for part in strips(labels, 0, rows // size * size, size):
+        cut = _squares(part, size)
+        mixed = _by_square(np.minimum, cut) != _by_square(np.maximum, cut)
+        sums = _entropies(cut.transpose(0, 2, 1, 3)[mixed].reshape(-1, size * size))
+        total += float(sums.sum())
+        squares += mixed.size
+        boundary_squares += len(sums)
+    boundary = total / boundary_squares if boundary_squares else math.nan
+    return BasinEntropy(total / squares, boundary, squares, boundary_squares)
+
+
+def _entropies(squares: NDArray[Any]) -> NDArray[np.float64]:
+    sums = np.zeros(len(squares))
+    for label in np.unique(squares):
+        p = np.mean(squares == label, axis=1)
         sums -= np.where(p > 0.0, p * np.log(np.where(p > 0.0, p, 1.0)), 0.0)
-    boundary = float(sums.mean()) if len(sums) else math.nan
-    return BasinEntropy(float(sums.sum()) / mixed.size, boundary, mixed.size, len(part))
+    return sums
 
 
 def uncertainty_exponent(
-    labels: Labels, distances: Sequence[int] = (), *, periodic: bool = False
+    labels: LabelMap, distances: Sequence[int] = (), *, periodic: bool = False
 ) -> PowerLaw:
     """α of f(d) ~ d^α, the share f of pixels with another label at d pixels along an axis.
 
@@ -66,12 +79,20 @@ def uncertainty_exponent(
     sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
     _checked(labels, int(sizes.max()))
     edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
-    ring = narrow(labels)
-    if periodic:
-        ring = np.pad(ring, ((0, 0), (edge, edge)), "wrap")
+    rows, columns = labels.shape
+    pixels = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
+    counts = np.zeros(len(sizes))
+    for part in strips(labels, edge, rows - edge, before=edge, after=edge):
+        ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
+        counts += _uncertain(ring, edge, sizes)
+    return _power_law(sizes, counts / pixels)
+
+
+def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[int]:
+    """How many of the pixels `edge` away from all sides have another label at each distance."""
     height, width = ring.shape
     middle = ring[edge : height - edge, edge : width - edge]
-    shares = []
+    found = []
     differs, apart = np.empty(middle.shape, bool), np.empty(middle.shape, bool)
     for d in (int(size) for size in sizes):
         differs[:] = False
@@ -81,31 +102,38 @@ def uncertainty_exponent(
             for other in (ring[down, edge : width - edge], ring[edge : height - edge, along]):
                 np.not_equal(other, middle, out=apart)
                 differs |= apart
-        shares.append(np.count_nonzero(differs) / differs.size)
-    return _power_law(sizes, np.array(shares))
+        found.append(int(np.count_nonzero(differs)))
+    return found
 
 
-def box_dimension(labels: Labels, sizes: Sequence[int] = ()) -> PowerLaw:
+def box_dimension(labels: LabelMap, sizes: Sequence[int] = ()) -> PowerLaw:
     """Box-counting dimension D of the boundary: N(k) ~ k^−D squares that the boundary meets.
 
     The boundary is taken as the corners at which four pixels with different labels meet. The
     exponent given is D itself: 1 for a smooth line. nan: no boundary.
     """
-    labels = narrow(_checked(labels, 1))
-    first = labels[:-1, :-1]
-    met = labels[1:, :-1] != first
-    for corner in (labels[:-1, 1:], labels[1:, 1:]):
-        met |= corner != first
-    chosen = np.array(sizes or _sizes(met.shape), np.int64)
-    counts = []
-    for size in (int(value) for value in chosen):
-        share = np.mean(_by_square(np.logical_or, _squares(met, size)))
-        counts.append(share * met.size / size**2)  # of the whole map, its cut edges included
-    law = _power_law(chosen, np.array(counts))
+    rows, columns = (length - 1 for length in _checked(labels, 1).shape)
+    chosen = np.array(sizes or _sizes((rows, columns)), np.int64)
+    counts = np.zeros(len(chosen))
+    for part in strips(labels, 0, rows, math.lcm(*chosen.tolist()), after=1):
+        met = _corners(part)
+        counts += [np.count_nonzero(_by_square(np.logical_or, _squares(met, k))) for k in chosen]
+    for i, size in enumerate(chosen.tolist()):  # of the whole map, its cut edges included
+        counts[i] *= rows * columns / size**2 / ((rows // size) * (columns // size))
+    law = _power_law(chosen, counts)
     return law._replace(exponent=-law.exponent)
 
 
-def _checked(labels: Labels, size: int) -> Labels:
+def _corners(labels: NDArray[Any]) -> NDArray[np.bool_]:
+    """The corners, one less each way than pixels, at which different labels meet."""
+    first = labels[:-1, :-1]
+    met: NDArray[np.bool_] = labels[1:, :-1] != first
+    for corner in (labels[:-1, 1:], labels[1:, 1:]):
+        met |= corner != first
+    return met
+
+
+def _checked(labels: LabelMap, size: int) -> LabelMap:
     if labels.ndim != 2 or min(labels.shape) < 2 * size + 1:
         allowed = f"a map of at least {2 * size + 1} × {2 * size + 1} labels"
         raise InputError("labels", "an array of shape " + str(labels.shape), allowed)
@@ -113,15 +141,9 @@ def _checked(labels: Labels, size: int) -> Labels:
 
 
 def _sizes(shape: tuple[int, ...]) -> list[int]:
-    """Powers of two from 1 pixel to a sixteenth of the map."""
-    largest = max(min(shape) // 16, 4)
+    """Powers of two from 1 pixel to a sixteenth of the map, at most LARGEST."""
+    largest = min(max(min(shape) // 16, 4), LARGEST)
     return [2**k for k in range(int(math.log2(largest)) + 1)]
-
-
-def narrow(labels: Labels) -> Labels:
-    """The labels in the smallest type that holds them: less memory to go through."""
-    low, high = int(labels.min()), int(labels.max())
-    return labels.astype(np.result_type(np.min_scalar_type(low), np.min_scalar_type(high)))
 
 
 def _squares(labels: NDArray[Any], size: int) -> NDArray[Any]:

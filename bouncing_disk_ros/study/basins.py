@@ -18,9 +18,11 @@ from bouncing_disk_ros.analysis.basins import (
     before_impact,
     label_starts,
     shares,
+    unresolved_fraction,
 )
 from bouncing_disk_ros.analysis.boundary import basin_entropy, box_dimension, uncertainty_exponent
 from bouncing_disk_ros.analysis.start_speeds import mean_speeds
+from bouncing_disk_ros.analysis.strips import LabelMap
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
@@ -160,7 +162,7 @@ class Basins(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Attractors with their shares, and the measures of the boundary."""
         found = from_arrays(context).found
-        labels = result["label"].values
+        labels = result["label"]  # read strip by strip: it may be larger than memory
         parts = shares(labels, len(found), periodic=self.whole_period)
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
@@ -170,14 +172,14 @@ class Basins(Study):
             "multiplier": ("attractor", [a.multiplier for a in found]),
             "fraction": ("attractor", [part.fraction for part in parts]),
             "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
-            "unresolved_fraction": ((), float(np.mean(labels == UNRESOLVED))),
+            "unresolved_fraction": ((), unresolved_fraction(labels)),
             "point_attractor": ("point", owner.astype(np.int32)),
             "point_forcing_phase": ("point", phase),
             "point_velocity": ("point", speed * (self._restitution if self._after else 1.0)),
         }
         return result.assign(added).assign(self._boundary(labels))
 
-    def _boundary(self, labels: NDArray[np.int32]) -> dict[str, object]:
+    def _boundary(self, labels: LabelMap) -> dict[str, object]:
         if min(labels.shape) < 48:
             return {}
         entropy = basin_entropy(labels)

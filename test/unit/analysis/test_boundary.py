@@ -6,8 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis import strips as label_strips
+from bouncing_disk_ros.analysis.basins import shares, unresolved_fraction
 from bouncing_disk_ros.analysis.boundary import (
     FRACTAL,
     basin_entropy,
@@ -94,3 +98,26 @@ def test_random_labels_fill_the_plane() -> None:
 def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="labels"):
         basin_entropy(np.zeros(shape, np.int64))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(40, 90), st.integers(40, 90), st.booleans())
+@settings(max_examples=30, deadline=None)
+def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: bool) -> None:
+    """Any cut of a map into strips, of a few rows or all, gives the same counts."""
+    rng = np.random.default_rng(seed)
+    rough = rng.integers(-1, 3, (12, 12)).repeat(8, 0).repeat(8, 1)[:rows, :columns]
+    labels = np.where(rng.random((rows, columns)) < 0.02, 3, rough).astype(np.int32)
+
+    def measured() -> list[object]:
+        laws = [uncertainty_exponent(labels, periodic=periodic), box_dimension(labels)]
+        entropy, parts = basin_entropy(labels), shares(labels, 4, periodic=periodic)
+        counts = [float(count) for law in laws for count in law.counts]
+        known = entropy.squares, entropy.boundary_squares, pytest.approx(entropy.basin, rel=1e-13)
+        return [*counts, *known, *parts, unresolved_fraction(labels)]
+
+    with pytest.MonkeyPatch.context() as patch:
+        whole = measured()
+        for pixels in (1, 7 * columns, rows * columns // 2):
+            patch.setattr(label_strips, "PIXELS", pixels)
+            assert measured() == whole
+    assert unresolved_fraction(labels) == np.mean(labels == -1)
