@@ -15,7 +15,7 @@ The rooms, from the top; imports point down only:
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
 
 Beside them the tables that every room but `core` may read: `parameters`, `topics`, `errors`,
-`executables`, and `environment` with `folders`.
+`executables`, `environment` with `folders` and `kernel_cache`.
 
 Importing the package is cheap: what is named below is loaded when first used.
 """
@@ -25,7 +25,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.environment import use_numba_cache as _use_numba_cache
+from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation

@@ -1,7 +1,6 @@
 """What a process must find around it: writable folders, the package index, sane ROS settings.
 
-`import bouncing_disk_ros` calls `use_numba_cache` (numba reads its folder when it is imported);
-every executable calls `prepare` first in its `main`. Imports neither numba nor rclpy.
+Every executable calls `prepare` first in its `main`. Imports neither numba nor rclpy.
 """
 
 from __future__ import annotations
@@ -9,31 +8,17 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from pathlib import Path
 
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.folders import (
+    INDEX,
     PACKAGE,
-    numba_cache_directory,
+    prefixes,
     use_log_folder,
     use_matplotlib_folder,
-    use_numba_cache,
+    use_package_index,
 )
 
-__all__ = [
-    "check_domain",
-    "check_middleware",
-    "domain_is_free",
-    "free_domain",
-    "numba_cache_directory",
-    "prepare",
-    "use_fast_discovery",
-    "use_numba_cache",
-    "use_package_index",
-    "use_private_domain",
-]
-
-INDEX = "share/ament_index/resource_index"
 #: Fast DDS computes UDP ports 7400 + 250 * domain + ...; from 233 on they pass 65535.
 LARGEST_DOMAIN = 232
 DOMAINS_ALLOWED = (
@@ -41,28 +26,6 @@ DOMAINS_ALLOWED = (
     "(0 to 101 and 215 to 232 keep clear of the ports that Linux hands out)"
 )
 FAST_DISCOVERY_PROFILE = "fast_discovery.xml"
-
-
-# the package index --------------------------------------------------------------------------------
-
-
-def prefixes() -> list[Path]:
-    """Return the prefixes that AMENT_PREFIX_PATH names."""
-    return [
-        Path(part) for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part
-    ]
-
-
-def use_package_index() -> None:
-    """Add to AMENT_PREFIX_PATH the prefix that this package is installed in, if it is missing."""
-    marker = Path(INDEX, "packages", PACKAGE)
-    if any((prefix / marker).is_file() for prefix in prefixes()):
-        return
-    for prefix in (*Path(__file__).resolve().parents, Path(sys.prefix)):
-        if (prefix / marker).is_file():
-            known = [str(path) for path in prefixes()]
-            os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([*known, str(prefix)])
-            return
 
 
 # ROS settings -------------------------------------------------------------------------------------

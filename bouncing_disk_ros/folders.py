@@ -1,22 +1,60 @@
-"""Folders that a process may write to: compiled kernels, logs, matplotlib's settings.
+"""Folders: the package's own files, and those that a process may write to.
 
-Each in its usual place; else in the XDG one; else in a private temporary one.
+What is written, logs and matplotlib's settings, goes to its usual place; else to the XDG one; else
+to a private temporary one.
 """
 
 from __future__ import annotations
 
-import atexit
-import hashlib
 import os
-import shutil
+import sys
 import tempfile
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
 
 PACKAGE = "bouncing_disk_ros"
+INDEX = "share/ament_index/resource_index"
+
+
+# the package's own files --------------------------------------------------------------------------
+
+
+def prefixes() -> list[Path]:
+    """Return the prefixes that AMENT_PREFIX_PATH names."""
+    return [
+        Path(part) for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part
+    ]
+
+
+def use_package_index() -> None:
+    """Add to AMENT_PREFIX_PATH the prefix that this package is installed in, if it is missing."""
+    marker = Path(INDEX, "packages", PACKAGE)
+    if any((prefix / marker).is_file() for prefix in prefixes()):
+        return
+    for prefix in (*Path(__file__).resolve().parents, Path(sys.prefix)):
+        if (prefix / marker).is_file():
+            known = [str(path) for path in prefixes()]
+            os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([*known, str(prefix)])
+            return
+
+
+def share_directory() -> Path:
+    """The folder that holds config/: the source tree when run from it, else share/ of a prefix."""
+    source = Path(__file__).resolve().parents[1]
+    if (source / "package.xml").is_file() and (source / "config").is_dir():
+        return source
+    use_package_index()
+    for prefix in prefixes():
+        share = prefix / "share" / PACKAGE
+        if (share / "config").is_dir():
+            return share
+    hint = "Is the package installed with its share files (pip install . or colcon build)?"
+    raise InputError("preset", "a name", "the path of a file: no share folder is found", hint)
+
+
+# what may be written ------------------------------------------------------------------------------
 
 
 def home() -> Path | None:
@@ -52,55 +90,6 @@ def base_folders(variable: str, under_home: str) -> Iterator[Path]:
         return
     if status.st_uid == os.getuid() and status.st_mode & 0o170077 == 0o040000:
         yield private
-
-
-def core_digest() -> str:
-    """Return a digest of the core's sources; numba itself misses edits in a function's callees."""
-    digest = hashlib.sha256()
-    folder = Path(__file__).parent / "core"
-    for file in sorted(folder.rglob("*.py")):
-        digest.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-def numba_cache_directory() -> Path | None:
-    """Return the folder for numba's compiled kernels of these very sources; None: none can be made.
-
-    In $XDG_CACHE_HOME, else ~/.cache, else a folder of this user among the temporary ones.
-    """
-    for base in base_folders("XDG_CACHE_HOME", ".cache"):
-        if made_writable(folder := base / f"numba-{core_digest()}"):
-            return folder
-    return None
-
-
-def use_numba_cache() -> None:
-    """Set NUMBA_CACHE_DIR unless it is set. Warn once if kernels must be compiled at each start."""
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return
-    folder = numba_cache_directory()
-    if folder is None:
-        warnings.warn(
-            "no folder for compiled kernels can be written: every start compiles them anew. "
-            "Set NUMBA_CACHE_DIR to a folder that can",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        folder = passing_folder()
-    if folder is not None:
-        os.environ["NUMBA_CACHE_DIR"] = str(folder)
-
-
-def passing_folder() -> Path | None:
-    """Return a new folder that is deleted when this process ends; None: none can be made."""
-    for place in (None, "/dev/shm"):  # noqa: S108 (mkdtemp makes a private one)
-        try:
-            folder = tempfile.mkdtemp(prefix=f"{PACKAGE}-", dir=place)
-        except OSError:
-            continue
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        return Path(folder)
-    return None
 
 
 def use_log_folder() -> None:

@@ -17,7 +17,7 @@ import hypothesis
 import pytest
 
 import bouncing_disk_ros
-from bouncing_disk_ros import environment
+from bouncing_disk_ros import environment, folders
 from support.processes import Starter
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def ros_domain() -> Iterator[int]:
             str(ROOT / "config" / environment.FAST_DISCOVERY_PROFILE),
         )
         patch.setenv("AMENT_PREFIX_PATH", os.environ.get("AMENT_PREFIX_PATH", ""))
-        environment.use_package_index()
+        folders.use_package_index()
         yield domain
 
 

@@ -12,7 +12,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import InputError
 
 ENCODING = "ros2msg"
@@ -80,7 +80,7 @@ def _hash(name: str) -> str:
 
 def _file(name: str, suffix: str) -> Path:
     package, kind, short = _parts(name)
-    for prefix in [*environment.prefixes(), Path(sys.prefix)]:
+    for prefix in [*folders.prefixes(), Path(sys.prefix)]:
         path = prefix / "share" / package / kind / f"{short}{suffix}"
         if path.is_file():
             return path

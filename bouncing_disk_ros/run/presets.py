@@ -4,28 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bouncing_disk_ros import environment, parameters
+from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 
-PACKAGE = "bouncing_disk_ros"
 PRESET_KEY = "/**"
 """A wildcard, so that a namespace or another node name keeps the values."""
-
-
-def share_directory() -> Path:
-    """The folder that holds config/: the source tree when run from it, else share/ of a prefix."""
-    source = Path(__file__).resolve().parents[2]
-    if (source / "package.xml").is_file() and (source / "config").is_dir():
-        return source
-    environment.use_package_index()
-    for prefix in environment.prefixes():
-        share = prefix / "share" / PACKAGE
-        if (share / "config").is_dir():
-            return share
-    hint = "Is the package installed with its share files (pip install . or colcon build)?"
-    raise InputError("preset", "a name", "the path of a file: no share folder is found", hint)
 
 
 def preset_names() -> list[str]:

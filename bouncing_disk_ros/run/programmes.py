@@ -20,8 +20,8 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.core.schedule import plan_fades
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, nanoseconds
-from bouncing_disk_ros.run.presets import share_directory
 from bouncing_disk_ros.run.rulings import Instant, PointRequest, ProgrammeRequest, rule_programme
 from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 from bouncing_disk_ros.topics import MOTION_NAMES

@@ -23,6 +23,7 @@ TABLES = {
     "errors",
     "executables",
     "folders",
+    "kernel_cache",
     "parameters",
     "study_tables",
     "tables",
@@ -51,7 +52,7 @@ MAY_IMPORT = {
                    "analysis", "run", "core"} | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
-    "__init__": {"environment", "core", "nodes.simulator", "ros", "run"},
+    "__init__": {"kernel_cache", "core", "nodes.simulator", "ros", "run"},
     "__main__": TABLES,
 }  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library

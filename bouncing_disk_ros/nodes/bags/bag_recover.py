@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
 from bouncing_disk_ros.nodes.shared.start import split_arguments
@@ -27,7 +27,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
     given = parser.parse_args(split_arguments(args)[0])
     interrupt_on_signals()
-    environment.use_package_index()
+    folders.use_package_index()
     unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
     return run_bag_tool("bag_recover", given.bag, lambda: _recover(given), unfinished)
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
@@ -68,7 +68,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
     given = parser().parse_intermixed_args(split_arguments(args)[0])
     interrupt_on_signals()
-    environment.use_package_index()
+    folders.use_package_index()
     use_matplotlib_folder()
     return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
 

@@ -14,8 +14,8 @@ from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from bouncing_disk_ros.folders import PACKAGE, share_directory
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.presets import PACKAGE, share_directory
 
 YAML = "text/yaml"
 Attach = Callable[[str, str, bytes], None]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
 from bouncing_disk_ros.nodes.shared.start import split_arguments
@@ -33,7 +33,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Replay; exit code 0 identical, 1 failed, 2 bad input, 3 it differs, 130 interrupted."""
     stop = Stop(ExitCode.INTERRUPTED).install()
     given = _parser().parse_args(split_arguments(args)[0])
-    environment.use_package_index()
+    folders.use_package_index()
     with stop.importing():
         from bouncing_disk_ros.nodes.replay import recorded as _  # noqa: F401 (the kernels)
 

@@ -1,0 +1,128 @@
+"""The folder of compiled kernels: one for each version of the core, old ones forgotten.
+
+A folder is named by a digest of the core's sources. Each process holds a shared lock (flock) on
+the one that it uses, as long as it lives, and sets its time of last use. Folders of other versions
+that nobody has used for `UNUSED_DAYS` and nobody holds are removed.
+"""
+
+from __future__ import annotations
+
+import atexit
+import fcntl
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+import time
+import warnings
+from contextlib import suppress
+from pathlib import Path
+
+from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
+
+UNUSED_DAYS = 30
+_NAME = re.compile(r"numba-[0-9a-f]{16}")
+_held: dict[Path, int] = {}
+"""Folders in use by this process, and the descriptors that lock them."""
+
+
+def core_digest() -> str:
+    """Return a digest of the core's sources; numba itself misses edits in a function's callees."""
+    digest = hashlib.sha256()
+    folder = Path(__file__).parent / "core"
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def numba_cache_directory() -> Path | None:
+    """Return the folder for numba's compiled kernels of these very sources; None: none can be made.
+
+    In $XDG_CACHE_HOME, else ~/.cache, else a folder of this user among the temporary ones.
+    """
+    for base in base_folders("XDG_CACHE_HOME", ".cache"):
+        if made_writable(folder := base / f"numba-{core_digest()}"):
+            return folder
+    return None
+
+
+def use_numba_cache() -> None:
+    """Set NUMBA_CACHE_DIR unless it is set. Warn once if kernels must be compiled at each start."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return  # the user's, or that of the process that started this one, which holds it
+    folder = numba_cache_directory()
+    if folder is None:
+        warnings.warn(
+            "no folder for compiled kernels can be written: every start compiles them anew. "
+            "Set NUMBA_CACHE_DIR to a folder that can",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        folder = passing_folder()
+    else:
+        hold(folder)
+        forget_unused(folder)
+    if folder is not None:
+        os.environ["NUMBA_CACHE_DIR"] = str(folder)
+
+
+def hold(folder: Path) -> None:
+    """Keep others from removing `folder` while this process lives; it was last used now."""
+    with suppress(OSError):  # a file system without locks: nobody removes anything there
+        while folder not in _held:
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            if _locked(folder, descriptor):
+                _held[folder] = descriptor
+            else:
+                os.close(descriptor)
+    with suppress(OSError):
+        os.utime(folder)
+
+
+def _locked(folder: Path, descriptor: int) -> bool:
+    """Whether the folder of the descriptor, locked now, still is the one of that name."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH)  # waits for one who is removing it
+        return os.path.samestat(folder.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+    except OSError:
+        os.close(descriptor)
+        raise
+
+
+def forget_unused(own: Path) -> None:
+    """Remove the folders of other versions beside `own` that are not in use and long unused."""
+    oldest = time.time() - UNUSED_DAYS * 86400
+    with suppress(OSError):
+        for folder in own.parent.iterdir():
+            if folder != own and _NAME.fullmatch(folder.name) and not folder.is_symlink():
+                with suppress(OSError):  # in use, removed by another one, not ours: it stays
+                    _remove(folder, oldest)
+
+
+def _remove(folder: Path, oldest: float) -> None:
+    """Remove a folder last used before `oldest`; OSError where someone holds it."""
+    if folder.stat().st_mtime >= oldest:
+        return
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if os.fstat(descriptor).st_mtime < oldest:  # still, now that nobody can begin to use it
+            shutil.rmtree(folder)
+    finally:
+        os.close(descriptor)
+
+
+def passing_folder() -> Path | None:
+    """Return a new folder that is deleted when this process ends; None: none can be made."""
+    for place in (None, "/dev/shm"):  # noqa: S108 (mkdtemp makes a private one)
+        try:
+            folder = tempfile.mkdtemp(prefix=f"{PACKAGE}-", dir=place)
+        except OSError:
+            continue
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return Path(folder)
+    return None

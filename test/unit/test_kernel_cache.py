@@ -1,0 +1,261 @@
+"""The folder of compiled kernels: where it is, and which old ones are removed."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from bouncing_disk_ros import kernel_cache
+from support.places import private
+
+
+def test_kernels_are_cached_under_home(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = kernel_cache.numba_cache_directory()
+    assert folder is not None
+    assert folder.is_dir()
+    assert folder.parent == tmp_path / "home" / ".cache" / "bouncing_disk_ros"
+    kernel_cache.use_numba_cache()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
+
+
+def test_xdg_cache_home_goes_before_home(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    clean.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    folder = kernel_cache.numba_cache_directory()
+    assert folder is not None
+    assert folder.parent == tmp_path / "xdg" / "bouncing_disk_ros"
+
+
+@pytest.mark.parametrize("home", ["unset", "unusable"])
+def test_without_home_kernels_are_cached_in_a_private_temporary_folder(
+    no_home: pytest.MonkeyPatch, tmp_path: Path, home: str
+) -> None:
+    if home == "unset":
+        no_home.delenv("HOME")
+    folder = kernel_cache.numba_cache_directory()
+    assert folder is not None
+    assert folder.parent == private(tmp_path)
+    assert stat.S_IMODE(private(tmp_path).stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("kind", ["link", "open to others", "file"])
+def test_a_temporary_folder_that_others_prepared_is_not_trusted(
+    no_home: pytest.MonkeyPatch, tmp_path: Path, kind: str
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    place = private(tmp_path)
+    if kind == "link":
+        place.symlink_to(elsewhere)
+    elif kind == "file":
+        place.touch(mode=0o700)
+    else:
+        place.mkdir()
+        place.chmod(0o777)
+    assert kernel_cache.numba_cache_directory() is None
+
+
+def test_without_any_lasting_folder_one_warning_and_a_passing_one(
+    no_home: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    private(tmp_path).touch()
+    with pytest.warns(RuntimeWarning, match="Set NUMBA_CACHE_DIR") as caught:
+        kernel_cache.use_numba_cache()
+    assert len(caught) == 1
+    kernel_cache.use_numba_cache()  # a second warning would be an error
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
+
+
+def test_with_no_folder_at_all_numba_is_left_to_itself(
+    no_home: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    no_home.setattr(kernel_cache, "passing_folder", lambda: None)
+    private(tmp_path).touch()
+    with pytest.warns(RuntimeWarning):
+        kernel_cache.use_numba_cache()
+    assert "NUMBA_CACHE_DIR" not in os.environ
+
+
+def test_passing_folder_is_none_where_nothing_can_be_made(clean: pytest.MonkeyPatch) -> None:
+    def refuse(**_: object) -> str:
+        raise OSError
+
+    clean.setattr(tempfile, "mkdtemp", refuse)
+    assert kernel_cache.passing_folder() is None
+
+
+def test_the_users_cache_folder_stays(clean: pytest.MonkeyPatch) -> None:
+    clean.setenv("NUMBA_CACHE_DIR", "/some/where")
+    kernel_cache.use_numba_cache()
+    assert os.environ["NUMBA_CACHE_DIR"] == "/some/where"
+
+
+def test_digest_changes_with_any_file_of_the_core(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    core = tmp_path / "core"
+    core.mkdir()
+    clean.setattr(kernel_cache, "__file__", str(tmp_path / "kernel_cache.py"))
+    seen = {kernel_cache.core_digest()}
+    (core / "a.py").write_text("x = 1")
+    seen.add(kernel_cache.core_digest())
+    (core / "a.py").write_text("x = 2")
+    seen.add(kernel_cache.core_digest())
+    (core / "a.py").rename(core / "b.py")
+    seen.add(kernel_cache.core_digest())
+    assert len(seen) == 4
+    (core / "notes.txt").touch()
+    assert kernel_cache.core_digest() in seen
+
+
+# old ones
+
+LONG_AGO = 1.0e9  # seconds since 1970: in 2001
+
+
+def old_folder(base: Path, name: str = "numba-0123456789abcdef") -> Path:
+    """A folder of kernels that was last used long ago."""
+    folder = base / name
+    (folder / "core_1").mkdir(parents=True)
+    (folder / "core_1" / "kernel.nbi").write_bytes(b"x")
+    os.utime(folder, (LONG_AGO, LONG_AGO))
+    return folder
+
+
+@pytest.fixture
+def base(clean: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    return tmp_path / "home" / ".cache" / "bouncing_disk_ros"
+
+
+def test_old_kernels_of_other_versions_are_removed(base: Path) -> None:
+    old = old_folder(base)
+    kernel_cache.use_numba_cache()
+    assert not old.exists()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
+
+
+def test_kernels_used_within_the_month_stay(base: Path) -> None:
+    recent = old_folder(base)
+    day = 86400.0
+    used = time.time() - (kernel_cache.UNUSED_DAYS - 1) * day
+    os.utime(recent, (used, used))
+    kernel_cache.use_numba_cache()
+    assert (recent / "core_1" / "kernel.nbi").is_file()
+    os.utime(recent, (used - 2 * day, used - 2 * day))
+    kernel_cache.forget_unused(base / "numba-")
+    assert not recent.exists()
+
+
+def test_the_own_kernels_stay_however_old_and_count_as_used_now(base: Path) -> None:
+    own = old_folder(base, f"numba-{kernel_cache.core_digest()}")
+    before = time.time()
+    kernel_cache.use_numba_cache()
+    assert (own / "core_1" / "kernel.nbi").is_file()
+    assert own.stat().st_mtime >= before - 1.0  # the file system's clock is coarser
+
+
+@pytest.mark.parametrize("name", ["numba-mine", "numba-0123456789ABCDEF", "log", "numba-"])
+def test_folders_of_other_names_stay(base: Path, name: str) -> None:
+    other = old_folder(base, name)
+    kernel_cache.use_numba_cache()
+    assert other.is_dir()
+
+
+def test_a_link_stays_with_what_it_leads_to(base: Path, tmp_path: Path) -> None:
+    target = old_folder(tmp_path / "elsewhere")
+    base.mkdir(parents=True)
+    (base / target.name).symlink_to(target)
+    kernel_cache.use_numba_cache()
+    assert (target / "core_1").is_dir()
+
+
+_HOLDER = """
+import sys
+from pathlib import Path
+from bouncing_disk_ros import kernel_cache
+folder = Path(sys.argv[1])
+kernel_cache.hold(folder)
+print("held", flush=True)
+sys.stdin.readline()
+"""
+
+
+def test_kernels_that_another_process_uses_stay_until_it_ends(base: Path) -> None:
+    """A run of more than a month, of a version that nobody has started since."""
+    old = old_folder(base)
+    with subprocess.Popen(
+        [sys.executable, "-c", _HOLDER, str(old)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(base)},
+    ) as holder:  # fmt: skip
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "held\n"
+        os.utime(old, (LONG_AGO, LONG_AGO))
+        kernel_cache.forget_unused(base / "numba-")
+        assert (old / "core_1" / "kernel.nbi").is_file()
+        holder.communicate("\n")
+    assert holder.returncode == 0
+    kernel_cache.forget_unused(base / "numba-")
+    assert not old.exists()
+
+
+def test_who_begins_to_use_a_folder_while_it_is_removed_gets_a_new_one(
+    base: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process opens the old folder, waits for the one that removes it, and makes it anew."""
+    old = old_folder(base)
+    lock = fcntl.flock
+    waits: list[int] = []
+
+    def flock(descriptor: int, how: int) -> None:
+        if how == fcntl.LOCK_SH and not waits:
+            waits.append(how)
+            kernel_cache.forget_unused(base / "numba-")
+            assert not old.exists()
+        lock(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    kernel_cache.hold(old)
+    assert waits
+    assert list(old.iterdir()) == []
+    os.utime(old, (LONG_AGO, LONG_AGO))
+    kernel_cache.forget_unused(base / "numba-")
+    assert old.is_dir()
+
+
+def test_two_that_remove_at_once_disturb_nobody(base: Path) -> None:
+    folders = [old_folder(base, f"numba-{number:016x}") for number in range(40)]
+    code = (
+        "import sys; from pathlib import Path; from bouncing_disk_ros import kernel_cache\n"
+        "sys.stdin.readline(); kernel_cache.forget_unused(Path(sys.argv[1]))"
+    )
+    processes = [
+        subprocess.Popen([sys.executable, "-c", code, str(base / "numba-")], stdin=subprocess.PIPE,
+                         env=os.environ | {"NUMBA_CACHE_DIR": str(base)})
+        for _ in range(2)
+    ]  # fmt: skip
+    for process in processes:
+        process.communicate(b"\n")
+    assert [process.returncode for process in processes] == [0, 0]
+    assert not [folder for folder in folders if folder.exists()]
+
+
+def test_without_locks_the_kernels_are_used_all_the_same(
+    base: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: int, how: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    old = old_folder(base)
+    kernel_cache.use_numba_cache()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == base
+    assert old.is_dir()  # nobody can know whether it is in use
