@@ -64,7 +64,13 @@ _BIFURCATION = (
          "τ", low=-1e3, high=1e3),
     Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact; 0: start on the period-1 "
          "orbit", "w_A", low=-1e3, high=0.0),
-    Spec("settling", 1000, "", "impacts left out at each value", low=0, high=100_000_000),
+    Spec("starts", 0, "", "initial conditions at each value, spread evenly over forcing phase and "
+         "velocity, for all coexisting attractors; 0: one attractor is followed, each value "
+         "starting where the one before ended", low=0, high=1_000_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of the starts: τ from 0 to 2π, w_A from this to "
+         "0", "w_A", low=-1e3, high=0.0),
+    Spec("settling", 1000, "", "impacts left out at each value; after starts of their own, speeds "
+         "need more where impacts are weak: 10000 or so", low=0, high=100_000_000),
     Spec("measured", 2000, "", "impacts that means and exponent are over", low=1,
          high=100_000_000),
     Spec("kept", 300, "", "impacts kept at each value, the last ones measured", low=1,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ SYMBOLS = {"forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_for
 _ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
 _NAMED = 3  # doublings with their numbers; the next ones lie too close
 _INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
+_CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
 _DECADES = 20.0  # Γ_T over more than this is drawn on a scale of logarithms
 _BINS = 72  # of the circle, to find where it is emptiest
 
@@ -44,21 +45,34 @@ def bifurcation_figure(
     axis: str,
     doublings: Sequence[Doubling] = (),
     phases: tuple[float, float] | None = None,
+    *,
+    followed: bool | None = None,
 ) -> Figure:
     """Three panels over one parameter, as Fig. 3 of the paper, with the theory of period 1.
 
-    `branch` is what `follow` or `from_starts` gave for `section` along `axis`; of several starts
-    all are drawn. `doublings` are marked; `phases` is the range of τ shown, rad (default: what the
-    impacts cover, cut where the circle is emptiest).
+    `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
+    marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
+    circle is emptiest). A branch that was not `followed` (default: one of several starts) is drawn
+    as points, those of starts that end with contact in another colour.
     """
+    followed = branch.mean_speed.shape[1] == 1 if followed is None else followed
     figure = new_figure(9.0, 9.0)
     panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.0, 1.0])
     top, middle, bottom = panels
     low, high = phases or phase_range(branch)
-    _phases(top, branch, low, high)
-    _speed(middle, branch)
-    _exponent(bottom, branch)
+    with_contact = np.zeros_like(branch.contacts, bool) if followed else branch.contacts > 0.0
+    _phases(top, _only(branch, ~with_contact), low, high, _INK)
+    if with_contact.any():
+        _phases(top, _only(branch, with_contact), low, high, _CONTACT_INK)
+        for color, name in ((BLUE, "starts that end without contact"), (VERMILION, "with contact")):
+            top.plot([], [], "s", color=color, ms=5, label=name)
+    _frame_phases(top, low, high)
+    _speed(middle, branch, with_contact, followed)
+    _exponent(bottom, branch, followed)
     _theory(top, middle, branch, section, axis, low)
+    top.legend(loc="upper left", fontsize=9)
+    if followed and len(middle.get_legend_handles_labels()[0]) > 1:
+        middle.legend(loc="lower left", fontsize=9)
     for axes in panels:
         _mark(axes, doublings, named=axes is top)
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
@@ -67,7 +81,7 @@ def bifurcation_figure(
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     bottom.set_xlabel(LABELS[axis])
-    figure.suptitle(_title(branch, section, axis), fontsize=12)
+    figure.suptitle(_title(branch, section, axis, followed), fontsize=12)
     return figure
 
 
@@ -110,7 +124,14 @@ def edges_of(values: Array) -> Array:
     return np.concatenate([[first], middles, [last]])
 
 
-def _phases(axes: Any, branch: Branch, low: float, high: float) -> None:
+def _only(branch: Branch, chosen: NDArray[np.bool_]) -> Branch:
+    """The impacts of some starts (n, m) alone."""
+    return branch._replace(
+        forcing_phase=np.where(chosen[..., None], branch.forcing_phase, math.nan)
+    )
+
+
+def _phases(axes: Any, branch: Branch, low: float, high: float, ink: Colormap) -> None:
     order = np.argsort(branch.values)
     shares = density(branch, low, high)[:, order]
     together = math.ceil(len(order) / _COLUMNS)  # neighbours in one column
@@ -120,9 +141,12 @@ def _phases(axes: Any, branch: Branch, low: float, high: float) -> None:
     edges = edges_of(branch.values[order])[[*starts, len(order)]]
     axes.pcolormesh(
         edges, np.linspace(low, high, _ROWS + 1),
-        np.ma.masked_equal(shares, 0.0), cmap=_INK, norm=LogNorm(min(least, 0.1), 1.0),
+        np.ma.masked_equal(shares, 0.0), cmap=ink, norm=LogNorm(min(least, 0.1), 1.0),
         rasterized=True, zorder=2.5,
     )  # fmt: skip
+
+
+def _frame_phases(axes: Any, low: float, high: float) -> None:
     axes.set_ylim(low, high)
     axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
     axes.set_ylabel("forcing phase at impact τ (rad)")
@@ -138,26 +162,33 @@ def _from_pi(x: Array) -> Array:
     return np.asarray(x) * math.pi
 
 
-def _speed(axes: Any, branch: Branch) -> None:
-    for j in range(branch.mean_speed.shape[1]):
-        axes.plot(branch.values, branch.mean_speed[:, j], color=BLUE, lw=1.2,
-                  label="mean in time" if j == 0 else None)  # fmt: skip
+def _style(followed: bool, color: str) -> dict[str, Any]:
+    """A line through what was followed, points of starts."""
+    if followed:
+        return {"color": color, "lw": 1.2}
+    return {"color": color, "ls": "", "marker": ".", "ms": 2.0, "rasterized": True}
+
+
+def _speed(axes: Any, branch: Branch, with_contact: NDArray[np.bool_], followed: bool) -> None:
+    for chosen, color in ((~with_contact, BLUE), (with_contact, VERMILION)):
+        if chosen.any():
+            shown = np.where(chosen, branch.mean_speed, math.nan)
+            lines = axes.plot(branch.values, shown, **_style(followed, color))
+            lines[0].set_label("mean in time")
     axes.set_ylabel("mean speed α̇ / (ωΦ) (1)")
 
 
-def _exponent(axes: Any, branch: Branch) -> None:
-    """Finite exponents as a line; values with contact as marks at the lower border."""
+def _exponent(axes: Any, branch: Branch, followed: bool) -> None:
+    """Finite exponents; values with contact as marks at the lower border."""
     axes.axhline(0.0, color="black", lw=0.8)
-    for j in range(branch.lyapunov_exponent.shape[1]):
-        exponent = branch.lyapunov_exponent[:, j]
-        contact = np.isneginf(exponent)
-        axes.plot(branch.values, np.where(contact, math.nan, exponent), color=VERMILION, lw=1.2)
-        if contact.any():
-            places = branch.values[contact]
-            axes.plot(places, np.zeros(len(places)), "|", color=GREY, ms=7, clip_on=False,
-                      transform=axes.get_xaxis_transform(),
-                      label="with contact: −∞" if j == 0 else None)  # fmt: skip
-    if axes.get_legend_handles_labels()[0]:
+    contact = np.isneginf(branch.lyapunov_exponent)
+    finite = np.where(contact, math.nan, branch.lyapunov_exponent)
+    axes.plot(branch.values, finite, **_style(followed, VERMILION if followed else BLUE))
+    places = branch.values[contact.any(axis=1)]
+    if len(places):
+        axes.plot(places, np.zeros(len(places)), "|", color=GREY if followed else VERMILION, ms=7,
+                  clip_on=False, transform=axes.get_xaxis_transform(),
+                  label="with contact: −∞")  # fmt: skip
         axes.legend(fontsize=9)
     axes.set_ylabel("Lyapunov exponent\nper impact (1)")
 
@@ -174,10 +205,8 @@ def _theory(
     shown = low + np.mod(phase - low, math.tau)
     style = {"color": VERMILION, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
     top.plot(values, shown, **style, label="period 1: cos τ = (1 − ε)/((1 + ε) Γ)")
-    top.legend(loc="upper left", fontsize=9)
     if math.isfinite(section.angular_forcing) or axis == "angular_forcing":
         middle.plot(values, np.cos(phase + lag), **style, label="period 1: cos(τ + θ) (eq. 4)")
-        middle.legend(loc="lower left", fontsize=9)
 
 
 def _mark(axes: Any, doublings: Sequence[Doubling], named: bool) -> None:
@@ -193,12 +222,16 @@ def _mark(axes: Any, doublings: Sequence[Doubling], named: bool) -> None:
             text.set_in_layout(False)
 
 
-def _title(branch: Branch, section: NextCollisionMap, axis: str) -> str:
+def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool) -> str:
     fixed = [
         f"{symbol} = {getattr(section, name):g}" for name, symbol in SYMBOLS.items() if name != axis
     ]
     if math.isinf(section.angular_forcing) and axis != "angular_forcing":
         fixed[-1] = "no friction"
     way = "downward" if branch.values[-1] < branch.values[0] else "upward"
-    text = f"Attractor followed {way} in {SYMBOLS[axis]}; {', '.join(fixed)}"
+    what = f"Attractor followed {way} in"
+    if not followed:
+        starts = branch.mean_speed.shape[1]
+        what = f"Attractors reached from {starts} start{'s' if starts > 1 else ''} at each"
+    text = f"{what} {SYMBOLS[axis]}; {', '.join(fixed)}"
     return text.replace("-", "−")

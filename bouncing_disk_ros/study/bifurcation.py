@@ -1,4 +1,8 @@
-"""The study `bifurcation`: an attractor followed along one parameter (paper, Fig. 3)."""
+"""The study `bifurcation`: attractors along one parameter (paper, Fig. 3).
+
+One attractor is followed from value to value, or the same starts are carried at each value, which
+shows all that coexist.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.bifurcation import STATE, Branch, begin, follow
+from bouncing_disk_ros.analysis.bifurcation import STATE, Branch, begin, follow, from_starts
 from bouncing_disk_ros.analysis.continuation import (
     Doubling,
     existence_limit,
@@ -19,9 +23,11 @@ from bouncing_disk_ros.analysis.continuation import (
 )
 from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
+from bouncing_disk_ros.analysis.starts import spread_starts
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 NAMES = {
     "axial_forcing": ("forcing", "Γ", "1"),
@@ -31,16 +37,20 @@ NAMES = {
 }
 """Parameter that a diagram can run along -> its name in the map, symbol and unit."""
 VALUES_OF_A_REGION = 64
+LEAST_OF_A_REGION, IMPACTS_OF_A_REGION, KEPT_OF_A_REGION = 256, 30_000_000, 1_000_000
+"""From starts: at least so many trajectories, else about so many impacts, or so many to keep."""
 _BESIDE_BIRTH = 1e-4
 """So far from the value where the period-1 orbit is born its continuation begins."""
 
 
 class Bifurcation(Study):
-    """Impacts on the attractor over a parameter, each value from where the one before ended."""
+    """Impacts on the attractor over a parameter, each value from where the one before ended.
+
+    With `starts`: impacts on the attractors that these reach at each value.
+    """
 
     name: ClassVar[str] = "bifurcation"
     title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
-    sequential: ClassVar[bool] = True
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -54,7 +64,29 @@ class Bifurcation(Study):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
             self._check_end(end)
-        self._start()
+        self._starts = self._spread()
+        self.sequential = not self._starts
+        if self.sequential:
+            self._start()
+
+    def _spread(self) -> list[MapState]:
+        """The starts at each value, none to follow; what then plays no part is no parameter."""
+        given, count = self.parameters, int(self.parameters["starts"])
+        if count:
+            for name in ("initial_phase", "initial_velocity"):
+                value = given.pop(name)
+                if value != 0.0:
+                    hint = (
+                        f"The {count} starts are spread over the window; starts:=0 takes your own."
+                    )
+                    raise InputError(name, value, "0 with starts", hint)
+            return spread_starts(count, float(given["velocity_begin"]))
+        window, usual = given.pop("velocity_begin"), STUDY_TABLES[self.name]["velocity_begin"]
+        if window != usual.default:
+            hint = "It is the window of starts, of which there are none."
+            raise InputError("velocity_begin", window, "none without starts", hint)
+        del given["starts"]
+        return []
 
     def _check_end(self, name: str) -> None:
         value = float(self.parameters[name])
@@ -96,12 +128,17 @@ class Bifurcation(Study):
             "value": Axis(values, unit, label, symbol),
             "impact": Axis(np.arange(int(given["kept"])), "1", "impacts, the last ones measured"),
             "number": Axis(np.arange(STATE), "1", "numbers of the state that the next begins with"),
+            **({"start": self._start_axis()} if self._starts else {}),
         }
+
+    def _start_axis(self) -> Axis:
+        return Axis(np.arange(len(self._starts)), "1", "starts, in the order of spread_starts")
 
     @property
     def fields(self) -> Mapping[str, Field]:
         """As in analysis.bifurcation.Branch."""
-        cloud, line, speed = ("value", "impact"), ("value",), "omega Phi"
+        line = ("value", "start") if self._starts else ("value",)
+        cloud, speed = (*line, "impact"), "omega Phi"
         return {
             "forcing_phase": Field(cloud, "float64", "rad", "forcing phase at impact", "τ_imp"),
             "axial_impact_velocity": Field(
@@ -113,24 +150,31 @@ class Bifurcation(Study):
             "mean_speed_per_impact": Field(line, "float64", speed, "mean speed of the impacts"),
             "lyapunov_exponent": Field(line, "float64", "1", "Lyapunov exponent per impact", "λ"),
             "contacts": Field(line, "float64", "1", "rides on the platform per impact"),
-            "state": Field(("value", "number"), "float64", "1", "state after the last impact"),
+            "state": Field((*line, "number"), "float64", "1", "state after the last impact"),
         }
 
     @property
     def chunks(self) -> Mapping[str, int]:
         """Values in a row."""
-        return {"value": VALUES_OF_A_REGION}
+        if not self._starts:
+            return {"value": VALUES_OF_A_REGION}
+        settling, measured, kept = self._counts.values()
+        together = min(IMPACTS_OF_A_REGION // (settling + measured), KEPT_OF_A_REGION // kept)
+        together = max(LEAST_OF_A_REGION, together)
+        return {"value": -(-together // len(self._starts))}
+
+    @property
+    def _counts(self) -> dict[str, int]:
+        return {name: int(self.parameters[name]) for name in ("settling", "measured", "kept")}
 
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
-        """Follow on from the state of the region before."""
-        given = self.parameters
+        """Carry the starts, or follow on from the state of the region before."""
         values = self.axes["value"].values[region.slices["value"]].astype(float)
+        if self._starts:
+            whole = from_starts(self.section(), self.axis, values, self._starts, **self._counts)
+            return _fields_of(whole, slice(None))
         state = self._start() if before is None else before["state"][-1:].astype(float)
-        branch = follow(
-            self.section(), self.axis, values, state, settling=int(given["settling"]),
-            measured=int(given["measured"]), kept=int(given["kept"]),
-        )  # fmt: skip
-        return _fields_of(branch)
+        return _fields_of(follow(self.section(), self.axis, values, state, **self._counts), 0)
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add the period doublings between the ends of the axis, where it is Γ or ε."""
@@ -171,23 +215,16 @@ def _threshold(error: InputError) -> str:
     return f"Γ {error.allowed}" if error.field == "forcing" else error.allowed
 
 
-def _fields_of(branch: Branch) -> Arrays:
-    return {
-        "forcing_phase": branch.forcing_phase[:, 0],
-        "axial_impact_velocity": branch.axial_impact_velocity[:, 0],
-        "angular_velocity": branch.angular_velocity[:, 0],
-        "contact": branch.contact[:, 0].astype(np.uint8),
-        "mean_speed": branch.mean_speed[:, 0],
-        "mean_speed_per_impact": branch.mean_speed_per_impact[:, 0],
-        "lyapunov_exponent": branch.lyapunov_exponent[:, 0],
-        "contacts": branch.contacts[:, 0],
-        "state": branch.ends[:, 0],
-    }
+def _fields_of(branch: Branch, start: int | slice) -> Arrays:
+    """The arrays of a region: of one start, or with an axis of starts."""
+    arrays = {name: getattr(branch, name)[:, start] for name in Branch._fields[1:-1]}
+    arrays["contact"] = arrays["contact"].astype(np.uint8)
+    return {**arrays, "state": branch.ends[:, start]}
 
 
 def branch_of(result: xr.Dataset) -> Branch:
     """A stored diagram as the analysis gives it."""
-    one = {name: result[name].values[:, None] for name in result.data_vars
-           if name in Branch._fields}  # fmt: skip
-    one["contact"] = one["contact"].astype(bool)
-    return Branch(values=result["value"].values, ends=result["state"].values[:, None], **one)
+    one = slice(None) if "start" in result.dims else (slice(None), None)
+    arrays = {name: result[name].values[one] for name in Branch._fields[1:-1]}
+    arrays["contact"] = arrays["contact"].astype(bool)
+    return Branch(values=result["value"].values, ends=result["state"].values[one], **arrays)

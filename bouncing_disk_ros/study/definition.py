@@ -62,7 +62,7 @@ class Study(ABC):
 
     name: ClassVar[str]
     title: ClassVar[str]
-    sequential: ClassVar[bool] = False
+    sequential: bool = False
     """Whether each region starts from the result of the one before."""
     revision: ClassVar[int] = 1
     """Grows when the same parameters give other numbers: an older store is then not resumed."""

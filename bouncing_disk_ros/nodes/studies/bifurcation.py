@@ -1,4 +1,4 @@
-"""The executable `bifurcation`: an attractor followed along a parameter (paper, Fig. 3)."""
+"""The executable `bifurcation`: attractors along a parameter (paper, Fig. 3)."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.study.bifurcation import Bifurcation
 
 _ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from where
-the one before ended. Period doublings are computed by continuation. Fig. 3 of the paper."""
+the one before ended. With starts:=24, carry so many starts at each value instead: that shows the
+attractors that coexist. Period doublings are computed by continuation. Fig. 3 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p end:=0.45"
 
 OPTIONS = table_of("bifurcation")
+APART = 0.01
+"""Mean speeds (ωΦ) further apart than this are not those of one orbit."""
 
 
 def exhibit() -> Exhibit[Bifurcation]:
@@ -43,7 +46,9 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.bifurcation import branch_of
 
     branch, section = branch_of(result), study.section()
-    return {"bifurcation": bifurcation_figure(branch, section, study.axis, study.doublings)}
+    marks = (study.axis, study.doublings)
+    figure = bifurcation_figure(branch, section, *marks, followed=study.sequential)
+    return {"bifurcation": figure}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -55,13 +60,36 @@ def lines(result: xr.Dataset) -> list[str]:
     ratios = ", ".join(f"{float(ratio):.4f}" for ratio in result["feigenbaum_ratio"].values)
     if ratios:
         rows.append(f"  ratios of their distances {ratios} (tend to 4.6692)")
-    speed, value = result["mean_speed"].values, result["value"].values
-    known = [i for i in range(len(speed)) if not math.isnan(speed[i])]
+    value = result["value"].values
+    n = len(value)
+    known = [
+        (speed, i)
+        for i, speeds in enumerate(result["mean_speed"].values.reshape(n, -1).tolist())
+        for speed in speeds
+        if not math.isnan(speed)
+    ]
     if known:
-        best = max(known, key=lambda i: float(speed[i]))
-        rows.append(f"  largest mean speed {float(speed[best]):.4f} ωΦ at {float(value[best]):.6g}")
-    chaotic = int((result["lyapunov_exponent"].values > 1e-3).sum())
-    rows.append(f"  Lyapunov exponent above 0.001 at {chaotic} of {len(value)} values")
+        best, i = max(known, key=lambda pair: pair[0])
+        rows.append(f"  largest mean speed {best:.4f} ωΦ at {float(value[i]):.6g}")
+    chaotic = (result["lyapunov_exponent"].values > 1e-3).reshape(n, -1).any(axis=1).sum()
+    rows.append(f"  Lyapunov exponent above 0.001 at {int(chaotic)} of {n} values")
+    return rows + (_start_lines(result) if "start" in result.dims else [])
+
+
+def _start_lines(result: xr.Dataset) -> list[str]:
+    """How many starts end with contact, and whether the speed has settled there.
+
+    All contact leads to one orbit, so what is left of the start is its speed.
+    """
+    contact, speed = result["contacts"] > 0.0, result["mean_speed"]
+    some, every = (int(found.sum()) for found in (contact.any("start"), contact.all("start")))
+    n = result.sizes["value"]
+    rows = [f"  contact from some starts at {some} of {n} values, from all at {every}"]
+    after = speed.where(contact)
+    apart = int((after.max("start") - after.min("start") > APART).sum())
+    if apart:
+        why = "let it settle longer, unless it is chaotic or friction holds several speeds"
+        rows.append(f"  after contact the mean speed depends on the start at {apart} values: {why}")
     return rows
 
 

@@ -135,6 +135,24 @@ def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
     assert lines == ["  Lyapunov exponent above 0.001 at 0 of 3 values"]
 
 
+def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, bifurcation.TOOL, begin=0.3, end=0.45, count=4, settling=50, measured=50,
+        kept=20, starts=9,
+    )  # fmt: skip
+    figure = figures["bifurcation"]
+    assert figure.get_suptitle().startswith("Attractors reached from 9 starts at each Γ; ε = 0.5")
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "starts that end without contact", "with contact",
+        "period 1: cos τ = (1 − ε)/((1 + ε) Γ)",
+    ]  # fmt: skip
+    assert figure.axes[1].lines[0].get_linestyle() == "None", "points: no start is followed"
+    assert "  contact from some starts at 3 of 4 values, from all at 0" in lines
+    assert lines[-1].startswith("  after contact the mean speed depends on the start at 3 values")
+
+
 def test_toss_maps(tmp_path: Path) -> None:
     figures, lines, _ = shown(tmp_path, toss_map.TOOL, phase_lag_count=9, amplitude_angle_count=9,
                               trajectory_lags="0")  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.analysis.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.bifurcation import begin, follow
+from bouncing_disk_ros.analysis.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.starts import spread_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basins as basins_module
 from bouncing_disk_ros.study import bifurcation as bifurcation_module
@@ -94,6 +98,53 @@ def test_a_diagram_cut_into_regions_is_the_same(
     assert branch.contact.dtype == bool
     phase = math.acos(1.0 / 3.0 / 0.4)
     np.testing.assert_allclose(branch.forcing_phase[0], phase, rtol=1e-9)
+
+
+def test_starts_show_what_coexists_in_any_order_and_company(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below 1/π rest; at Γ = 0.4 the period-1 orbit beside a chattering one (Fig. 4)."""
+    given: dict[str, Value] = {"begin": 0.3, "end": 0.4, "count": 6, "settling": 300, "starts": 7,
+                               "measured": 60, "kept": 20, "phase_lag": -0.4}  # fmt: skip
+    study = named("bifurcation", **given)
+    assert not study.sequential
+    assert "initial_velocity" not in study.parameters
+    sent = pickle.loads(pickle.dumps(study))  # noqa: S301 (as to a worker elsewhere)
+    assert not sent.sequential
+    whole = result_of(tmp_path / "whole", "bifurcation", **given)
+    monkeypatch.setattr(bifurcation_module, "LEAST_OF_A_REGION", 1)
+    monkeypatch.setattr(bifurcation_module, "KEPT_OF_A_REGION", 1)
+    cut = result_of(tmp_path / "cut", "bifurcation", **given)
+    assert cut["region_done"].size == 6
+    assert whole["region_done"].size == 1
+    for name in study.fields:
+        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+    assert whole["forcing_phase"].dims == ("value", "start", "impact")
+    assert np.isnan(whole["mean_speed"].values[0]).all()
+    contact = whole["contacts"].values[-1] > 0.0
+    assert 0 < contact.sum() < 7
+    period_1 = math.acos(1.0 / 3.0 / 0.4)
+    phases = whole["forcing_phase"].values[-1, ~contact]
+    np.testing.assert_allclose(phases, period_1, rtol=1e-9)
+    speeds = whole["mean_speed"].values[-1, ~contact]
+    np.testing.assert_allclose(speeds, math.cos(period_1 - 0.4), rtol=1e-9)
+    branch = branch_of(whole)
+    assert branch.forcing_phase.shape == (6, 7, 20)
+    # the same starts, one by one
+    start = spread_starts(7, -5.0)[int(np.flatnonzero(contact)[0])]
+    section = NextCollisionMap(0.4, 0.5, -0.4, 100.0)
+    counts = {"settling": 300, "measured": 60, "kept": 20}
+    alone = follow(section, "forcing", np.array([0.4]), begin(section, start), **counts)
+    np.testing.assert_allclose(
+        branch.forcing_phase[-1, np.flatnonzero(contact)[0]], alone.forcing_phase[0, 0], atol=1e-9
+    )
+
+
+def test_following_does_not_know_of_starts() -> None:
+    """A store of before they came is one of the same study."""
+    study = named("bifurcation")
+    assert study.sequential
+    assert not {"starts", "velocity_begin"} & set(study.parameters)
 
 
 def test_a_diagram_without_doublings_in_reach_has_none(tmp_path: Path) -> None:
