@@ -109,7 +109,7 @@ def test_starts_show_what_coexists_in_any_order_and_company(
     study = named("bifurcation", **given)
     assert not study.sequential
     assert "initial_velocity" not in study.parameters
-    sent = pickle.loads(pickle.dumps(study))  # noqa: S301 (as to a worker elsewhere)
+    sent = pickle.loads(pickle.dumps(study))
     assert not sent.sequential
     whole = result_of(tmp_path / "whole", "bifurcation", **given)
     monkeypatch.setattr(bifurcation_module, "LEAST_OF_A_REGION", 1)
