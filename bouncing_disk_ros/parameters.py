@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from bouncing_disk_ros.angles import angle_of
 from bouncing_disk_ros.errors import InputError, closest
 
 Value = bool | int | float | str
@@ -31,6 +32,8 @@ class Spec:
     read_only: bool = False
     group: str = "run"
     source: str = ""
+    angle: bool = False
+    """Whether it can be an angle though its unit is not rad."""
 
     @property
     def type(self) -> type[Value]:
@@ -49,15 +52,33 @@ class Spec:
             return "true or false"
         if self.type is str:
             return "a text"
-        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        unit = f" {self.shown_unit}".rstrip()
         noun = "an integer" if self.type is int else "a finite number"
         low = "" if self.low is None else f">= {self.low:g}"
         high = "" if self.high is None else f"<= {self.high:g}"
-        return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit
+        part = " (also 0.25pi)" if self.takes_angle else ""
+        return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit + part
+
+    @property
+    def shown_unit(self) -> str:
+        """The unit as people read it: nothing where it is dimensionless."""
+        return "" if self.unit == "1" else self.unit
+
+    @property
+    def takes_angle(self) -> bool:
+        """Whether a text such as 0.25pi is a value."""
+        return self.type is float and (self.angle or self.unit == "rad")
+
+    def cast(self, given: object) -> object:
+        """An integer, or a text with a part of π, where a double is wanted; else as it is."""
+        if self._is_castable(given):
+            return float(given)  # type: ignore[arg-type]
+        angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
+        return given if angle is None else angle
 
     def checked(self, given: object) -> Value:
-        """The value to use (an integer for a double is cast), or InputError."""
-        value = float(given) if self._is_castable(given) else given  # type: ignore[arg-type]
+        """The value to use, cast, or InputError."""
+        value = self.cast(given)
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)

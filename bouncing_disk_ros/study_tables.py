@@ -51,8 +51,9 @@ _TOSS_MAP = (
 _BIFURCATION = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "
          "phase_lag or angular_forcing"),
-    Spec("begin", 0.335, "", "first value of it", low=-1e6, high=1e6),
-    Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6),
+    Spec("begin", 0.335, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6,
+         angle=True),
     Spec("count", 1261, "", "number of values", low=1, high=10_000_000),
     Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
          high=1e3),

@@ -41,8 +41,8 @@ def _wrapped(head: str, text: str) -> list[str]:
 def spec_lines(spec: Spec) -> list[str]:
     """One parameter, for a terminal."""
     fixed = ", only at start" if spec.read_only else ""
-    unit = f" {spec.unit}" if spec.unit not in ("", "1") else ""
-    head = f"{spec.name} ({spec.type_name}, default {default_text(spec)}{unit}{fixed})"
+    default = f"{default_text(spec)} {spec.shown_unit}".rstrip()
+    head = f"{spec.name} ({spec.type_name}, default {default}{fixed})"
     allowed = f"; {spec.allowed}" if spec.type in (int, float) else ""
     return _wrapped(head, f"{spec.description}{allowed}")
 
@@ -84,7 +84,8 @@ Of the simulator first, then of [the studies](studies.md).
 
 Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
 changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*).
-A wrong value changes nothing and is refused with one line. An integer given for a double is taken.
+A wrong value changes nothing and is refused with one line. An integer given for a double is taken,
+and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
 Parameters of the platform's motion and of the initial state act at the next `~/reset`; to change
 the motion now, command the platform."""
 
@@ -125,7 +126,7 @@ _HEAD = (
 
 def _row(spec: Spec) -> str:
     name = f"`{spec.name}`" + (" *start*" if spec.read_only else "")
-    cells = (name, spec.symbol, spec.type_name, default_text(spec), spec.unit, spec.allowed,
+    cells = (name, spec.symbol, spec.type_name, default_text(spec), spec.shown_unit, spec.allowed,
              spec.description, spec.source)  # fmt: skip
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 

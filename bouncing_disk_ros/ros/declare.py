@@ -48,7 +48,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     """The ROS descriptor of a row of the table."""
     kinds = {bool: Parameter.Type.BOOL, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE,
              str: Parameter.Type.STRING}  # fmt: skip
-    unit = f" [{spec.unit}]" if spec.unit not in ("", "1") else ""
+    unit = f" [{spec.shown_unit}]" if spec.shown_unit else ""
     descriptor = ParameterDescriptor(
         name=spec.name,
         type=kinds[spec.type].value,
@@ -139,12 +139,14 @@ def own_values(changes: Sequence[Parameter]) -> dict[str, Value]:
 
 
 def cast(changes: Sequence[Parameter]) -> list[Parameter]:
-    """Integers given for doubles as doubles; everything else as it is."""
+    """Integers and parts of π given for doubles as doubles; everything else as it is."""
     return [
-        Parameter(change.name, Parameter.Type.DOUBLE, float(change.value))
-        if change.name in TABLE
-        and TABLE[change.name].type is float
-        and change.type_ is Parameter.Type.INTEGER
-        else change
-        for change in changes
+        _cast(change, TABLE[change.name]) if change.name in TABLE else change for change in changes
     ]
+
+
+def _cast(change: Parameter, spec: Spec) -> Parameter:
+    value = spec.cast(change.value)
+    if value is change.value:
+        return change
+    return Parameter(change.name, Parameter.Type.DOUBLE, value)

@@ -23,10 +23,10 @@ from bouncing_disk_ros.analysis.basins import (
 from bouncing_disk_ros.analysis.boundary import basin_entropy, box_dimension, uncertainty_exponent
 from bouncing_disk_ros.analysis.start_speeds import mean_speeds
 from bouncing_disk_ros.analysis.strips import LabelMap
+from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study.toss_paths import numbers_of
 
 SIDES = (64, 1024)
 """Least and largest side of a region (pixels); the largest takes about a second of one core."""
@@ -60,7 +60,7 @@ class Basins(Study):
         self._speeds = np.empty(0)
         if text.strip():
             allowed = "numbers in units of ωΦ, such as '0 0.5 -1'"
-            self._speeds = numbers_of("angular_velocities", text, allowed)
+            self._speeds = np.array(numbers_of("angular_velocities", text, allowed))
         else:
             for name in ("angular_velocities", "phase_lag", "angular_forcing"):
                 del self.parameters[name]  # no part of what is computed

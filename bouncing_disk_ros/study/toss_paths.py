@@ -7,36 +7,13 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.toss_path import toss_paths
+from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.toss_map import setting_of
-
-
-def angles_of(field: str, text: str) -> NDArray[np.float64]:
-    """Angles in rad written as a list: blanks or commas between, 0.25pi for a part of π."""
-    return numbers_of(field, text, "angles in rad, such as '0 0.785 -0.25pi'")
-
-
-def numbers_of(field: str, text: str, allowed: str) -> NDArray[np.float64]:
-    """At least one number out of such a list. Raises InputError."""
-    found = []
-    for word in text.replace(",", " ").split():
-        number, pi, rest = word.partition("pi")
-        number = {"": "1", "-": "-1"}.get(number, number) if pi else number
-        try:
-            value = float(number) * (math.pi if pi else 1.0)
-        except ValueError:
-            value = math.nan
-        if rest or not math.isfinite(value):
-            raise InputError(field, word, allowed)
-        found.append(value)
-    if not found:
-        raise InputError(field, text, allowed)
-    return np.array(found)
 
 
 class TossPaths(Study):
@@ -48,8 +25,8 @@ class TossPaths(Study):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        self.lags = angles_of("phase_lags", str(given["phase_lags"]))
-        self.angles = angles_of("amplitude_angles", str(given["amplitude_angles"]))
+        self.lags = np.array(angles_of("phase_lags", str(given["phase_lags"])))
+        self.angles = np.array(angles_of("amplitude_angles", str(given["amplitude_angles"])))
         if len(self.lags) != len(self.angles):
             allowed = f"as many angles as phase_lags, {len(self.lags)}"
             raise InputError("amplitude_angles", len(self.angles), allowed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -174,6 +175,17 @@ def test_wrong_parameters_change_nothing(make: Make, name: str, value: Any, reas
     )
     assert result is None or not result.successful
     assert state_of(simulator) == before
+
+
+def test_an_angle_can_be_given_as_a_part_of_pi(make: Make) -> None:
+    simulator = make(initial_forcing_phase="0.5pi", phase_lag="-0.25pi")
+    assert simulator.node.get_parameter("initial_forcing_phase").value == math.pi / 2
+    assert simulator.motion.phase_lag == -math.pi / 4
+    assert set_one(simulator, "phase_lag", "0.125pi") == (True, "")
+    assert simulator.node.get_parameter("phase_lag").value == math.pi / 8
+    (result,) = simulator.node.set_parameters([Parameter("phase_lag", value="pi")])
+    assert result.successful
+    assert simulator.node.get_parameter("phase_lag").value == math.pi
 
 
 def test_a_dump_can_be_loaded_again_without_a_refusal(make: Make) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import signal
 import time
 from pathlib import Path
@@ -68,13 +69,15 @@ def test_a_late_subscriber_gets_the_labels_with_the_lowest_row_at_the_bottom(
 
 
 def test_speeds_are_an_image_of_floats(start: Starter, tmp_path: Path) -> None:
-    sizes = {"phase_lag_count": 9, "amplitude_angle_count": 7}
+    sizes = {"phase_lag_begin": "-0.5pi", "phase_lag_count": 9, "amplitude_angle_count": 7}
     node = begin(start, "toss_map", tmp_path / "m", **sizes, hold="true", netcdf="false")
     node.wait_for("holding the topics", WAIT)
     speeds = pixels(wait_for_message(Image, "/toss_map/result", latched=True))
     check_figure("/toss_map/figure/compressed", tmp_path / "m" / "toss_map.png")
     assert node.end(signal.SIGTERM) == 0
-    stored = open_result(tmp_path / "m" / "result.zarr")["airborne_speed"].values
+    result = open_result(tmp_path / "m" / "result.zarr")
+    assert result["phase_lag"].values[0] == -math.pi / 2
+    stored = result["airborne_speed"].values
     assert speeds.dtype == np.float32
     np.testing.assert_array_equal(speeds, stored[::-1].astype(np.float32))
     assert sorted(file.name for file in (tmp_path / "m").iterdir()) == [

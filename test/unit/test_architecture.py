@@ -19,6 +19,7 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 MAX_LINES = 250
 
 TABLES = {
+    "angles",
     "environment",
     "errors",
     "executables",

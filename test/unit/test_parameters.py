@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from bouncing_disk_ros import parameters, tables
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
+from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 NUMBERS = [spec for spec in TABLE.values() if spec.type in (int, float)]
@@ -73,6 +75,48 @@ def test_other_types_are_refused(spec: Spec, value: object) -> None:
         return
     with pytest.raises(InputError, match=f"It is an? {spec.type_name}, not an? "):
         spec.checked(value)
+
+
+ANGLES = [
+    spec
+    for table in (TABLE, *STUDY_TABLES.values())
+    for spec in table.values()
+    if spec.unit == "rad" and spec.type is float
+]
+
+
+@pytest.mark.parametrize("spec", ANGLES, ids=lambda spec: spec.name)
+def test_every_angle_takes_a_part_of_pi(spec: Spec) -> None:
+    assert spec.checked("0.25pi") == math.pi / 4
+    assert "also 0.25pi" in spec.allowed
+    with pytest.raises(InputError, match="It is a double, not a string"):
+        spec.checked("0.25 rad")
+    with pytest.raises(InputError, match=f"^{spec.name}: got '1e300pi', allowed: a finite"):
+        spec.checked("1e300pi")
+
+
+def test_the_ends_of_a_bifurcation_can_be_angles() -> None:
+    table = STUDY_TABLES["bifurcation"]
+    assert table["begin"].checked("-pi") == -math.pi
+    assert table["end"].checked("0.5pi") == math.pi / 2
+
+
+@pytest.mark.parametrize("spec", FLOATS, ids=lambda spec: spec.name)
+def test_what_is_no_angle_takes_no_part_of_pi(spec: Spec) -> None:
+    if spec in ANGLES:
+        return
+    with pytest.raises(InputError, match="It is a double, not a string"):
+        spec.checked("0.25pi")
+
+
+@pytest.mark.parametrize("table", [TABLE, *map(table_of, STUDY_TABLES)])
+def test_help_shows_no_unit_where_there_is_none(table: Mapping[str, Spec]) -> None:
+    dimensionless = [spec for spec in table.values() if spec.unit == "1"]
+    assert dimensionless or table is not TABLE
+    for spec in dimensionless:
+        head, *_ = tables.spec_lines(spec)
+        assert head == f"  {spec.name} ({spec.type_name}, default {spec.default:.10g})"
+        assert spec.shown_unit == ""
 
 
 def test_an_integer_for_a_double_is_cast() -> None:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
 from bouncing_disk_ros.nodes.studies.start import run_study
 from bouncing_disk_ros.parameters import Value
@@ -38,10 +39,7 @@ def exhibit() -> Exhibit[TossMap]:
 
 
 def _lags(study: TossMap) -> list[float]:
-    from bouncing_disk_ros.study.toss_paths import angles_of
-
-    text = str(study.parameters["trajectory_lags"])
-    return [float(v) for v in angles_of("trajectory_lags", text)]
+    return angles_of("trajectory_lags", str(study.parameters["trajectory_lags"]))
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
