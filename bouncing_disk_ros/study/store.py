@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 import xarray as xr
 import zarr
@@ -21,6 +23,8 @@ from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
 FORMAT = 1
 DONE = "region_done"
 CONTEXT = "context"
+LARGE = 2**25
+"""Arrays of more numbers are exported in parts."""
 PACKED = BloscCodec(cname="lz4", clevel=5, shuffle="shuffle")
 """Basins take less room so than by Zarr's default, and two thirds of the time."""
 _PACKAGE = "bouncing_disk_ros"
@@ -168,10 +172,33 @@ def open_result(path: str | Path) -> xr.Dataset:
 
 
 def export(result: xr.Dataset, path: Path) -> None:
-    """Write a result as NetCDF; nested attributes become JSON texts. Raises OSError."""
+    """Write a result as NetCDF; nested attributes become JSON texts. Raises OSError.
+
+    Arrays too large for memory are read and written some rows at a time.
+    """
     plain = result.drop_vars(DONE, errors="ignore")
     plain.attrs = {name: _plain(value) for name, value in plain.attrs.items()}
-    plain.to_netcdf(path, engine="netcdf4")
+    large = [str(name) for name, array in plain.data_vars.items() if array.size > LARGE]
+    plain.drop_vars(large).to_netcdf(path, engine="netcdf4")
+    if not large:
+        return
+    with netCDF4.Dataset(path, "a") as file:
+        for name in large:
+            _copy(plain[name], file)
+
+
+def _copy(array: xr.DataArray, file: netCDF4.Dataset) -> None:
+    dims = [str(dim) for dim in array.dims]
+    for dim, length in zip(dims, array.shape, strict=True):
+        if dim not in file.dimensions:
+            file.createDimension(dim, length)
+    kind = array.dtype.newbyteorder("=")
+    fill = math.nan if kind.kind == "f" else False
+    variable = file.createVariable(str(array.name), kind, dims, fill_value=fill)
+    variable.setncatts(array.attrs)
+    rows = max(1, LARGE // math.prod(array.shape[1:]))
+    for first in range(0, len(array), rows):
+        variable[first : first + rows] = array[first : first + rows].values
 
 
 def _plain(value: object) -> object:

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run
+from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run, store
 from support.studies import VALUES, Products, Sums
 
 
@@ -116,11 +116,18 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
         run(Products(VALUES), tmp_path / "file" / "r.zarr")
 
 
-def test_export_keeps_units_and_parameters(tmp_path: Path) -> None:
+@pytest.mark.parametrize("large", [1, 8, 2**25])
+def test_export_keeps_units_and_parameters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
+) -> None:
+    """Whole, or in parts of so many numbers."""
+    monkeypatch.setattr(store, "LARGE", large)
     result = whole(run(Products(VALUES), tmp_path / "r.zarr"))
     export(result, tmp_path / "r.nc")
     with xr.open_dataset(tmp_path / "r.nc", engine="netcdf4") as read:
         assert np.array_equal(read["product"], result["product"])
+        assert np.array_equal(read["label"], result["label"])
+        assert read["label"].attrs == result["label"].attrs | {"flag_values": -1}
         assert read["product"].attrs["units"] == "m²"
         assert read.attrs["parameter_rows"] == 7
         assert read["x"].attrs["long_name"] == "width"
