@@ -1,4 +1,4 @@
-"""Maps of labels too large for memory, taken strip by strip."""
+"""Maps too large for memory: taken strip by strip, or thinned."""
 
 from __future__ import annotations
 
@@ -49,3 +49,9 @@ def narrow(labels: NDArray[np.integer]) -> NDArray[Any]:
     """The labels in the smallest type that holds them."""
     low, high = int(labels.min()), int(labels.max())
     return labels.astype(np.result_type(np.min_scalar_type(low), np.min_scalar_type(high)))
+
+
+def thinned(field: Any, most: int) -> NDArray[Any]:
+    """Every k-th pixel of a map (array or xarray), so that each side has less than twice `most`."""
+    rows, columns = (max(1, length // most) for length in field.shape)
+    return np.asarray(field[rows // 2 :: rows, columns // 2 :: columns])

@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.strips import thinned
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
@@ -58,7 +58,7 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
     colors = colors_of(names)
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     axes.imshow(
-        thinned(result["label"]),
+        thinned(result["label"], MOST_PIXELS),
         cmap=ListedColormap([UNRESOLVED, *colors]),
         norm=norm,
         **frame(result),
@@ -104,7 +104,7 @@ def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
 
 
 def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
-    cycles = thinned(result["time"]) / math.tau
+    cycles = thinned(result["time"], MOST_PIXELS) / math.tau
     known = np.isfinite(cycles)
     top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
     axes.set_facecolor(UNRESOLVED)
@@ -113,12 +113,6 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     axes.set_title("How long it takes", fontsize=10)
     label_axes(axes, result)
     axes.set_ylabel("")
-
-
-def thinned(field: xr.DataArray) -> NDArray[Any]:
-    """Every k-th pixel of a large map: more than a figure shows would only cost memory."""
-    rows, columns = (max(1, length // MOST_PIXELS) for length in field.shape)
-    return field[rows // 2 :: rows, columns // 2 :: columns].values
 
 
 def frame(result: xr.Dataset) -> dict[str, Any]:

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.analysis.strips import thinned
 from bouncing_disk_ros.plots.basins_plot import (
+    MOST_PIXELS,
     UNRESOLVED,
     frame,
     label_axes,
-    thinned,
     title_of,
 )
 from bouncing_disk_ros.plots.style import new_figure
@@ -23,7 +24,7 @@ COLUMNS = 3
 
 def start_speeds_picture(result: xr.Dataset) -> Figure:
     """Maps of the mean speed over the starts of a result of the study `basins`."""
-    speeds = [thinned(one) for one in result["mean_speed"]]
+    speeds = [thinned(one, MOST_PIXELS) for one in result["mean_speed"]]
     columns = min(COLUMNS, len(speeds))
     rows = math.ceil(len(speeds) / columns)
     figure = new_figure(1.6 + 4.6 * columns, 1.2 + 3.6 * rows)

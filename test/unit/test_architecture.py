@@ -61,7 +61,7 @@ LIBRARIES = {
     "core": {"numpy", "numba"},
     "analysis": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
-    "study": {"numpy", "xarray", "zarr", "distributed"},
+    "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "ros": {"numpy", "rclpy", "ament_index_python", "messages"},

@@ -34,7 +34,7 @@ def exhibit() -> Exhibit[Basins]:
         _pictures,
         lines,
         from_bag=_from_bag,
-        image=lambda result: result["label"].values,
+        image="label",
     )
 
 
@@ -87,8 +87,8 @@ def _speed_lines(result: xr.Dataset) -> list[str]:
     if "mean_speed" not in result:
         return []
     rows = []
-    for one, speeds in zip(result["angular_velocity"].values, result["mean_speed"].values,
-                           strict=True):  # fmt: skip
+    for one, field in zip(result["angular_velocity"].values, result["mean_speed"], strict=True):
+        speeds = field.values  # of one slice, for all may be larger than memory
         known = speeds[speeds == speeds]  # without nan: at rest
         text = "all come to rest"
         if known.size:

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from bouncing_disk_ros.parameters import Spec, Value
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from bouncing_disk_ros.study import Study
 
@@ -30,8 +28,8 @@ class Exhibit(Generic[S]):
     lines: Callable[[xr.Dataset], list[str]]
     from_bag: Callable[[Mapping[str, Value]], Sequence[str]] | None = None
     """The options that a recorded run can give, by the others; None: it takes no bag."""
-    image: Callable[[xr.Dataset], NDArray[np.generic]] | None = None
-    """The result as an image: (rows, columns) of float32, or int32 for ids; None: not a map."""
+    image: str = ""
+    """The field (rows, columns) that is published as an image; empty: the result is not a map."""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 from tqdm import tqdm
 
+from bouncing_disk_ros.analysis.strips import thinned
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.tool import options, wait_for
@@ -35,6 +36,8 @@ from bouncing_disk_ros.topics import Qos
 
 _LATCHED = Qos(1, latched=True)
 FOREVER = 1e9
+MOST_SENT = 2048
+"""Pixels along a side of the published map, or less than twice as many: some 64 MB."""
 """Seconds; the waits of a study end by what they wait for, or by a signal."""
 FIGURE_DPI = 160
 
@@ -58,7 +61,7 @@ class StudyNode(Node):
             CompressedImage, "~/figure/compressed", profile_of(_LATCHED)
         )
         self._result_topic = None
-        if self._exhibit.image is not None:
+        if self._exhibit.image:
             self._result_topic = self.create_publisher(Image, "~/result", profile_of(_LATCHED))
         self._progress = Progress(0, 1, 0)
         self._error: BaseException | None = None
@@ -161,8 +164,8 @@ class StudyNode(Node):
         message = CompressedImage(format="png", data=png)
         message.header.stamp = stamp
         self._figure_topic.publish(message)
-        if self._result_topic is not None and self._exhibit.image is not None:
-            image = image_message(self._exhibit.image(result))
+        if self._result_topic is not None:
+            image = image_message(thinned(result[self._exhibit.image], MOST_SENT))
             image.header.stamp = stamp
             self._result_topic.publish(image)
 

@@ -35,7 +35,7 @@ def exhibit() -> Exhibit[TossMap]:
         _lags(study)  # refused at once, not after the work
         return study
 
-    return Exhibit(make, _pictures, lines, image=lambda result: result["airborne_speed"].values)
+    return Exhibit(make, _pictures, lines, image="airborne_speed")
 
 
 def _lags(study: TossMap) -> list[float]:
