@@ -26,6 +26,7 @@ from bouncing_disk_ros.analysis.transient import Transient, transient_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 
+ABSENT = "not in this bag"
 MOST_SEGMENTS = 50
 """Of so many segments, those with the most impacts, orbit and transient are worked out."""
 MOST_ESTIMATED = 200_000
@@ -57,6 +58,13 @@ class Source:
     notes: Mapping[str, str] | None = None  # of the recorder
     remarks: tuple[str, ...] = ()  # damage
     limits: tuple[str, ...] = ()  # what was left out or thinned on reading
+    is_cut: bool = False  # only the times asked for were read
+
+    def absence(self, *topics: str) -> str:
+        """Why nothing of these topics (if named) is there, in words that follow "is"."""
+        if self.is_cut and not (topics and {*topics} <= {*self.missing}):
+            return "not heard within these times"
+        return ABSENT
 
 
 class SegmentReport(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 
-from bouncing_disk_ros.analysis.report import Report
-from bouncing_disk_ros.analysis.report_words import ABSENT, Pairs
+from bouncing_disk_ros.analysis.report import ABSENT, Report
+from bouncing_disk_ros.analysis.report_words import Pairs
 
 
 def energy(report: Report) -> Pairs:
@@ -14,7 +14,7 @@ def energy(report: Report) -> Pairs:
     found: Pairs = []
     last = next((h for h in reversed(report.record.health) if h.energy), None)
     if last is None or last.energy is None:
-        found.append(("books of the simulator", f"/diagnostics is {ABSENT}"))
+        found.append(("books of the simulator", _no_diagnostics(report)))
     else:
         e = last.energy
         found += [
@@ -65,7 +65,7 @@ def real_time(report: Report) -> Pairs:
     found: Pairs = []
     real = report.real_time
     if real is None:
-        found.append(("real time", f"/diagnostics is {ABSENT}"))
+        found.append(("real time", _no_diagnostics(report)))
     else:
         reached = f"{real.reached:.4f}"
         if math.isnan(real.reached):
@@ -85,6 +85,10 @@ def real_time(report: Report) -> Pairs:
     lost = [t for t in report.source.topics if t.lost != "0"]
     found.append(("messages lost by number", "; ".join(f"{t.topic} {t.lost}" for t in lost) or "0"))
     return [*found, *_noted(report)]
+
+
+def _no_diagnostics(report: Report) -> str:
+    return f"/diagnostics is {report.source.absence('/diagnostics')}"
 
 
 def _noted(report: Report) -> Pairs:

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.report import Report
+from bouncing_disk_ros.analysis.report import ABSENT, Report
 from bouncing_disk_ros.analysis.report_quality import energy, real_time
-from bouncing_disk_ros.analysis.report_words import ABSENT, Pairs, estimate_words, transient_words
+from bouncing_disk_ros.analysis.report_words import Pairs, estimate_words, transient_words
 from bouncing_disk_ros.analysis.run_record import SETTLED_SECONDS
 from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.analysis.segments import known
@@ -130,7 +130,8 @@ def _orbit(report: Report) -> Pairs:
 def _speed(report: Report) -> Pairs:
     part = report.chosen
     if part is None or part.transient is None or math.isnan(part.settled):
-        return [("rotor speed", f"not known: impacts and joint_states are {ABSENT}")]
+        absent = report.source.absence("disk/impacts", "joint_states")
+        return [("rotor speed", f"not known: impacts and joint_states are {absent}")]
     segment = part.segment
     found = [("at the end", f"{part.settled:.6f} rad/s, mean of the last {SETTLED_SECONDS:g} s")]
     theory = segment.motion and period_one(segment.motion, segment.disk)

@@ -9,7 +9,6 @@ from bouncing_disk_ros.analysis.transient import Transient, TransientKind
 
 FEWEST = 3
 """A straight line through fewer points tells of no rate."""
-ABSENT = "not in this bag"
 Pairs = list[tuple[str, str]]
 
 

@@ -15,7 +15,6 @@ from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_panels import panels
 from bouncing_disk_ros.analysis.report_tables import tables
 from bouncing_disk_ros.analysis.report_text import segment_rows
-from bouncing_disk_ros.analysis.report_words import ABSENT
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 
@@ -48,7 +47,8 @@ def report_html(report: Report) -> str:
     """The whole page, plotly.js included."""
     title, subtitle = headline(report)
     figures = "\n".join(
-        _figure(panel, place) for place, panel in enumerate(panels(report, MOST_POINTS))
+        _figure(panel, place, report.source.absence())
+        for place, panel in enumerate(panels(report, MOST_POINTS))
     )
     words = "\n".join(
         f"<section><h2>{_marked(table.title)}</h2><dl>"
@@ -103,11 +103,11 @@ def _segments(report: Report) -> str:
 
 
 # --- plots ----------------------------------------------------------------------------------------
-def _figure(panel: Panel, place: int) -> str:
+def _figure(panel: Panel, place: int, absence: str) -> str:
     heading = f"<h2>{_marked(panel.title)}</h2>"
     caption = f"<figcaption>{_marked(panel.note)}</figcaption>"
     if panel.is_empty:
-        return f'<figure>{heading}<div class="absent">{ABSENT}</div></figure>'
+        return f'<figure>{heading}<div class="absent">{absence}</div></figure>'
     plot = plotly.io.to_html(
         _plot(panel), full_html=False, include_plotlyjs=False, default_width="100%",
         default_height="420px", div_id=f"plot_{place}",

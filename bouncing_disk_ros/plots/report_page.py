@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from pathlib import Path
@@ -13,7 +14,6 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 from bouncing_disk_ros.analysis.panels import Look, Panel, Series, places
 from bouncing_disk_ros.analysis.report import Report
 from bouncing_disk_ros.analysis.report_panels import panels
-from bouncing_disk_ros.analysis.report_words import ABSENT
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 from bouncing_disk_ros.plots.style import new_figure
@@ -21,15 +21,17 @@ from bouncing_disk_ros.plots.style import new_figure
 MOST_POINTS = 50_000
 """Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""
 _RASTER = 3000
+_COLUMNS, _LEGEND_LINE = 2, 11.5
+"""Of a legend: columns, and the height of a line in points."""
 _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
 
 
 def report_page(report: Report) -> Figure:
     """Six panels, one column of two by three."""
-    figure = new_figure(10.0, 12.0)
+    figure = new_figure(10.0, 12.8)
     parts = panels(report, MOST_POINTS)
     for axes, panel in zip(figure.subplots(3, 2).flat, parts, strict=True):
-        _draw(axes, panel)
+        _draw(axes, panel, report.source.absence())
     title, subtitle = headline(report)
     figure.suptitle(f"{_math(title)}\n{_math(subtitle)}", fontsize=12)
     return figure
@@ -50,12 +52,14 @@ def _math(text: str) -> str:
     )
 
 
-def _draw(axes: Any, panel: Panel) -> None:
-    axes.set_title(_math(panel.title), fontsize=11)
+def _draw(axes: Any, panel: Panel, absence: str) -> None:
     axes.set_xlabel(_math(panel.x_label))
     axes.set_ylabel(_math(panel.y_label))
+    has_legend = len(panel.series) > 1 and not panel.is_empty
+    strip = math.ceil(len(panel.series) / _COLUMNS) * _LEGEND_LINE if has_legend else 0.0
+    axes.set_title(_math(panel.title), fontsize=11, pad=6.0 + strip)
     if panel.is_empty:
-        axes.text(0.5, 0.5, ABSENT, transform=axes.transAxes, ha="center", color="#555")
+        axes.text(0.5, 0.5, absence, transform=axes.transAxes, ha="center", color="#555")
         axes.set_xticks([])
         axes.set_yticks([])
         return
@@ -68,13 +72,16 @@ def _draw(axes: Any, panel: Panel) -> None:
     _scales(axes, panel)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
-    if len(panel.series) > 1:
-        legend = axes.legend(fontsize=8, loc="best", framealpha=0.85)
+    if has_legend:  # between title and axes, where it covers no curve
+        legend = axes.legend(
+            fontsize=8, ncols=_COLUMNS, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False,
+            borderaxespad=0.0, borderpad=0.2, labelspacing=0.3, columnspacing=1.5,
+        )  # fmt: skip
         for handle in legend.legend_handles:
             handle.set_markersize(min(max(handle.get_markersize(), 4.0), 8.0))
     if panel.note:
         note = "\n".join(textwrap.wrap(panel.note, 75))
-        axes.text(1.0, -0.17, note, transform=axes.transAxes, ha="right", va="top", fontsize=7,
+        axes.text(1.0, -0.19, note, transform=axes.transAxes, ha="right", va="top", fontsize=7,
                   color="#555555")  # fmt: skip
 
 

@@ -37,6 +37,23 @@ class Wish(NamedTuple):
     most_rows: int = 1_000_000
     topics: tuple[str, ...] = ()  # of the simulator, by their short names; none: all
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether times are left out."""
+        return self.begin > -math.inf or self.end < math.inf
+
+    def nothing_between(self, first: float, last: float) -> InputError:
+        """The refusal of times in which a run, from `first` to `last` s, has nothing."""
+        given = " ".join(
+            f"{word} {time:g} s"
+            for word, time in (("from", self.begin), ("to", self.end))
+            if math.isfinite(time)
+        )
+        inside = self.begin <= last and self.end > first
+        hint = "No message lies within." if inside else "That lies outside the run."
+        allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
+        return InputError("from, to", given, allowed, hint)
+
 
 class Thinned(list[T]):
     """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
@@ -99,7 +116,8 @@ class BagRun:
             yield
         if not self._kept_run:
             raise InputError("run", self._wish.run, f"1 to {self._runs}")
-        self._clip()
+        if self._wish.is_cut:
+            self._clip()
 
     def _decoded(self) -> Iterator[tuple[Message, Any]]:
         try:
@@ -122,11 +140,17 @@ class BagRun:
             self._bounded.tidy()
 
     def _clip(self) -> None:
-        """Keep what lies in the times wished for."""
+        """Keep what lies in the times wished for; InputError: the run has nothing there."""
         low, high, record = self._wish.begin, self._wish.end, self.record
+        times = [*self._bounded.seen, *(row.time for row in record.states)]
+        times += [time for time, _ in record.speeds]
+        times += [row.simulated for row in record.health]
         record.states[:] = [row for row in record.states if low <= row.time < high]
         record.speeds[:] = [row for row in record.speeds if low <= row[0] < high]
         record.health[:] = [row for row in record.health if low <= row.simulated < high]
+        heard = record.states or record.speeds or record.health or len(record.rows)
+        if times and not heard:
+            raise self._wish.nothing_between(min(times), max(times))
 
     # --- what it was ------------------------------------------------------------------------------
     @property
@@ -140,11 +164,11 @@ class BagRun:
             tuple(
                 TopicCount(n, bag.topics[n].count, self._losses.of(n, self._runs)) for n in found
             ),
-            self._missing, bag.notes, tuple(damage), tuple(self._limits()),
+            self._missing, bag.notes, tuple(damage), tuple(self._limits()), self._wish.is_cut,
         )  # fmt: skip
 
     def _limits(self) -> Iterator[str]:
-        if self._wish.begin > -math.inf or self._wish.end < math.inf:
+        if self._wish.is_cut:
             yield f"all before {self._wish.begin:g} s and from {self._wish.end:g} s on, as asked"
         if self._bounded.dropped:
             yield (
@@ -163,6 +187,7 @@ class Bounded:
 
     def __init__(self, chunks: list[NDArray[np.void]], wish: Wish) -> None:
         self.dropped = 0
+        self.seen: list[float] = []  # first and last time of an impact, wished for or not
         self._chunks, self._wish = chunks, wish
         self._held = self._fresh_rows = self._fresh = 0
 
@@ -172,6 +197,9 @@ class Bounded:
         if not chunks:
             return
         rows = chunks[-1]
+        if len(rows):  # else nothing new: an empty message
+            first = self.seen[0] if self.seen else float(rows["time"][0])
+            self.seen = [first, float(rows["time"][-1])]
         inside = (rows["time"] >= wish.begin) & (rows["time"] < wish.end)
         if not np.all(inside):
             chunks[-1] = rows = rows[inside]

@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -156,3 +157,21 @@ def test_a_browser_without_network_draws_the_plots(report: Report, tmp_path: Pat
         assert marks >= 2, f"plot {place} has not drawn: {json.dumps(part[:300])}"
     impacts = drawn[1].count('class="point"')
     assert impacts == len(report.rows)
+
+
+def test_no_legend_covers_a_curve_and_no_text_another(report: Report) -> None:
+    figure = report_page(report)
+    figure.draw_without_rendering()
+    legends = 0
+    for axes in figure.axes:
+        below = [axes.xaxis.label, *axes.texts]
+        for upper, lower in pairwise(text.get_window_extent() for text in below):
+            assert lower.y1 <= upper.y0
+        if (legend := axes.get_legend()) is None:
+            continue
+        legends += 1
+        box, data = legend.get_window_extent(), axes.get_window_extent()
+        assert data.y1 <= box.y0
+        assert box.y1 <= axes.title.get_window_extent().y0
+        assert box.x1 <= data.x1
+    assert legends == 5

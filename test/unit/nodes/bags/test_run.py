@@ -106,6 +106,33 @@ def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
     assert run.record.rows["time"].max() < 6.0
     assert [report.simulated for report in run.record.health] == [3.0, 4.0, 5.0]
     assert run.source.limits == ("all before 3 s and from 6 s on, as asked",)
+    assert run.source.absence("/diagnostics") == "not heard within these times"
+    assert run.source.absence("disk/phase") == "not in this bag"  # of a topic that is missing
+    assert read(folder).source.absence("/diagnostics") == "not in this bag"
+
+
+@pytest.mark.parametrize("without", [(), ("joint_states", "disk/rotor_speed", "/diagnostics")])
+@pytest.mark.parametrize(
+    ("limits", "given", "why"),
+    [
+        ({"begin": 100.0, "end": 200.0}, "from 100 s to 200 s", "That lies outside the run."),
+        ({"begin": 13.0}, "from 13 s", "That lies outside the run."),
+        ({"end": -1.0}, "to -1 s", "That lies outside the run."),
+        ({"begin": 5.0001, "end": 5.0002}, "from 5.0001 s to 5.0002 s", "No message lies within."),
+    ],
+)
+def test_times_without_anything_say_where_the_run_is(
+    tmp_path: Path, without: tuple[str, ...], limits: dict[str, float], given: str, why: str
+) -> None:
+    folder = period_one_bag(tmp_path / "run", without=without)
+    times = read(folder).record.rows["time"]
+    first = 0.0 if not without else times[0]  # else only the impacts tell
+    last = 12.0 if not without else times[-1]
+    with pytest.raises(InputError) as caught:
+        read(folder, **limits)
+    assert caught.value.given == given
+    assert caught.value.allowed == f"times within the run, from {first:.3f} s to {last:.3f} s"
+    assert caught.value.hint == why
 
 
 def test_rows_beyond_the_limit_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
