@@ -5,14 +5,14 @@ from __future__ import annotations
 import heapq
 import tempfile
 import time
-from itertools import islice
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 
 from bench.basin_study import basins
 from bench.table import Row, row
-from bouncing_disk_ros.study import Region
+from bouncing_disk_ros.study import Region, open_result, run
 from bouncing_disk_ros.study.basins import Basins
 from bouncing_disk_ros.study.store import Store
 
@@ -20,55 +20,95 @@ PART = "cluster"
 ROUNDS = 3
 FORCING = {"period-1": 0.45, "chaos": 0.55}
 SIDE = 100_000  # pixels along each side of the map that no one machine would compute
+REGION, TILE = 1024, 256
+TILES = 32  # computed of each map, at random places
+WORKERS = (10, 100, 1000)
+MEASURED_SIDE = 4000  # of the map whose measures are timed
 
 
 def measure() -> tuple[list[Row], list[str]]:
-    """Measured costs of one region, and a run on many workers simulated with them."""
-    rows: list[Row] = []
-    notes: list[str] = []
+    """Measured costs of the parts, and runs on many workers simulated with them."""
     overhead = _overhead()
     if overhead is None:
         return [], ["skipped: distributed is not installed: the cluster"]
-    rows.append(row(PART, "Dask, one region there and back", "s", overhead))
+    store = _seconds_to_store()
+    rows = [
+        row(PART, "Dask, one region there and back", "s", overhead),
+        row(PART, f"region of {REGION} × {REGION}, to store", "s", store),
+        row(PART, "shares and measures of 10⁵ × 10⁵ labels, by one process", "h", _measures()),
+    ]
+    call, put = float(np.median(overhead)), float(np.median(store))
     for name, forcing in FORCING.items():
-        study = basins(SIDE, forcing)
-        compute, write = _costs(study)
-        rows += [
-            row(PART, f"region of 1024 × 1024, {name}, to compute", "s", compute),
-            row(PART, f"region of 1024 × 1024, {name}, to store", "s", write),
-        ]
-        serial = float(np.median(write)) + float(np.median(overhead))
-        for workers in (10, 100, 1000):
-            share = efficiency(compute, serial, workers)
-            rows.append(row(PART, f"share of {workers} workers used, {name} (simulated)", "1",
-                            [share]))  # fmt: skip
-            regions = np.prod(study.region_counts())
-            hours = regions * float(np.mean(compute)) / (workers * share) / 3600.0
-            rows.append(row(PART, f"10⁵ × 10⁵ basin, {workers} workers, {name} (simulated)",
-                            "h", [float(hours)]))  # fmt: skip
-    return rows, notes
+        compute = _seconds_to_compute(basins(SIDE, forcing))
+        mean = float(np.mean(compute))
+        # the spread is that of the tiles, wider than that of whole regions
+        rows.append(row(PART, f"region of {REGION} × {REGION}, to compute, {name}", "s", compute))
+        rows.append(row(PART, f"the same, mean over the map, {name}", "s", [mean]))
+        there = [seconds + put for seconds in compute]
+        for workers in WORKERS:
+            rows += _simulated(f"{workers} workers that store, {name}", there, call, workers)
+        for workers in WORKERS:
+            where = f"{workers} workers that send back, {name}"
+            rows += _simulated(where, compute, call + put, workers)
+    return rows, []
 
 
-def _costs(study: Basins) -> tuple[list[float], list[float]]:
-    """Seconds to compute and to store some regions over the map."""
-    small = basins(2048, study.parameters["axial_forcing"])  # type: ignore[arg-type]
+def _simulated(where: str, busy: list[float], serial: float, workers: int) -> list[Row]:
+    regions = int(np.prod(basins(SIDE).region_counts()))
+    share, seconds = simulated(busy, serial, workers, regions)
+    return [
+        row(PART, f"share of the workers used, {where} (simulated)", "1", [share]),
+        row(PART, f"10⁵ × 10⁵ basin, {where} (simulated)", "h", [seconds / 3600.0]),
+    ]
+
+
+def _seconds_to_compute(study: Basins) -> list[float]:
+    """For a region each, from tiles over the map."""
+    context = basins(2048, float(study.parameters["axial_forcing"])).context()
+    rng = np.random.default_rng(11)
+    found = []
+    for first_row, first_column in rng.integers(0, SIDE - TILE, (TILES, 2)).tolist():
+        tile = _square(first_row, first_column, TILE)
+        begin = time.perf_counter()
+        study.compute(tile, context, None)
+        found.append((time.perf_counter() - begin) * (REGION / TILE) ** 2)
+    return found
+
+
+def _seconds_to_store() -> list[float]:
+    """For a region of the map with settled starts."""
+    study, small = basins(SIDE), basins(2 * REGION)
     context = small.context()
-    last = int(np.prod(study.region_counts()))
-    places = [int(place) for place in np.linspace(0, last - 1, 4)]
-    regions = [next(islice(study.regions(), place, None)) for place in places]
-    compute, write = [], []
+    found = []
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder, "r"), small)
-        for region in regions:
+        for place in (0.1, 0.4, 0.6, 0.9):
+            first = int(place * SIDE)
+            arrays = study.compute(_square(first, first, REGION), context, None)
             begin = time.perf_counter()
-            arrays = study.compute(region, context, None)
-            compute.append(time.perf_counter() - begin)
-            shape = next(iter(arrays.values())).shape
-            spot = Region(0, {"velocity": slice(0, shape[0]), "forcing_phase": slice(0, shape[1])})
+            store.put(_square(0, 0, REGION), arrays)
+            found.append(time.perf_counter() - begin)
+    return found
+
+
+def _measures() -> list[float]:
+    """Hours that `finish` would take, by its time for a smaller map: it goes with the pixels."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        study = basins(MEASURED_SIDE)
+        run(study, Path(folder, "r"), workers=2)
+        context = study.context()
+        for _ in range(ROUNDS):
+            result = open_result(Path(folder, "r"))
             begin = time.perf_counter()
-            store.put(spot, arrays)
-            write.append(time.perf_counter() - begin)
-    return compute, write
+            study.finish(result, context)
+            found.append((time.perf_counter() - begin) * (SIDE / MEASURED_SIDE) ** 2 / 3600.0)
+    return found
+
+
+def _square(first_row: int, first_column: int, side: int) -> Region:
+    rows = slice(first_row, first_row + side)
+    return Region(0, {"velocity": rows, "forcing_phase": slice(first_column, first_column + side)})
 
 
 def _overhead() -> list[float] | None:
@@ -94,26 +134,31 @@ def _overhead() -> list[float] | None:
     return found
 
 
-def efficiency(compute: list[float], serial: float, workers: int, ahead: int = 2) -> float:
-    """Share of the workers' time that is spent computing, by simulation.
+def simulated(
+    busy: list[float], serial: float, workers: int, regions: int, ahead: int = 2
+) -> tuple[float, float]:
+    """Share of the workers' time that is spent on regions, and seconds until all are done.
 
-    Each worker has up to `ahead` regions given out. A finished region is stored, and the next one
-    given out, by one process that takes `serial` seconds for it and does one after the other.
+    Each worker has up to `ahead` regions given out, which take it one of the times `busy`. For each
+    finished region, one process takes `serial` seconds, one after the other (to store it if it came
+    back, to give out the next one).
     """
     rng = np.random.default_rng(5)
-    total = 40 * workers
-    times = rng.choice(compute, total)
-    free = [(0.0, worker) for worker in range(workers)]  # when each can begin its next region
-    heapq.heapify(free)
-    given = [0.0] * (ahead * workers)  # regions given out: the instant at which each may begin
-    heapq.heapify(given)
-    keeper = end = 0.0
-    for seconds in times:
-        ready, worker = heapq.heappop(free)
-        begin = max(ready, heapq.heappop(given))
-        done = begin + float(seconds)
-        heapq.heappush(free, (done, worker))
+    times = rng.choice(busy, regions).tolist()
+    left = regions - ahead * workers
+    given = deque([0.0] * min(regions, ahead * workers))  # when each can begin, not yet begun
+    idle = deque([0.0] * workers)  # since when
+    ends: list[float] = []  # of the regions at work
+    keeper, begun = 0.0, 0
+    while True:
+        while given and idle:
+            heapq.heappush(ends, max(given.popleft(), idle.popleft()) + times[begun])
+            begun += 1
+        if not ends:
+            return sum(times) / (workers * keeper), keeper
+        done = heapq.heappop(ends)
+        idle.append(done)
         keeper = max(keeper, done) + serial
-        heapq.heappush(given, keeper)
-        end = max(end, keeper)
-    return float(times.sum() / (workers * end))
+        if left > 0:
+            given.append(keeper)
+            left -= 1
