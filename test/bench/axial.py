@@ -47,6 +47,12 @@ REGIMES = (
 )
 
 
+def starts(regime: Regime, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """States (τ, w) before n impacts near that which launches the regime."""
+    tau = regime.phase + 1e-4 * np.arange(n) / n
+    return tau, np.full(n, -regime.speed / RESTITUTION)
+
+
 def motion_of(forcing: float) -> NDArray[np.void]:
     """The platform's motion as the kernels read it."""
     return platform.steady(Motion(forcing, 0.0, FREQUENCY, 0.0), 0, 0, 0.0)

@@ -55,11 +55,11 @@ class CReference:
 
 
 class CLanes:
-    """`iterate` and `label` of lanes.c, compiled into a folder."""
+    """`iterate` and `label` of lanes.c, compiled into a folder for a processor (gcc's name)."""
 
-    def __init__(self, folder: Path) -> None:
-        library = folder / "lanes.so"
-        flags = (*FLAGS[:-1], *VECTOR_FLAGS)
+    def __init__(self, folder: Path, processor: str = "native") -> None:
+        library = folder / f"lanes-{processor}.so"
+        flags = (*FLAGS[:-1], *VECTOR_FLAGS, f"-march={processor}")
         subprocess.run(["gcc", *flags, str(LANES), "-o", str(library), FLAGS[-1]], check=True)
         number, whole, array = ctypes.c_double, ctypes.c_long, ctypes.c_void_p
         self._library = ctypes.CDLL(str(library))

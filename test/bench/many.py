@@ -7,7 +7,6 @@ thread, but for JAX, which has threads of its own, of the process.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -15,25 +14,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.axial import REGIMES, RESTITUTION, Regime
+from bench import basin_map
+from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.c_reference import CLanes, CReference
 from bench.lyapunov import lyapunov_runs
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
 from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
+from bench.turns import Run, interleaved
 from bouncing_disk_ros.core.lanes_axial import iterate
-from bouncing_disk_ros.core.lanes_basin import label
 from bouncing_disk_ros.core.lanes_rotation import iterate_rotation
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60
-PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
 COMPARED = 10
 AGREEMENT = 1e-11  # rad and πg/ω after so many impacts; chaos magnifies a rounding a hundredfold
 # heyoka starts each flight HAIR = 1e-12 above the platform
 COMPARED_OF_HEYOKA, AGREEMENT_OF_HEYOKA = 5, 1e-9
 Floats = NDArray[np.float64]
-Run = Callable[[], int]
 
 
 class _Regime:
@@ -42,8 +40,7 @@ class _Regime:
     def __init__(self, regime: Regime, folder: Path) -> None:
         n = TRAJECTORIES
         self.forcing = regime.forcing
-        self._tau = regime.phase + 1e-4 * np.arange(n) / n
-        self._w = np.full(n, -regime.speed / RESTITUTION)
+        self._tau, self._w = starts(regime, n)
         self._forcings, self._restitutions = np.full(n, regime.forcing), np.full(n, RESTITUTION)
         self._counts, self._sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
         self._lags, self._angular = np.full(n, -0.7), np.full(n, 100.0)
@@ -117,18 +114,6 @@ class _Regime:
         return 3
 
 
-def interleaved(runs: dict[str, Run], rounds: int) -> dict[str, Floats]:
-    """ns of the processor for each impact, `rounds` times in turn."""
-    found = {name: np.empty(rounds) for name in runs}
-    for i in range(rounds):
-        for name, run in runs.items():
-            clock = time.process_time_ns if name == "JAX" else time.thread_time_ns
-            begin = clock()
-            count = run()
-            found[name][i] = (clock() - begin) / count
-    return found
-
-
 def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
     subject = _Regime(regime, folder)
 
@@ -157,42 +142,6 @@ def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
             continue
         rows.append(row(PART, f"{text}, {where}", "×", list(values), bound))
     return rows, notes
-
-
-def _basin(forcing: float, folder: Path) -> list[Row]:
-    """The basin map of Fig. 4, decided by the same rule."""
-    phases = math.tau * np.arange(PIXELS) / PIXELS
-    speeds = -5.0 + 5.0 * (np.arange(PIXELS) + 0.5) / PIXELS
-    tau, w = (np.ascontiguousarray(a.ravel()) for a in np.meshgrid(phases, speeds))
-    point = (math.acos((1.0 - RESTITUTION) / (1.0 + RESTITUTION) / forcing), -2 / (1 + RESTITUTION))
-    n = PIXELS * PIXELS
-    found = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n)
-    of = np.ones(1, np.int32)
-
-    def lanes() -> int:
-        ends = (TOLERANCE, CONFIRM, CAP, 0, 2)
-        label(tau, w, forcing, RESTITUTION, np.array([point]), of, *ends, *found)
-        return n
-
-    runs: dict[str, Run] = {"lanes": lanes}
-    if not CReference.missing():
-        c, labels = CLanes(folder), np.empty(n, np.int32)
-
-        def compiled() -> int:
-            rule = (TOLERANCE, CONFIRM, CAP)
-            c.label(tau, w, forcing, RESTITUTION, point, rule, labels)
-            return n
-
-        runs["C"] = compiled
-    times = interleaved(runs, ROUNDS // 3)
-    where = f"basin map {PIXELS} × {PIXELS}, Γ = {forcing}"
-    rows = [row(PART, f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
-    if "C" in runs:  # chaos on the boundary of a basin magnifies roundings into other labels
-        values = list(times["lanes"] / times["C"])
-        rows.append(row(PART, f"lanes / vectorised C, {where}", "×", values, Aim(1.1)))
-        differ = float(np.mean(found[0] != labels))
-        rows.append(row(PART, f"pixels with another label than by C, {where}", "of all", [differ]))
-    return rows
 
 
 def _toss(folder: Path) -> list[Row]:
@@ -240,6 +189,6 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
         rows += more + _lyapunov(regime)
         skipped |= set(notes)
     for forcing in (0.45, 0.55):
-        rows += _basin(forcing, folder)
+        rows += basin_map.measure(forcing, folder)
     rows += _toss(folder)
     return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]

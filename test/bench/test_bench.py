@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, ceiling, many, node, per_impact, studies
+from bench import bags, ceiling, many, node, per_impact, studies, widths
 from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
@@ -33,6 +33,9 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     many_rows, many_notes = many.measure(tmp_path)
     rows += many_rows
     notes += many_notes
+    width_rows, width_notes = widths.measure(tmp_path)
+    rows += width_rows
+    notes += width_notes
     study_rows, study_notes = studies.measure()
     rows += study_rows
     notes += study_notes

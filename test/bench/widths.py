@@ -1,0 +1,127 @@
+"""The lanes and vectorised C on narrower vectors: AVX2, and SSE2 as every x86-64 has it.
+
+    python -m bench.widths PROCESSOR FOLDER
+
+measures in a process of its own, whose numba compiles for that processor (its name is the same for
+LLVM and gcc), and prints JSON. Times are those of this machine, which runs such code as its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.axial import REGIMES, RESTITUTION, Regime, starts
+from bench.basin_map import PIXELS, BasinMap
+from bench.c_reference import CLanes, CReference
+from bench.table import Row, row
+from bench.turns import Run, interleaved
+from bouncing_disk_ros.core.lanes_axial import iterate
+
+PART = "narrower vectors"
+#: name of the processor -> what its vectors are called, and the flags of /proc/cpuinfo it needs
+WIDTHS = {"haswell": ("AVX2", {"avx2", "fma", "bmi2"}), "x86-64": ("SSE2", {"sse2"})}
+TRAJECTORIES, IMPACTS, ROUNDS, MAP_ROUNDS = 1024, 200, 30, 10
+COMPARED, AGREEMENT = 10, 1e-11  # impacts; rad and πg/ω
+FORCING = 0.45  # of the basin map
+PATIENCE = 300.0  # s; the kernels are compiled for another processor first
+
+
+def measure(folder: Path) -> tuple[list[Row], list[str]]:
+    """The rows of this part, and what was skipped."""
+    if why := CReference.missing():
+        return [], [f"skipped among narrower vectors: {why}"]
+    rows: list[Row] = []
+    notes = []
+    for processor, (name, needed) in WIDTHS.items():
+        if lacking := needed - _flags():
+            notes.append(f"skipped: {name}: this processor has no {', '.join(sorted(lacking))}")
+            continue
+        found = _in_process_of_its_own(processor, folder)
+        for what, times in found.items():
+            unit = "ns a pixel" if what.startswith("basin") else "ns an impact"
+            lanes, c = np.array(times["lanes"]), np.array(times["C"])
+            rows.append(row(PART, f"lanes, {what}, {name}", unit, list(lanes)))
+            rows.append(row(PART, f"C, {what}, {name}", unit, list(c)))
+            rows.append(row(PART, f"lanes / vectorised C, {what}, {name}", "×", list(lanes / c)))
+    return rows, notes
+
+
+def _flags() -> set[str]:
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    return set(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())
+
+
+def _in_process_of_its_own(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
+    done = subprocess.run(
+        [sys.executable, "-m", "bench.widths", processor, str(folder)],
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(sys.path),
+            "NUMBA_CPU_NAME": processor,
+            "NUMBA_CPU_FEATURES": "",  # else numba adds those of this machine
+        },
+        capture_output=True, text=True, timeout=PATIENCE, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found: dict[str, dict[str, list[float]]] = json.loads(done.stdout)
+    return found
+
+
+def _trajectories(regime: Regime, c: CLanes) -> dict[str, Run]:
+    """Both from the same starts; the bench fails if they do not go the same way."""
+    given = regime.forcing, RESTITUTION
+    forcing, restitution = (np.full(TRAJECTORIES, value) for value in given)
+    counts = np.zeros((TRAJECTORIES, 2), np.int64)
+
+    def lanes(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        tau, w = starts(regime, TRAJECTORIES)
+        iterate(tau, w, forcing, restitution, impacts, counts)
+        return tau, w
+
+    def compiled(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        tau, w = starts(regime, TRAJECTORIES)
+        c.iterate(tau, w, *given, impacts)
+        return tau, w
+
+    apart = np.abs(np.array(lanes(COMPARED)) - np.array(compiled(COMPARED))).max()
+    assert apart <= AGREEMENT, f"C differs from the lanes by {apart:.3g}"
+
+    def lanes_run() -> int:
+        lanes()
+        return TRAJECTORIES * IMPACTS
+
+    def c_run() -> int:
+        compiled()
+        return TRAJECTORIES * IMPACTS
+
+    return {"lanes": lanes_run, "C": c_run}
+
+
+def _here(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
+    """Times by what was measured, and by whom."""
+    c = CLanes(folder, processor)
+    found = {}
+    for regime in REGIMES:
+        what = f"Γ = {regime.forcing} ({regime.name})"
+        found[what] = interleaved(_trajectories(regime, c), ROUNDS)
+    subject = BasinMap(FORCING)
+    run, labels = subject.by_c(c)
+    what = f"basin map {PIXELS} × {PIXELS}, Γ = {FORCING}"
+    found[what] = interleaved({"lanes": subject.lanes, "C": run}, MAP_ROUNDS)
+    differ = int(np.sum(subject.labels != labels))
+    assert differ <= 1e-3 * len(labels), f"{differ} pixels have another label by C"
+    return {
+        what: {name: list(values) for name, values in times.items()}
+        for what, times in found.items()
+    }
+
+
+if __name__ == "__main__":
+    print(json.dumps(_here(sys.argv[1], Path(sys.argv[2]))))
