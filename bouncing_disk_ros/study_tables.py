@@ -79,6 +79,33 @@ _BIFURCATION = (
     Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
          high=12),
 )  # fmt: skip
+_PARAMETER_MAP = (
+    Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "
+         "restitution, phase_lag or angular_forcing"),
+    Spec("x_begin", 0.3, "", "first value of it", low=-1e6, high=1e6),
+    Spec("x_end", 0.7, "", "last value of it", low=-1e6, high=1e6),
+    Spec("x_count", 300, "", "number of values", low=1, high=1_000_000),
+    Spec("y_axis", "restitution", "", "the parameter of the vertical axis"),
+    Spec("y_begin", 0.2, "", "first value of it", low=-1e6, high=1e6),
+    Spec("y_end", 0.8, "", "last value of it", low=-1e6, high=1e6),
+    Spec("y_count", 300, "", "number of values", low=1, high=1_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not an axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not an axis", "ε", low=0.0, high=1.0),
+    Spec("phase_lag", 0.0, "rad", "phase lag where it is not an axis", "θ", low=-1e3, high=1e3),
+    Spec("angular_forcing", 100.0, "1", "angular forcing where it is not an axis", "Γ_T",
+         low=1e-9, high=1e12),
+    Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
+         "and as contact where there is none; contact: the disk lies on the platform; given: "
+         "initial_phase and initial_velocity"),
+    Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with start:=given", "τ",
+         low=-1e3, high=1e3),
+    Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact, with start:=given", "w_A",
+         low=-1e3, high=0.0),
+    Spec("settling", 10_000, "", "impacts left out at each point", low=0, high=100_000_000),
+    Spec("measured", 2000, "", "impacts that exponent, kind and speed are told by", low=256,
+         high=100_000_000),
+)  # fmt: skip
 _BASINS = (
     Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),
     Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
@@ -142,6 +169,7 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "toss_paths": _by_name(*_TOSS_PATHS),
         "toss_map": _by_name(*_TOSS_MAP),
         "bifurcation": _by_name(*_BIFURCATION),
+        "parameter_map": _by_name(*_PARAMETER_MAP),
         "basins": _by_name(*_BASINS),
         "basin_shares": _by_name(*_BASIN_SHARES),
     }
@@ -151,7 +179,7 @@ COMMON: Mapping[str, Spec] = _by_name(*_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "basins", "basin_shares")
+TAKES_BAG = ("bifurcation", "parameter_map", "basins", "basin_shares")
 
 
 def table_of(study: str) -> Mapping[str, Spec]:

@@ -116,7 +116,8 @@ def parameters_page() -> str:
 
 _STUDIES_NOTE = (
     "Where and how, not what: results do not depend on these, except that a bag stands for the "
-    "numbers found in it. Only `bifurcation`, `basins` and `basin_shares` take one."
+    "numbers found in it. Only `bifurcation`, `parameter_map`, `basins` and `basin_shares` take "
+    "one."
 )
 _HEAD = (
     "| name | symbol | type | default | unit | allowed | meaning | source |\n"

@@ -11,7 +11,14 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.nodes.studies import basin_shares, basins, bifurcation, toss_map, toss_paths
+from bouncing_disk_ros.nodes.studies import (
+    basin_shares,
+    basins,
+    bifurcation,
+    parameter_map,
+    toss_map,
+    toss_paths,
+)
 from bouncing_disk_ros.nodes.studies.exhibit import StudyTool
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
@@ -151,6 +158,39 @@ def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
     assert figure.axes[1].lines[0].get_linestyle() == "None", "points: no start is followed"
     assert "  contact from some starts at 3 of 4 values, from all at 0" in lines
     assert lines[-1].startswith("  after contact the mean speed depends on the start at 3 values")
+
+
+def test_a_map_of_parameters(tmp_path: Path) -> None:
+    figures, lines, result = shown(
+        tmp_path, parameter_map.TOOL, x_begin=0.25, x_end=0.56, x_count=12, y_begin=0.5, y_end=0.51,
+        y_count=2, settling=1000, measured=300,
+    )  # fmt: skip
+    figure = figures["parameter_map"]
+    left, right = figure.axes[:2]
+    assert left.get_xlabel() == "axial forcing Γ (1)"
+    assert left.get_ylabel() == "restitution ε (1)"
+    title = "Attractors reached from beside the period-1 orbit, else contact; θ = 0, Γ_T = 100"
+    assert figure.get_suptitle() == title
+    legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
+               for axes in (left, right)]  # fmt: skip
+    assert {"rest", "with contact", "period 1", "period 2", "chaotic"} <= set(legends[0])
+    assert "period 5" not in legends[0], "a class that is nowhere is not in the legend"
+    assert legends[1] == ["with contact: −∞", "rest"]
+    low, high = right.images[1].get_clim()
+    assert low == -high, "the colours are centred at 0"
+    assert any(line.startswith("  rest ") for line in lines)
+    assert any(line.startswith("  largest mean speed ") for line in lines)
+    best = float(result["lyapunov_exponent"].where(np.isfinite).max())
+    assert any(line.startswith(f"  largest Lyapunov exponent {best:.4f} at ax") for line in lines)
+
+
+def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, parameter_map.TOOL, x_begin=0.2, x_end=0.2, x_count=1, y_begin=0.5, y_end=0.5,
+        y_count=1, settling=10, measured=256,
+    )  # fmt: skip
+    assert "rest" in text_of(figures["parameter_map"])
+    assert lines == ["  rest         at 100.000 % of the points", "  period 1     at   0.000 %"]
 
 
 def test_toss_maps(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basins as basins_module
 from bouncing_disk_ros.study import bifurcation as bifurcation_module
 from bouncing_disk_ros.study import named, run
+from bouncing_disk_ros.study import parameter_map as parameter_map_module
 from bouncing_disk_ros.study.basins import from_arrays, to_arrays
 from bouncing_disk_ros.study.bifurcation import branch_of
 
@@ -145,6 +146,42 @@ def test_following_does_not_know_of_starts() -> None:
     study = named("bifurcation")
     assert study.sequential
     assert not {"starts", "velocity_begin"} & set(study.parameters)
+
+
+def test_a_map_of_parameters_shows_the_cascade_however_it_is_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, Value] = {"x_begin": 0.25, "x_end": 0.53, "x_count": 8, "y_begin": 0.4,
+                               "y_end": 0.5, "y_count": 3, "settling": 3000,
+                               "measured": 256}  # fmt: skip
+    whole = result_of(tmp_path / "whole", "parameter_map", **given)
+    assert whole["period"].dims == ("restitution", "axial_forcing")
+    assert "parameter_restitution" not in whole.attrs, "it plays no part"
+    monkeypatch.setattr(parameter_map_module, "SIDES", (2, 2))
+    cut = result_of(tmp_path / "cut", "parameter_map", **given)
+    assert cut["region_done"].size == 8
+    for name in named("parameter_map").fields:
+        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+    line = whole.sel(restitution=0.5)
+    # 0.25, 0.29: rest; 0.33: contact (no period-1 orbit below 1/3); then up to the period 2
+    assert line["kind"].values.tolist() == [0, 0, 1, 2, 2, 2, 2, 2]
+    assert line["period"].values[3:].tolist() == [1, 1, 1, 2, 2]
+    period_1 = line["axial_forcing"].values[3:6]
+    speeds = 0.5 / 1.5 / period_1  # eq. 4 at θ = 0: cos τ
+    np.testing.assert_allclose(line["mean_speed"].values[3:6], speeds, rtol=1e-9)
+
+
+def test_a_map_over_other_parameters(tmp_path: Path) -> None:
+    """The axial part depends on neither; the speed of the period-1 orbit on the lag alone."""
+    found = result_of(
+        tmp_path, "parameter_map", x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=5,
+        y_axis="angular_forcing", y_begin=1.0, y_end=20.0, y_count=2, settling=2000, measured=256,
+        start="given", initial_phase=0.7, initial_velocity=-1.3,
+    )  # fmt: skip
+    assert (found["period"] == 1).all()
+    phase = math.acos(1.0 / 3.0 / 0.45)
+    expected = np.cos(phase + found["phase_lag"].values)
+    np.testing.assert_allclose(found["mean_speed"].values, [expected, expected], rtol=0, atol=1e-9)
 
 
 def test_a_diagram_without_doublings_in_reach_has_none(tmp_path: Path) -> None:

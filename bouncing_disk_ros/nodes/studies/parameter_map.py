@@ -1,0 +1,97 @@
+"""The executable `parameter_map`: what a disk settles on over two parameters."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
+from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study_tables import table_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.parameter_map import ParameterMap
+
+_ABOUT = """Over a plane of two of the parameters axial forcing, restitution, phase lag and angular
+forcing: the period of the attractor that one start leads to, its largest Lyapunov exponent and the
+mean speed of the disk."""
+_EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 -p y_count:=400"
+
+OPTIONS = table_of("parameter_map")
+SETTLED = 0.01
+"""A mean speed (ωΦ) that changes by more has not settled."""
+
+
+def exhibit() -> Exhibit[ParameterMap]:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.parameter_map import ParameterMap
+
+    return Exhibit(
+        ParameterMap,
+        _pictures,
+        lines,
+        from_bag=_from_bag,
+        image="period",
+    )
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.bifurcation import NAMES
+
+    return [name for name in NAMES if name not in (values["x_axis"], values["y_axis"])]
+
+
+def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.parameter_map_plot import parameter_map_picture
+
+    return {"parameter_map": parameter_map_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Shares of the kinds, the periods that occur, the largest speed and exponent."""
+    kind, period = result["kind"], result["period"]
+    rows = []
+    for number, name in zip(kind.attrs["flag_values"], kind.attrs["flag_meanings"].split(),
+                            strict=True):  # fmt: skip
+        share = 100.0 * float((kind == number).mean())
+        if share > 0.0:
+            rows.append(f"  {name:12} at {share:7.3f} % of the points")
+    single = 100.0 * float(((kind == 2) & (period == 1)).mean())
+    rows.append(f"  period 1     at {single:7.3f} %")
+    rows += _largest(result, "mean_speed", "mean speed", " ωΦ")
+    rows += _largest(result, "lyapunov_exponent", "Lyapunov exponent", "")
+    moving = int(((abs(result["mean_speed_change"]) > SETTLED) & (kind != 3)).sum())
+    if moving:
+        why = "let it settle longer if the speed matters there"
+        rows.append(f"  the mean speed still changes by more than {SETTLED:g} at {moving} points "
+                    f"without chaos: {why}")  # fmt: skip
+    return rows
+
+
+def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
+    """Where a field is largest; nothing where it is nowhere known."""
+    values = result[field]
+    known = values.where(abs(values) < float("inf"))
+    if not bool(known.notnull().any()):
+        return []
+    place = known.argmax(...)
+    best = known.isel(place)
+    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(known.dims))
+    return [f"  largest {name} {float(best):.4f}{unit} at {at}"]
+
+
+TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compute the map; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    return run_study(TOOL, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

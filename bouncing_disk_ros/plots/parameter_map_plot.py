@@ -1,0 +1,137 @@
+"""The picture of a plane of parameters: period of the attractor, and its Lyapunov exponent."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.strips import thinned
+from bouncing_disk_ros.plots.basins_plot import MOST_PIXELS
+from bouncing_disk_ros.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    YELLOW,
+    new_figure,
+)
+
+REST, CONTACT, UNRESOLVED = "#ffffff", "#d9d9d9", "#777777"
+#: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
+PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}
+OTHER = "#8c510a"
+_CLASSES = ["rest", "with contact", *(f"period {n}" for n in PERIODS), "other period", "chaotic",
+            "unresolved"]  # fmt: skip
+_COLORS = [REST, CONTACT, *PERIODS.values(), OTHER, BLACK, UNRESOLVED]
+_QUANTILE = 0.99
+"""So many of the exponents lie within the colour scale."""
+_SYMBOLS = {"axial_forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"}
+
+
+def parameter_map_picture(result: xr.Dataset) -> Figure:
+    """Two panels over the two parameters, and what is fixed."""
+    figure = new_figure(12.0, 6.0)
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    _draw_periods(left, result)
+    _draw_exponents(figure, right, result)
+    for axes in (left, right):
+        up, across = result["period"].dims
+        axes.set_xlabel(_label(result[across]))
+    left.set_ylabel(_label(result[up]))
+    figure.suptitle(_title(result), fontsize=12)
+    return figure
+
+
+def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.intp]:
+    """Index of each point in the classes of the left panel; numbers of the study's field `kind`."""
+    names = {name: i for i, name in enumerate(_CLASSES)}
+    found = np.full(kind.shape, names["unresolved"], np.intp)
+    for number, name in enumerate(("rest", "with contact", "other period", "chaotic")):
+        found[kind == number] = names[name]
+    for n in PERIODS:
+        found[(kind == 2) & (period == n)] = names[f"period {n}"]
+    return found
+
+
+def _draw_periods(axes: Any, result: xr.Dataset) -> None:
+    found = classes(*(thinned(result[name], MOST_PIXELS) for name in ("kind", "period")))
+    norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
+    axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))
+    shown = np.unique(found)
+    handles = [
+        Patch(facecolor=_COLORS[i], edgecolor=BLACK, linewidth=0.5, label=_CLASSES[i])
+        for i in shown
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4,
+                fontsize=9, frameon=False)  # fmt: skip
+    axes.set_title("Period: impacts in one repetition", fontsize=10)
+
+
+def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    exponent = thinned(result["lyapunov_exponent"], MOST_PIXELS)
+    finite = np.isfinite(exponent)
+    top = float(np.quantile(np.abs(exponent[finite]), _QUANTILE)) if finite.any() else 1.0
+    ground = np.where(np.isneginf(exponent), 1.0, 0.0)
+    frame = _frame(result)
+    axes.imshow(ground, cmap=ListedColormap([REST, CONTACT]), vmin=0.0, vmax=1.0, **frame)
+    shown = np.ma.masked_where(~finite, exponent)
+    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
+    figure.colorbar(drawn, ax=axes, label="Lyapunov exponent per impact λ (1)", extend="both")
+    handles = [
+        Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=name)
+        for color, name, there in (
+            (CONTACT, "with contact: −∞", np.isneginf(exponent).any()),
+            (REST, "rest", np.isnan(exponent).any()),
+        )
+        if there
+    ]
+    if handles:
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2,
+                    fontsize=9, frameon=False)  # fmt: skip
+    axes.set_title("Small changes die out (blue) or grow (red)", fontsize=10)
+
+
+def _frame(result: xr.Dataset) -> dict[str, Any]:
+    """How a map is drawn: arguments of imshow."""
+    ends: list[float] = []
+    for name in reversed(result["period"].dims):
+        values = result[name].values
+        half = 0.5 * (values[-1] - values[0]) / (len(values) - 1) if len(values) > 1 else 0.5
+        ends += [values[0] - half, values[-1] + half]
+    return {
+        "extent": ends, "origin": "lower", "aspect": "auto", "interpolation": "nearest",
+        "rasterized": True,
+    }  # fmt: skip
+
+
+def _label(axis: xr.DataArray) -> str:
+    return f"{axis.attrs['long_name']} {axis.attrs['symbol']} ({axis.attrs['units']})"
+
+
+def _title(result: xr.Dataset) -> str:
+    fixed = [
+        f"{symbol} = {value:g}"
+        for name, symbol in _SYMBOLS.items()
+        if not math.isnan(value := float(result.attrs.get(f"parameter_{name}", math.nan)))
+    ]
+    start = result.attrs["parameter_start"]
+    words = {
+        "period-1": "beside the period-1 orbit, else contact",
+        "contact": "contact",
+    }
+    own = "τ = {:g}, w_A = {:g}".format(
+        *(result.attrs.get(f"parameter_initial_{name}", math.nan) for name in ("phase", "velocity"))
+    )
+    return f"Attractors reached from {words.get(start, own)}; {', '.join(fixed)}".replace(
+        "-0", "−0"
+    )
