@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, ceiling, many, node, per_impact, studies, widths
+from bench import bags, beside, ceiling, many, node, per_impact, studies, widths
 from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
@@ -36,6 +36,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     width_rows, width_notes = widths.measure(tmp_path)
     rows += width_rows
     notes += width_notes
+    rows += beside.measure()
     study_rows, study_notes = studies.measure()
     rows += study_rows
     notes += study_notes

@@ -1,0 +1,97 @@
+"""What every compiled function keeps to, so that a study leaves the rest of its process in peace.
+
+A kernel releases the interpreter's lock, or a simulator in another thread would stand still; none
+starts threads of numba's own (`parallel`), whose layer ends the process when two Python threads
+call it at once.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import bouncing_disk_ros
+
+PACKAGE = Path(bouncing_disk_ros.__file__).parent
+ROOMS = ("analysis", "core")
+"""Those that may import numba (test_architecture.py)."""
+TAKEN = {"from_dtype", "njit", "types"}
+"""All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
+
+
+def kernels() -> Iterator[tuple[str, Dispatcher]]:
+    for room in ROOMS:
+        package = importlib.import_module(f"bouncing_disk_ros.{room}")
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            module = importlib.import_module(found.name)
+            for name, value in vars(module).items():
+                if isinstance(value, Dispatcher):
+                    yield f"{found.name}.{name}", value
+
+
+def test_every_kernel_releases_the_lock_and_has_no_threads_of_its_own() -> None:
+    found = dict(kernels())
+    # the walk finds what the studies and the simulator call
+    for name in ("lanes_basin._label", "lanes_axial._iterate", "stepper.advance"):
+        assert any(full.endswith(name) for full in found), f"{name} is not among {sorted(found)}"
+    keeps = [
+        name for name, kernel in found.items() if kernel.targetoptions.get("nogil") is not True
+    ]
+    threads = [name for name, k in found.items() if k.targetoptions.get("parallel")]
+    assert (keeps, threads) == ([], [])
+
+
+def offences(tree: ast.AST) -> Iterator[str]:
+    """What in a file could keep the lock or start threads, found in its text."""
+    called: dict[int, ast.Call] = {
+        id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)
+    }
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=names):
+                taken = {alias.name for alias in names if alias.name.split(".")[0] == "numba"}
+            case ast.ImportFrom(module="numba", names=names):
+                taken = {alias.name for alias in names} - TAKEN
+            case ast.ImportFrom(module=str(module)) if module.startswith("numba."):
+                taken = {module}
+            case ast.Name(id="njit"):
+                call = called.get(id(node))
+                given = {} if call is None else {k.arg: ast.unparse(k.value) for k in call.keywords}
+                safe = given.get("nogil") == "True" and "parallel" not in given
+                taken = set() if safe else {"njit"}
+            case _:
+                taken = set()
+        for name in taken:
+            yield f"line {node.lineno}: {name}"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import numba",
+        "from numba import prange",
+        "from numba.extending import overload",
+        "@njit\ndef f(): ...",
+        "njit(cache=True)(f)",
+        "njit(nogil=False)(f)",
+        "njit(nogil=True, parallel=True)(f)",
+    ],
+)
+def test_offences_are_seen(text: str) -> None:
+    assert len(list(offences(ast.parse(text)))) == 1
+
+
+def test_no_file_compiles_otherwise() -> None:
+    """Also what the walk cannot see: functions within functions."""
+    found = {
+        file.name: told
+        for file in PACKAGE.rglob("*.py")
+        if (told := list(offences(ast.parse(file.read_text("utf-8")))))
+    }
+    assert found == {}
