@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -44,12 +43,32 @@ def parameter_map_picture(result: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     _draw_periods(left, result)
     _draw_exponents(figure, right, result)
-    for axes in (left, right):
-        up, across = result["period"].dims
-        axes.set_xlabel(_label(result[across]))
-    left.set_ylabel(_label(result[up]))
+    _label_axes(result, left, right)
     figure.suptitle(_title(result), fontsize=12)
     return figure
+
+
+def mean_speed_picture(result: xr.Dataset) -> Figure:
+    """One panel: the mean speed of the disk over the two parameters."""
+    figure = new_figure(7.5, 6.0)
+    axes = figure.subplots()
+    speed = thinned(result["mean_speed"], MOST_PIXELS)
+    known = np.isfinite(speed)
+    top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
+    axes.set_facecolor(UNRESOLVED)
+    shown = np.ma.masked_where(~known, speed)
+    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-top, vmax=top, **_frame(result))
+    figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ) (1); grey: rest")
+    _label_axes(result, axes)
+    figure.suptitle(_title(result), fontsize=11)
+    return figure
+
+
+def _label_axes(result: xr.Dataset, *panels: Any) -> None:
+    up, across = result["period"].dims
+    for axes in panels:
+        axes.set_xlabel(_label(result[across]))
+    panels[0].set_ylabel(_label(result[up]))
 
 
 def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.intp]:
@@ -119,19 +138,16 @@ def _label(axis: xr.DataArray) -> str:
 
 
 def _title(result: xr.Dataset) -> str:
-    fixed = [
-        f"{symbol} = {value:g}"
-        for name, symbol in _SYMBOLS.items()
-        if not math.isnan(value := float(result.attrs.get(f"parameter_{name}", math.nan)))
-    ]
-    start = result.attrs["parameter_start"]
-    words = {
-        "period-1": "beside the period-1 orbit, else contact",
-        "contact": "contact",
-    }
-    own = "τ = {:g}, w_A = {:g}".format(
-        *(result.attrs.get(f"parameter_initial_{name}", math.nan) for name in ("phase", "velocity"))
-    )
-    return f"Attractors reached from {words.get(start, own)}; {', '.join(fixed)}".replace(
-        "-0", "−0"
-    )
+    given = {name.removeprefix("parameter_"): value for name, value in result.attrs.items()}
+    start = given["start"]
+    if start == "given":
+        phase, velocity = (_number(given[f"initial_{name}"]) for name in ("phase", "velocity"))
+        start = f"τ = {phase}, w_A = {velocity}"
+    elif start == "period-1":
+        start = "beside the period-1 orbit, else contact"
+    fixed = [f"{sign} = {_number(given[name])}" for name, sign in _SYMBOLS.items() if name in given]
+    return f"Attractors reached from {start}; {', '.join(fixed)}"
+
+
+def _number(value: float) -> str:
+    return f"{value:g}".replace("-", "−")

@@ -28,7 +28,7 @@ SETTLED = 0.01
 
 
 def exhibit() -> Exhibit[ParameterMap]:
-    """The study with its picture."""
+    """The study with its pictures."""
     from bouncing_disk_ros.study.parameter_map import ParameterMap
 
     return Exhibit(
@@ -47,9 +47,15 @@ def _from_bag(values: Mapping[str, Value]) -> list[str]:
 
 
 def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.plots.parameter_map_plot import parameter_map_picture
+    from bouncing_disk_ros.plots.parameter_map_plot import (
+        mean_speed_picture,
+        parameter_map_picture,
+    )
 
-    return {"parameter_map": parameter_map_picture(result)}
+    return {
+        "parameter_map": parameter_map_picture(result),
+        "mean_speed": mean_speed_picture(result),
+    }
 
 
 def lines(result: xr.Dataset) -> list[str]:

@@ -176,8 +176,11 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     assert {"rest", "with contact", "period 1", "period 2", "chaotic"} <= set(legends[0])
     assert "period 5" not in legends[0], "a class that is nowhere is not in the legend"
     assert legends[1] == ["with contact: −∞", "rest"]
-    low, high = right.images[1].get_clim()
-    assert low == -high, "the colours are centred at 0"
+    speed = figures["mean_speed"].axes[0]
+    assert speed.get_xlabel() == left.get_xlabel()
+    for image in (right.images[1], speed.images[0]):
+        low, high = image.get_clim()
+        assert low == -high, "the colours are centred at 0"
     assert any(line.startswith("  rest ") for line in lines)
     assert any(line.startswith("  largest mean speed ") for line in lines)
     best = float(result["lyapunov_exponent"].where(np.isfinite).max())
@@ -191,6 +194,16 @@ def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
     )  # fmt: skip
     assert "rest" in text_of(figures["parameter_map"])
     assert lines == ["  rest         at 100.000 % of the points", "  period 1     at   0.000 %"]
+
+
+def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
+    figures, _, _ = shown(
+        tmp_path, parameter_map.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=2,
+        y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
+        start="given", initial_phase=0.5, initial_velocity=-2.0,
+    )  # fmt: skip
+    title = "Attractors reached from τ = 0.5, w_A = −2; Γ = 0.45, ε = 0.5"
+    assert figures["mean_speed"].get_suptitle() == title
 
 
 def test_toss_maps(tmp_path: Path) -> None:
