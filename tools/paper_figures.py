@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.period_one import stability_limit
-from bouncing_disk_ros.analysis.toss import toss
-from bouncing_disk_ros.analysis.toss_extremes import extreme
+from bouncing_disk_ros.analysis.toss.extremes import extreme
+from bouncing_disk_ros.analysis.toss.tosses import toss
 
 
 class Number(NamedTuple):

@@ -1,1 +1,13 @@
-"""Arrays in, results out: what the impacts of a run mean."""
+"""Arrays in, results out: what impacts mean.
+
+Imports between the rooms point down only:
+
+| room | what it holds | may import |
+|---|---|---|
+| `report` | the report on a recorded run: numbers, tables, figures, words | `recorded` |
+| `recorded` | what recorded impacts and states show | `dynamics` |
+| `dynamics` | the next-collision map as a dynamical system | |
+| `toss` | single tosses | |
+
+All may import the files beside them, which know closed forms and scales alone, and `core`.
+"""

@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.analysis.strips import thinned
+from bouncing_disk_ros.analysis.dynamics.strips import thinned
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,

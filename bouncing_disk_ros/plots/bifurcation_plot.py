@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.bifurcation import Branch, sections_along
-from bouncing_disk_ros.analysis.continuation import Doubling, existence_limit
-from bouncing_disk_ros.analysis.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.bifurcation import Branch, sections_along
+from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
 
 Array = NDArray[np.float64]

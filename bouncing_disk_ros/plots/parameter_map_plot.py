@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.strips import thinned
+from bouncing_disk_ros.analysis.dynamics.strips import thinned
 from bouncing_disk_ros.plots.basins_plot import MOST_PIXELS
 from bouncing_disk_ros.plots.style import (
     BLACK,

@@ -10,11 +10,11 @@ import plotly.graph_objects as go
 import plotly.io
 from plotly.offline import get_plotlyjs
 
-from bouncing_disk_ros.analysis.panels import Look, Panel, Series, places
-from bouncing_disk_ros.analysis.report import Report
-from bouncing_disk_ros.analysis.report_panels import panels
-from bouncing_disk_ros.analysis.report_tables import tables
-from bouncing_disk_ros.analysis.report_text import segment_rows
+from bouncing_disk_ros.analysis.report.panel import Look, Panel, Series, places
+from bouncing_disk_ros.analysis.report.panels import panels
+from bouncing_disk_ros.analysis.report.report import Report
+from bouncing_disk_ros.analysis.report.tables import tables
+from bouncing_disk_ros.analysis.report.text import segment_rows
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 

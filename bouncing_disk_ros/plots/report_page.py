@@ -11,9 +11,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.analysis.panels import Look, Panel, Series, places
-from bouncing_disk_ros.analysis.report import Report
-from bouncing_disk_ros.analysis.report_panels import panels
+from bouncing_disk_ros.analysis.report.panel import Look, Panel, Series, places
+from bouncing_disk_ros.analysis.report.panels import panels
+from bouncing_disk_ros.analysis.report.report import Report
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 from bouncing_disk_ros.plots.style import new_figure

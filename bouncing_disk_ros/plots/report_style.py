@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from bouncing_disk_ros.analysis.report import Report
+from bouncing_disk_ros.analysis.recorded.segments import known
+from bouncing_disk_ros.analysis.report.report import Report
 from bouncing_disk_ros.analysis.scales import axial_forcing
-from bouncing_disk_ros.analysis.segments import known
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.run_record import NS, RunRecord
+from bouncing_disk_ros.analysis.recorded.run_record import NS, RunRecord
 from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, new_figure

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.analysis.strips import thinned
+from bouncing_disk_ros.analysis.dynamics.strips import thinned
 from bouncing_disk_ros.plots.basins_plot import (
     MOST_PIXELS,
     UNRESOLVED,

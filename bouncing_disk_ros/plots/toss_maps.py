@@ -15,8 +15,8 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from bouncing_disk_ros.analysis.toss import Floats, Toss
-from bouncing_disk_ros.analysis.toss_extremes import Extreme, Ridge
+from bouncing_disk_ros.analysis.toss.extremes import Extreme, Ridge
+from bouncing_disk_ros.analysis.toss.tosses import Floats, Toss
 from bouncing_disk_ros.plots.style import mark_in_pi, new_figure
 from bouncing_disk_ros.plots.toss_plot import DPI
 

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.toss import Floats
-from bouncing_disk_ros.analysis.toss_path import TossPaths, TossTrajectory
+from bouncing_disk_ros.analysis.toss.path import TossPaths, TossTrajectory
+from bouncing_disk_ros.analysis.toss.tosses import Floats
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, ORANGE, VERMILION, in_pi, new_figure
 

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.run_record import NS
-from bouncing_disk_ros.analysis.two_runs import Shown
+from bouncing_disk_ros.analysis.recorded.run_record import NS
+from bouncing_disk_ros.analysis.recorded.two_runs import Shown
 from bouncing_disk_ros.plots.run_picture import SETTINGS
 from bouncing_disk_ros.plots.style import BLUE, GREY, VERMILION, new_figure
 

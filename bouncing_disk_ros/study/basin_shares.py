@@ -12,10 +12,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from bouncing_disk_ros.analysis.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.analysis.basins import UNRESOLVED, label_starts, shares
-from bouncing_disk_ros.analysis.best_lag import best_lag
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basins import UNRESOLVED, label_starts, shares
+from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basins import refuse_conservative

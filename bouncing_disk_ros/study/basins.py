@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.analysis.basins import (
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basins import (
     UNRESOLVED,
     LabelRule,
     before_impact,
@@ -20,9 +20,13 @@ from bouncing_disk_ros.analysis.basins import (
     shares,
     unresolved_fraction,
 )
-from bouncing_disk_ros.analysis.boundary import basin_entropy, box_dimension, uncertainty_exponent
-from bouncing_disk_ros.analysis.start_speeds import mean_speeds
-from bouncing_disk_ros.analysis.strips import LabelMap
+from bouncing_disk_ros.analysis.dynamics.boundary import (
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
+from bouncing_disk_ros.analysis.dynamics.strips import LabelMap
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value

@@ -14,16 +14,22 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.bifurcation import STATE, Branch, begin, follow, from_starts
-from bouncing_disk_ros.analysis.continuation import (
+from bouncing_disk_ros.analysis.dynamics.bifurcation import (
+    STATE,
+    Branch,
+    begin,
+    follow,
+    from_starts,
+)
+from bouncing_disk_ros.analysis.dynamics.continuation import (
     Doubling,
     existence_limit,
     feigenbaum_ratios,
     period_doublings,
 )
-from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
-from bouncing_disk_ros.analysis.starts import spread_starts
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
+from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.attractors import AttractorKind
-from bouncing_disk_ros.analysis.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.parameter_map import (
+from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.parameter_map import (
     STARTS,
     UNRESOLVED,
     Settled,

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.toss import CODES, TossSetting, check_setting, toss
-from bouncing_disk_ros.analysis.toss_extremes import MEASURES, Extreme, Ridge, extreme, ridge
+from bouncing_disk_ros.analysis.toss.extremes import MEASURES, Extreme, Ridge, extreme, ridge
+from bouncing_disk_ros.analysis.toss.tosses import CODES, TossSetting, check_setting, toss
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, Value

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from bouncing_disk_ros.analysis.toss_path import toss_paths
+from bouncing_disk_ros.analysis.toss.path import toss_paths
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value

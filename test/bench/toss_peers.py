@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.c_reference import CReference, CTosses
-from bouncing_disk_ros.analysis.toss import LOWEST, PAPER, amplitudes
+from bouncing_disk_ros.analysis.toss.tosses import LOWEST, PAPER, amplitudes
 from bouncing_disk_ros.core import ride
 from bouncing_disk_ros.core.engine import disk_record
 from bouncing_disk_ros.core.lanes_rides import tosses

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.impact_text import csv_heading
+from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.conversions import msg_to_motion
 from support.processes import Process, Starter, environment

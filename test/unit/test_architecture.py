@@ -30,27 +30,34 @@ TABLES = {
     "tables",
     "topics",
 }
+ANALYSIS = {"analysis"} | {
+    f"analysis.{room}" for room in ("dynamics", "toss", "recorded", "report")
+}
 #: room -> the rooms it may import. A new room must be entered here.
 MAY_IMPORT = {
     "core": {"core"},
     "analysis": {"analysis", "core"} | TABLES,
-    "study": {"study", "analysis", "core"} | TABLES,
+    "analysis.dynamics": {"analysis.dynamics", "analysis", "core"} | TABLES,
+    "analysis.toss": {"analysis.toss", "analysis", "core"} | TABLES,
+    "analysis.recorded": {"analysis.recorded", "analysis.dynamics", "analysis", "core"} | TABLES,
+    "analysis.report": {"analysis.report", "analysis.recorded", "analysis", "core"} | TABLES,
+    "study": {"study", "core"} | ANALYSIS | TABLES,
     "run": {"run", "core"} | TABLES,
-    "plots": {"plots", "analysis", "core"} | TABLES,
+    "plots": {"plots", "core"} | ANALYSIS | TABLES,
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
     "nodes": set(),
-    "nodes.shared": {"ros", "analysis", "run", "core"} | TABLES,
+    "nodes.shared": {"ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
-    "nodes.live": {"nodes.live", "nodes.shared", "ros", "analysis", "run", "core"} | TABLES,
+    "nodes.live": {"nodes.live", "nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.recorder": {"nodes.recorder", "nodes.shared", "ros", "bag", "run"} | TABLES,
-    "nodes.bags": {"nodes.bags", "nodes.shared", "ros", "bag", "plots", "analysis"} | TABLES,
+    "nodes.bags": {"nodes.bags", "nodes.shared", "ros", "bag", "plots"} | ANALYSIS | TABLES,
     "nodes.replay": {"nodes.replay", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
-                     "analysis", "run"} | TABLES,
+                     "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
-                      "study", "analysis", "core"} | TABLES,
+                      "study", "core"} | ANALYSIS | TABLES,
     "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",
-                   "analysis", "run", "core"} | TABLES,
+                   "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
     "__init__": {"kernel_cache", "core", "nodes.simulator", "ros", "run"},
@@ -94,14 +101,14 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 
 def room(file: Path) -> str:
-    """`core`, `errors`; in nodes, whose folders are rooms of their own, `nodes.bags`."""
+    """`core`, `errors`; where folders are rooms of their own, `nodes.bags`."""
     return room_of(file.relative_to(PACKAGE).with_suffix("").parts)
 
 
 def room_of(parts: Sequence[str]) -> str:
     """The room of a module, by its name's parts below the package."""
-    named = [part for part in parts[:2] if part != "__init__"] if parts[0] == "nodes" else parts[:1]
-    return ".".join(named)
+    inner = ".".join(parts[:2])
+    return inner if inner in MAY_IMPORT else parts[0]
 
 
 def imports(file: Path) -> Iterator[str]:

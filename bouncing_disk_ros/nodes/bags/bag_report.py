@@ -19,7 +19,7 @@ from bouncing_disk_ros.nodes.shared.start import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.analysis.report import Report
+    from bouncing_disk_ros.analysis.report.report import Report
 
 _ABOUT = """Report on a recorded run, from its bag alone: impacts, next-collision section, return
 map, period found, rotor speed with its transient, energy, real-time quality and loss, and estimates
@@ -80,7 +80,7 @@ def _report(given: argparse.Namespace) -> int:
     files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
     check_ours(files)
     report = read(given)
-    from bouncing_disk_ros.analysis.report_text import lines
+    from bouncing_disk_ros.analysis.report.text import lines
 
     _say("\n".join(lines(report)))
     for file in files:
@@ -102,7 +102,7 @@ def read(given: argparse.Namespace) -> Report:
     from tqdm import tqdm
 
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.analysis.report import report_of
+    from bouncing_disk_ros.analysis.report.report import report_of
     from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
 
     if given.rows < 1 or given.run < 0:

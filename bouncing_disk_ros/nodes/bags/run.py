@@ -10,8 +10,13 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.report import Source, TopicCount
-from bouncing_disk_ros.analysis.run_record import UNKNOWN_DISK, RunRecord, State, joined_rows
+from bouncing_disk_ros.analysis.recorded.run_record import (
+    UNKNOWN_DISK,
+    RunRecord,
+    State,
+    joined_rows,
+)
+from bouncing_disk_ros.analysis.report.report import Source, TopicCount
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag.topic import Message
 from bouncing_disk_ros.errors import InputError

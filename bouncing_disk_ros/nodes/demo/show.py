@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.run_record import Summary, lines, summary_of
+from bouncing_disk_ros.analysis.recorded.run_record import Summary, lines, summary_of
 from bouncing_disk_ros.analysis.scales import axial_forcing
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.analysis import impact_text
+from bouncing_disk_ros.analysis.recorded import impact_text
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import bouncing_disk_ros
-from bouncing_disk_ros.analysis.two_runs import Shown
+from bouncing_disk_ros.analysis.recorded.two_runs import Shown
 from bouncing_disk_ros.nodes.replay.recorded import ReplayedBag
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.pair import SPEED_SECONDS, TwoRuns

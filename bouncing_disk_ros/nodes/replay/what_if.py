@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bouncing_disk_ros.analysis.two_runs import Shown
+from bouncing_disk_ros.analysis.recorded.two_runs import Shown
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.replay.recorded import Recorded, ReplayedBag
 from bouncing_disk_ros.nodes.replay.text import comparison_lines

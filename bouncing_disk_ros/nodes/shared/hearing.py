@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from bouncing_disk_ros.analysis.impact_text import LossCounter
-from bouncing_disk_ros.analysis.run_record import Change, Health, RunRecord, State
+from bouncing_disk_ros.analysis.recorded.impact_text import LossCounter
+from bouncing_disk_ros.analysis.recorded.run_record import Change, Health, RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Energy
 from bouncing_disk_ros.ros.conversions import (
     impacts_from_msg,

@@ -22,7 +22,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 from tqdm import tqdm
 
-from bouncing_disk_ros.analysis.strips import thinned
+from bouncing_disk_ros.analysis.dynamics.strips import thinned
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.tool import options, wait_for

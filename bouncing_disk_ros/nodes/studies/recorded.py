@@ -13,9 +13,9 @@ from typing import NamedTuple
 from tqdm import tqdm
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.analysis.run_record import RunRecord
+from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
+from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
 from bouncing_disk_ros.analysis.scales import angular_forcing, axial_forcing
-from bouncing_disk_ros.analysis.segments import Segment, known, segments_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.nodes.bags.run import BagRun, Wish

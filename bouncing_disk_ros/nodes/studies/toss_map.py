@@ -43,8 +43,8 @@ def _lags(study: TossMap) -> list[float]:
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.analysis.toss import Toss
-    from bouncing_disk_ros.analysis.toss_path import toss_trajectory
+    from bouncing_disk_ros.analysis.toss.path import toss_trajectory
+    from bouncing_disk_ros.analysis.toss.tosses import Toss
     from bouncing_disk_ros.plots.toss_maps import maps_figure
     from bouncing_disk_ros.plots.toss_plot import toss_title, trajectories_figure
 

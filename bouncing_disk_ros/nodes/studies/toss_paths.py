@@ -33,7 +33,7 @@ def exhibit() -> Exhibit[TossPaths]:
 
 
 def _pictures(_: TossPaths, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.analysis.toss_path import TossPaths
+    from bouncing_disk_ros.analysis.toss.path import TossPaths
     from bouncing_disk_ros.plots.toss_plot import paths_figure, toss_title
 
     paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from bouncing_disk_ros.analysis.orbit import orbit_of
 from bouncing_disk_ros.analysis.period_one import period_one, separation_phase, stability_limit
+from bouncing_disk_ros.analysis.recorded.orbit import orbit_of
 from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation

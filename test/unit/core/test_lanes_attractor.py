@@ -12,8 +12,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.analysis.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.core.attractor import (
     CONTACTS,
     LYAPUNOV,

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.bifurcation import Branch, begin, follow, from_starts
-from bouncing_disk_ros.analysis.continuation import Doubling, period_doublings
-from bouncing_disk_ros.analysis.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.analysis.periodic_orbit import fixed_point
+from bouncing_disk_ros.analysis.dynamics.bifurcation import Branch, begin, follow, from_starts
+from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, period_doublings
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
 from bouncing_disk_ros.plots.bifurcation_plot import (
     bifurcation_figure,
     density,

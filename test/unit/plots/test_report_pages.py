@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.analysis.report import Report, Source, report_of
-from bouncing_disk_ros.analysis.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.analysis.report.report import Report, Source, report_of
 from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
 from bouncing_disk_ros.plots.report_html import report_html
 from bouncing_disk_ros.plots.report_mark import MARK

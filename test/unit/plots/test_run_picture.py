@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.run_record import RunRecord, State
+from bouncing_disk_ros.analysis.recorded.run_record import RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.plots.run_picture import run_picture, save_picture
 from bouncing_disk_ros.run.presets import load_preset

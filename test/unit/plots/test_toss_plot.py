@@ -10,9 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.toss import toss
-from bouncing_disk_ros.analysis.toss_extremes import Extreme, ridge
-from bouncing_disk_ros.analysis.toss_path import (
+from bouncing_disk_ros.analysis.toss.extremes import Extreme, ridge
+from bouncing_disk_ros.analysis.toss.path import (
     FIG_1_ANGLES,
     FIG_1_LAG,
     FIG_2_ANGLE,
@@ -20,6 +19,7 @@ from bouncing_disk_ros.analysis.toss_path import (
     toss_paths,
     toss_trajectory,
 )
+from bouncing_disk_ros.analysis.toss.tosses import toss
 from bouncing_disk_ros.plots.style import in_pi
 from bouncing_disk_ros.plots.toss_maps import maps_figure
 from bouncing_disk_ros.plots.toss_plot import (

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros import simulate
-from bouncing_disk_ros.analysis.two_runs import Shown
+from bouncing_disk_ros.analysis.recorded.two_runs import Shown
 from bouncing_disk_ros.plots.two_runs import two_runs_picture
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.what_if import changes_of, what_if

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from bouncing_disk_ros.analysis.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.bifurcation import begin, follow
-from bouncing_disk_ros.analysis.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.starts import spread_starts
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.bifurcation import begin, follow
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basins as basins_module
 from bouncing_disk_ros.study import bifurcation as bifurcation_module

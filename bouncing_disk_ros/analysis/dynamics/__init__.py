@@ -1,0 +1,1 @@
+"""The next-collision map as a dynamical system: orbits, attractors, basins, bifurcations."""

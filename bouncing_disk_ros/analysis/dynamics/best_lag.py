@@ -1,0 +1,65 @@
+"""The phase lag that turns the disk fastest on a given axial attractor (paper, eq. 4 and below).
+
+The axial part of an attractor does not depend on θ, so its impacts are found once; the mean speed
+is then a function of θ alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.analysis.maximum import golden_section
+from bouncing_disk_ros.core.attractor import MEAN_PER_TIME, MEASURED, attractor
+
+LAGS = 48
+"""Phase lags of the first look around the circle."""
+SETTLING, MEASURED_IMPACTS = 2_000, 6_000
+WIDTH = 1e-9
+"""The bracket of the best phase lag is closed to this, rad."""
+
+
+class BestLag(NamedTuple):
+    """Where the mean speed is largest; nan without rotation."""
+
+    phase_lag: float  # θ, rad, in [−π, π]
+    mean_speed: float  # mean of α̇ in time there, ωΦ
+
+
+def mean_speed(
+    found: Attractor, forcing: float, restitution: float, phase_lag: float, angular_forcing: float
+) -> float:
+    """Mean of α̇/(ωΦ) in time on an attractor, from a disk without rotation.
+
+    Over MEASURED_IMPACTS impacts, a whole number of repetitions where the attractor repeats.
+    """
+    repeat = len(found.forcing_phases) if found.kind is not AttractorKind.CHAOTIC else 1
+    measured = repeat * max(1, MEASURED_IMPACTS // repeat)
+    state = np.array([found.forcing_phases[0], found.velocities[0], 0.0, 1.0, 0.0])
+    out, results = np.empty((1, 6)), np.empty(MEASURED + 1)
+    given = (forcing, restitution, phase_lag, angular_forcing)
+    attractor(state, *given, SETTLING, measured, out, results)
+    return float(results[MEAN_PER_TIME])
+
+
+def best_lag(
+    found: Attractor, forcing: float, restitution: float, angular_forcing: float
+) -> BestLag:
+    """The phase lag with the largest mean speed: a look around the circle, then a golden section.
+
+    The speed changes its sign with θ by half a turn, so the largest is also the most negative one's
+    mirror image. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
+    """
+    if found.kind is AttractorKind.REST or math.isinf(angular_forcing):
+        return BestLag(math.nan, math.nan)
+
+    def speed(lag: float) -> float:
+        return mean_speed(found, forcing, restitution, lag, angular_forcing)
+
+    lags = np.linspace(-math.pi, math.pi, LAGS, endpoint=False)
+    best = float(lags[int(np.argmax([speed(float(lag)) for lag in lags]))])
+    lag, most = golden_section(speed, best - math.tau / LAGS, best + math.tau / LAGS, WIDTH)
+    return BestLag(math.remainder(lag, math.tau), most)

@@ -1,0 +1,1 @@
+"""What recorded impacts and states show: sections, orbits, transients, estimates."""

@@ -1,0 +1,1 @@
+"""The report on a recorded run: its numbers, tables, figures and words."""

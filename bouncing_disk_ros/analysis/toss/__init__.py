@@ -1,0 +1,1 @@
+"""Single tosses: maps of them, the best ones, their paths in time."""

@@ -1,0 +1,111 @@
+"""Attractors of the axial map, found without a list: theory, the paper, any order of starts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Cells, distance
+from bouncing_disk_ros.analysis.period_one import stability_limit
+from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
+
+STARTS = [
+    (float(tau), float(w)) for w in -np.linspace(0.1, 4.9, 12) for tau in np.linspace(0.1, 6.2, 12)
+]
+
+
+def names(forcing: float, restitution: float = 0.5) -> list[str]:
+    return [a.name for a in find_attractors(forcing, restitution, STARTS).found]
+
+
+def after(attractor: Attractor, forcing: float, restitution: float) -> Attractor:
+    """The attractor one repetition of impacts later."""
+    n = len(attractor.forcing_phases)
+    rows = np.empty((n, 4))
+    axial_orbit(attractor.forcing_phases[0], attractor.velocities[0], forcing, restitution, n, rows)
+    return attractor._replace(
+        forcing_phases=np.roll(rows[:, 0], 1), velocities=np.roll(rows[:, 1], 1)
+    )
+
+
+@pytest.mark.parametrize("forcing", [0.0, 0.1, 0.318])
+def test_all_come_to_rest_below_one_over_pi(forcing: float) -> None:
+    assert names(forcing) == ["rest"]
+
+
+@pytest.mark.parametrize("forcing", [0.34, 0.40, 0.45])
+def test_period_one_and_chattering_as_in_the_paper(forcing: float) -> None:
+    """Fig. 4: two attractors; the period-1 orbit by its formulas, its multipliers of modulus ε."""
+    found = find_attractors(forcing, 0.5, STARTS).found
+    assert [a.name for a in found] == ["chattering (1 cycle)", "period-1"]
+    orbit = found[1]
+    assert orbit.forcing_phases[0] == pytest.approx(math.acos(1 / (3 * forcing)), abs=1e-13)
+    assert orbit.velocities[0] == pytest.approx(-4 / 3, abs=1e-13)
+    assert orbit.multiplier == pytest.approx(0.5, abs=1e-12)
+
+
+def test_one_attractor_has_it_all_at_060() -> None:
+    """Fig. 4d."""
+    found = find_attractors(0.60, 0.5, STARTS)
+    assert [a.kind for a in found.found] == [AttractorKind.CHATTERING]
+    assert found.unresolved == 0
+
+
+def test_cascade() -> None:
+    """Between the doublings of the paper: periods 2, 4 and 8 beside the chattering orbit."""
+    assert "period-2" in names(0.50)
+    assert "period-4" in names(0.535)
+    assert "period-8" in names(0.541)
+
+
+def test_chaos_is_found_by_its_exponent() -> None:
+    found = find_attractors(0.55, 0.5, STARTS)
+    assert [a.kind for a in found.found] == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
+    assert found.found[1].multiplier > 1.0
+
+
+def test_close_to_a_doubling_nothing_is_unresolved() -> None:
+    limit = stability_limit(0.5)
+    below, above = (find_attractors(limit + d, 0.5, STARTS) for d in (-1e-4, 1e-4))
+    assert below.unresolved == above.unresolved == 0
+    assert "period-1" in [a.name for a in below.found]
+    assert "period-2" in [a.name for a in above.found]
+
+
+@pytest.mark.parametrize(("forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
+def test_order_of_the_starts_does_not_matter(forcing: float, restitution: float) -> None:
+    one = find_attractors(forcing, restitution, STARTS)
+    other = find_attractors(forcing, restitution, STARTS[::-1])
+    assert [a.name for a in one.found] == [a.name for a in other.found]
+    for first, second in zip(one.found, other.found, strict=True):
+        pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
+        assert distance(*pair) < 1e-9
+
+
+@pytest.mark.parametrize("forcing", [0.34, 0.487, 0.535])
+def test_periodic_attractors_repeat(forcing: float) -> None:
+    for found in find_attractors(forcing, 0.5, STARTS).found:
+        if found.kind is AttractorKind.PERIODIC:
+            again = after(found, forcing, 0.5)
+            pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (found, again)]
+            assert distance(*pair) < 1e-10
+
+
+def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
+    found = find_attractors(0.45, 0.5, []).found[0]
+    n = len(found.forcing_phases)
+    rows = np.empty((n, 4))
+    axial_orbit(found.forcing_phases[0], found.velocities[0], 0.45, 0.5, n, rows)
+    assert list(rows[:-1, 3]) == [MAP_IMPACT] * (n - 1)
+    assert rows[-1, 3] == MAP_CONTACT
+    assert rows[-1, 0] == pytest.approx(found.forcing_phases[0], abs=1e-14)
+
+
+def test_cells_hold_what_they_were_made_of() -> None:
+    found = find_attractors(0.55, 0.5, STARTS).found[1]
+    cells = Cells(found)
+    assert cells.hold(found.forcing_phases, found.velocities).all()
+    assert not cells.hold(np.array([math.acos(1 / 1.65)]), np.array([-0.01])).any()

@@ -1,0 +1,81 @@
+"""A run cut into segments: where its motion is steady and nothing else drives it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, Change
+from bouncing_disk_ros.analysis.recorded.segments import known, segments_of
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Motion, MotionInForce
+
+NS = 1_000_000_000
+SLOW, FAST = Motion(0.01, 0.0, 3.0, 0.0), Motion(0.02, 0.5, 3.0, 0.0)
+SOFT = Disk(0.25, 0.5, 0.6, 0.12, 0.1, 9.81)
+HARD = SOFT._replace(restitution=0.8)
+
+
+def steady(at: float, motion: Motion) -> MotionInForce:
+    return MotionInForce(round(at * NS), round(at * NS), motion, motion, 0, 0.0)
+
+
+def fade(begin: float, end: float, start: Motion, target: Motion) -> MotionInForce:
+    return MotionInForce(round(begin * NS), round(end * NS), start, target, 0, 0.0)
+
+
+MOTIONS = [steady(0.0, SLOW), fade(4.0, 5.0, SLOW, FAST), steady(5.0, FAST)]
+
+
+def test_a_cross_fade_parts_two_segments() -> None:
+    first, second = segments_of(1.0, 9.0, MOTIONS, [], [(0.0, SOFT)])
+    assert first == (1.0, 4.0, "start", SLOW, SOFT)
+    assert second == (5.0, 9.0, "change of motion", FAST, SOFT)
+
+
+def test_the_steady_motion_after_a_fade_may_not_have_been_heard() -> None:
+    assert segments_of(1.0, 9.0, MOTIONS[:2], [], []) == segments_of(1.0, 9.0, MOTIONS, [], [])
+
+
+def test_a_fade_at_once_after_another_leaves_no_segment() -> None:
+    motions = [*MOTIONS[:2], fade(5.0, 6.0, FAST, SLOW), steady(6.0, SLOW)]
+    found = segments_of(0.0, 9.0, motions, [], [])
+    assert [(row.begin, row.end) for row in found] == [(0.0, 4.0), (6.0, 9.0)]
+
+
+def test_a_bag_begun_within_a_fade() -> None:
+    found = segments_of(4.5, 9.0, MOTIONS[1:], [], [])
+    assert [(row.begin, row.end) for row in found] == [(5.0, 9.0)]
+
+
+@pytest.mark.parametrize("what", ["kick", "reset"])
+def test_a_kick_and_a_reset_begin_a_segment(what: str) -> None:
+    changes = [Change(2.0, what, "so"), Change(4.5, "kick")]  # the second falls into the fade
+    found = segments_of(0.0, 9.0, MOTIONS, changes, [(0.0, SOFT)])
+    assert [(row.begin, row.end, row.began_by) for row in found] == [
+        (0.0, 2.0, "start"), (2.0, 4.0, f"{what} (so)"), (5.0, 9.0, "change of motion"),
+    ]  # fmt: skip
+
+
+def test_disks_are_those_in_force() -> None:
+    changes = [Change(2.0, "parameters", "restitution 0.8")]
+    found = segments_of(0.0, 9.0, MOTIONS, changes, [(0.0, SOFT), (2.0, HARD)])
+    assert [row.disk for row in found] == [SOFT, HARD, HARD]
+    late = segments_of(0.0, 9.0, MOTIONS, [], [(3.0, SOFT)])
+    assert {row.disk for row in late} == {SOFT}  # a bag begun in mid-run
+
+
+def test_nothing_known_is_one_segment() -> None:
+    (found,) = segments_of(1.0, 2.0, [], [], [])
+    assert found[:4] == (1.0, 2.0, "start", None)
+    assert found.disk is UNKNOWN_DISK
+    assert not known(found.disk)
+    assert known(SOFT)
+    assert segments_of(0.0, 0.0, [], [], []) == []
+
+
+def test_rows_of_a_segment() -> None:
+    rows = np.zeros(10, IMPACT_DTYPE)
+    rows["time"] = np.arange(10.0)
+    first, second = segments_of(1.0, 9.5, MOTIONS, [], [])
+    assert first.of(rows)["time"].tolist() == [1.0, 2.0, 3.0]
+    assert second.of(rows)["time"].tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]
