@@ -82,12 +82,12 @@ _BIFURCATION = (
 _PARAMETER_MAP = (
     Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "
          "restitution, phase_lag or angular_forcing"),
-    Spec("x_begin", 0.3, "", "first value of it", low=-1e6, high=1e6),
-    Spec("x_end", 0.7, "", "last value of it", low=-1e6, high=1e6),
+    Spec("x_begin", 0.3, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("x_end", 0.7, "", "last value of it", low=-1e6, high=1e6, angle=True),
     Spec("x_count", 300, "", "number of values", low=1, high=1_000_000),
     Spec("y_axis", "restitution", "", "the parameter of the vertical axis"),
-    Spec("y_begin", 0.2, "", "first value of it", low=-1e6, high=1e6),
-    Spec("y_end", 0.8, "", "last value of it", low=-1e6, high=1e6),
+    Spec("y_begin", 0.2, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("y_end", 0.8, "", "last value of it", low=-1e6, high=1e6, angle=True),
     Spec("y_count", 300, "", "number of values", low=1, high=1_000_000),
     Spec("axial_forcing", 0.45, "1", "axial forcing where it is not an axis", "Γ", low=0.0,
          high=1e3),

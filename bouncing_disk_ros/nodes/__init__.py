@@ -7,7 +7,7 @@ it are its parts. Imports between the rooms point down only:
 |---|---|---|
 | `demo` | `demo` | `replay`, `shared` |
 | `replay` | `replay` | `bags`, `shared` |
-| `studies` | `toss_paths`, `toss_map`, `bifurcation`, `basins`, `basin_shares` | `bags`, `shared` |
+| `studies` | one for each study, such as `basins` | `bags`, `shared` |
 | `bags` | `bag_report`, `bag_recover` | `shared` |
 | `recorder` | `recorder` | `shared` |
 | `live` | `perform`, `echo_impacts` | `shared` |

@@ -95,10 +95,13 @@ def test_every_angle_takes_a_part_of_pi(spec: Spec) -> None:
         spec.checked("1e300pi")
 
 
-def test_the_ends_of_a_bifurcation_can_be_angles() -> None:
-    table = STUDY_TABLES["bifurcation"]
-    assert table["begin"].checked("-pi") == -math.pi
-    assert table["end"].checked("0.5pi") == math.pi / 2
+@pytest.mark.parametrize(
+    ("study", "name"),
+    [("bifurcation", "begin"), ("bifurcation", "end"), ("parameter_map", "x_begin"),
+     ("parameter_map", "x_end"), ("parameter_map", "y_begin"), ("parameter_map", "y_end")],
+)  # fmt: skip
+def test_the_ends_of_an_axis_of_phase_lags_can_be_angles(study: str, name: str) -> None:
+    assert STUDY_TABLES[study][name].checked("-pi") == -math.pi
 
 
 @pytest.mark.parametrize("spec", FLOATS, ids=lambda spec: spec.name)
