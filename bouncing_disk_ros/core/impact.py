@@ -147,10 +147,15 @@ def chatter_scale(restitution: float) -> float:
 
 @kernel
 def may_end(a: float, jerk: float, s4: float, u: float, scale: float) -> bool:
-    """Whether `chatter_end` may answer other than BOUNCES, without a division; ω = 1."""
-    aa = a * a
-    exact = u * u * u * (jerk * jerk + s4 * a) <= scale * (aa * aa * a)
-    return a > 0.0 and u <= 1e-2 * a and (exact or u <= _NO_BOUNCE * a)
+    """Whether `chatter_end` may answer other than BOUNCES, without a division or branch; ω = 1.
+
+    What is exact is far below the u ≤ a/100 that `chatter_end` asks for; where it is not, for next
+    to no forcing, this answers yes too often.
+    """
+    p = max(a, 0.0)
+    v = u - _NO_BOUNCE * p
+    pp = p * p
+    return v * v * v * (jerk * jerk + s4 * p) <= scale * (pp * pp * p)
 
 
 @kernel

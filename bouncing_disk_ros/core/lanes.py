@@ -8,9 +8,11 @@ contact, a search that is long) is left to `axial_map.next_impact`, one lane at 
 
 A lane is a trajectory between two impacts. Its numbers are in one array of float64, field after
 field (one array with constant offsets: the compiler must see that the fields do not overlap). A
-round is `launch` for the lanes that have just had an impact, two looks at the gap for all, and
-`land` for those that have found their root; the others keep their delay and look again in the next
-round, so no lane waits for another. A lane that is done is given the next trajectory at once.
+round is `launch` for the lanes that have just had an impact, a look at the gap for all, `polish`
+for those that see one root ahead, and `land` for those that have found it; the others keep their
+delay and look again in the next round, so no lane waits for another. A lane that is done is given
+the next trajectory at once. Most flights take one round: the first delay is certified as all others
+are, and ends shortly before the impact.
 
 The number of lanes is fixed: the compiler cuts them into vectors of the width that the processor
 has (NUMBA_CPU_NAME is honoured, numba's cache tells processors apart). Each trajectory is computed
@@ -37,7 +39,7 @@ from bouncing_disk_ros.core.arithmetic import (
 )
 from bouncing_disk_ros.core.axial_map import GRAVITY, MapDisk, after_impact, axial_motion
 from bouncing_disk_ros.core.impact import chatter_scale
-from bouncing_disk_ros.core.platform import axial_jet
+from bouncing_disk_ros.core.platform import ROOM, axial_jet
 
 Scratch = Any  # float64 (FIELDS * LANES,)
 
@@ -61,7 +63,10 @@ JOB = 15 * LANES  # index of the trajectory, −1: none
 ASK = 16 * LANES  # 1: the lane wants attention
 STEP = 17 * LANES  # a step, or 1/h₁
 T0, T1, T2, T3 = 18 * LANES, 19 * LANES, 20 * LANES, 21 * LANES  # between loops of one function
-FIELDS = 22
+PULL = 22 * LANES  # Γ sin τ
+JERK = 23 * LANES  # Γ cos τ
+CURVATURE = 24 * LANES  # bound of the second derivative of the gap
+FIELDS = 25
 
 MANY_LOOKS = 40.0  # rounds of a flight; a longer search is left to the scalar map
 
@@ -128,6 +133,7 @@ def enter(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
     z[FORCING + i] = forcing
     z[RESTITUTION + i] = restitution
     z[CHATTER + i] = chatter_scale(restitution)
+    z[CURVATURE + i] = GRAVITY + forcing * ROOM
     place(z, i, tau, w)
     z[ASK + i] = 1.0 if left <= 0.0 else 0.0
 
@@ -148,6 +154,7 @@ def place(z: Scratch, i: int, tau: float, w: float) -> None:
 def idle(z: Scratch, i: int) -> None:
     """Give a lane nothing to do: it bounces for ever on a platform that does not move."""
     enter(z, i, -1, math.inf, (0.0, -1.0, 0.0, 1.0))
+    z[CHATTER + i] = -1.0  # nor does it ask
 
 
 @kernel

@@ -40,7 +40,7 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look
+from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 from bouncing_disk_ros.core.lanes_rotation import (
     DISK_SPEED,
     TIME_SUM,
@@ -214,8 +214,8 @@ def _attractors(
                     continue
                 _next(z, i, todo, states, parameters, counts)
                 todo += 1
-        look(z, False)
-        look(z, True)
+        look(z)
+        polish(z)
         rotate(z)
         grow(z)
         keeps = _sum_up(z)

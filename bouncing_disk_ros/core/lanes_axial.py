@@ -27,7 +27,7 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look
+from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 CONTACTS, RESTS = 0, 1
 """Columns of the counts of events."""
@@ -78,8 +78,8 @@ def _iterate(
                 state = (tau[todo], w[todo], forcing[todo], restitution[todo])
                 enter(z, i, todo, float(impacts), state)
                 todo += 1
-        look(z, False)
-        look(z, True)
+        look(z)
+        polish(z)
         land(z)
 
 

@@ -32,7 +32,7 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look
+from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 UNDECIDED = -1
 """Label of a start that has not been decided within the cap."""
@@ -186,8 +186,8 @@ def _label(
                     continue
                 _start(z, i, todo, float(ends[2]), (tau[todo], w[todo], forcing, restitution))
                 todo += 1
-        look(z, False)
-        look(z, True)
+        look(z)
+        polish(z)
         land(z)
         _compare(z, 0, LANES, points, before, rule)
 

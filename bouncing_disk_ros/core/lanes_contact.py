@@ -13,7 +13,7 @@ from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import ROUNDER, TWO_PI
 from bouncing_disk_ros.core.lanes import LANES, lane
-from bouncing_disk_ros.core.lanes_flight import lane_turn
+from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
 from bouncing_disk_ros.core.lanes_slip import bent_step, first_guess, last_step, turned_by
 from bouncing_disk_ros.core.lanes_toss import (
     ASK,

@@ -1,32 +1,33 @@
-"""The flights of all lanes, without a branch: launch, look at the gap, land (see `lanes`)."""
+"""The flights of all lanes, without a branch: launch, look at the gap, polish, land (see `lanes`).
+
+Loops of a few dozen instructions: the processor works on several turns of such a loop at once. All
+that a loop reads is read before the first choice, and choices are selections (`chosen`, `&`, `|`):
+of `if`, `and` and `or` the compiler makes loads and stores under masks, which processors without
+AVX-512 have to do lane by lane.
+"""
 
 from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core import arithmetic, flight, impact, roots
-from bouncing_disk_ros.core.arithmetic import (
-    HALF_PI_1,
-    HALF_PI_2,
-    HALF_PI_3,
-    ROUNDER,
-    TWO_OVER_PI,
-    TWO_PI,
-)
+from bouncing_disk_ros.core import flight, impact, roots
 from bouncing_disk_ros.core.axial_map import GRAVITY
 from bouncing_disk_ros.core.lanes import (
     ASK,
     BEGIN,
     CHATTER,
     COSINE,
+    CURVATURE,
     DELAY,
     END,
     FORCING,
+    JERK,
     LANDED,
     LANES,
     LEFT,
     LOOKS,
     MANY_LOOKS,
+    PULL,
     RESTITUTION,
     SINE,
     SLOPE,
@@ -41,56 +42,74 @@ from bouncing_disk_ros.core.lanes import (
     W,
     lane,
 )
+from bouncing_disk_ros.core.lanes_arithmetic import (
+    COARSE,
+    chosen,
+    coarse_turn,
+    excesses,
+    lane_phase_after,
+    lane_turn,
+)
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING
 
-excesses = lane(arithmetic.excesses)
+_LEAST_FALL = 0.1  # πg/ω; any speed above 0 is safe
+_FLAT = 1e-100  # stands for accelerations a ≤ 0
+
 turned_gap = lane(flight.turned_gap)
-one_root_ahead = lane(roots.one_root_ahead)
-parabola_quotient = lane(roots.parabola_quotient)
-inverse_series = lane(roots.inverse_series)
 slope_after = lane(roots.slope_after)
 may_end = lane(impact.may_end)
 
 
 @lane
-def lane_turn(x: float) -> tuple[float, float, float, float]:
-    """`sincos_excess` for 0 ≤ x < 1e6 without a branch, to the same bits."""
-    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
-    small = k == 0.0
-    r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
-    se, ce = excesses(r)
-    s = r + se
-    c = 1.0 + ce
-    # k modulo 4: the sum below is a quarter of k rounded down
-    m = k - 4.0 * (((0.25 * k - 0.375) + ROUNDER) - ROUNDER)
-    odd = abs(m - 2.0) == 1.0
-    p = c if odd else s
-    q = s if odd else c
-    p = -p if m >= 2.0 else p
-    q = -q if abs(m - 1.5) < 1.0 else q
-    return p, q, (se if small else p - x), (ce if small else q - 1.0)
+def short_series(jet: tuple[float, float, float, float], r: float) -> float:
+    """`inverse_series` without its last term; r = 1/h₁."""
+    h, _, h2, h3 = jet
+    v = -h * r
+    b2, b3 = h2 * r, h3 * r
+    return v - (v * v) * (0.5 * b2 - v * (0.5 * (b2 * b2) - (1.0 / 6.0) * b3))
 
 
 @lane
-def lane_phase_after(tau: float, d: float) -> float:
-    """`phase_after` for d < 1e6 without a branch; whole turns are taken off in three parts."""
-    grown = tau + d
-    turns = ((grown * (1.0 / TWO_PI) - 0.5) + ROUNDER) - ROUNDER
-    four = 4.0 * turns
-    grown = ((grown - four * HALF_PI_1) - four * HALF_PI_2) - four * HALF_PI_3
-    grown = grown + TWO_PI if grown < 0.0 else grown
-    return grown - TWO_PI if grown >= TWO_PI else grown
+def _leave(z: Scratch) -> None:
+    """The platform at the last impact, and when the disk is above all that it can reach.
+
+    BEGIN and END are `above_platform` on the safe side by more than rounding; END = −1: never.
+    """
+    for i in range(LANES):
+        s, c, _, _ = lane_turn(z[TAU + i])
+        f = z[FORCING + i]
+        z[SINE + i] = s
+        z[COSINE + i] = c
+        z[PULL + i] = f * s
+        z[JERK + i] = f * c
+    for i in range(LANES):
+        v = z[JERK + i] + z[SPEED + i]
+        q = v * v + 2.0 * GRAVITY * (z[PULL + i] - z[FORCING + i] * ROOM)
+        r = math.sqrt(max(q, 0.0))
+        z[T0 + i] = r
+        z[BEGIN + i] = (v - r) * (1.0 / GRAVITY) + (16.0 * ROUNDING / GRAVITY) * v
+        z[END + i] = chosen(q > 0.0, (v + r) * ((1.0 - 8.0 * ROUNDING) / GRAVITY), -1.0)
 
 
 @lane
-def lane_above(top: float, x: float, v: float) -> tuple[float, float]:
-    """`above_platform` without a branch and a division, on the safe side by more than rounding."""
-    q = v * v + 2.0 * GRAVITY * (x - top)
-    r = math.sqrt(max(q, 0.0))
-    begin = (v - r) * (1.0 / GRAVITY) + (16.0 * ROUNDING / GRAVITY) * v
-    end = (v + r) * ((1.0 - 8.0 * ROUNDING) / GRAVITY)
-    return begin, (end if q > 0.0 else -1.0)
+def _beyond_end(z: Scratch) -> None:
+    """A safe step from END on, as numerator T0 and denominator T1.
+
+    There the disk falls with T0 from the greatest height of the platform, which is where
+    `coarse_turn` says to COARSE. With a gap of at least h that closes with at most s > 0, and h''
+    ≥ −k, the root δ of h = sδ + kδ²/2 is safe, and so is less: from δ ≤ h/s follows h ≤ δ(s +
+    kh/(2s)), and δ ≥ 2sh/(2s² + kh). That takes no root, and ends so near the impact that one look
+    and `polish` are enough.
+    """
+    for i in range(LANES):
+        f = z[FORCING + i]
+        sine, cosine = coarse_turn(z[TAU + i] + z[END + i])
+        gap = max(f * ((ROOM - COARSE) - sine), 0.0)
+        fall = max(z[T0 + i] + f * (cosine + COARSE), _LEAST_FALL)
+        twice = fall + fall
+        z[T0 + i] = twice * gap
+        z[T1 + i] = twice * fall + z[CURVATURE + i] * gap
 
 
 @lane
@@ -99,72 +118,87 @@ def launch(z: Scratch) -> int:
 
     Returns how many lanes have ASK set, be it by others or here: where a chatter may be complete.
     """
-    for i in range(LANES):
-        s, c, _, _ = lane_turn(z[TAU + i])
-        z[SINE + i] = s
-        z[COSINE + i] = c
-    for i in range(LANES):
-        f = z[FORCING + i]
-        begin, end = lane_above(f * ROOM, f * z[SINE + i], f * z[COSINE + i] + z[SPEED + i])
-        z[BEGIN + i] = begin
-        z[END + i] = end
+    _leave(z)
+    _beyond_end(z)
     wanted = 0
     for i in range(LANES):
         f, u, end = z[FORCING + i], z[SPEED + i], z[END + i]
-        top = f * ROOM
-        a = GRAVITY - f * z[SINE + i]
-        # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand
-        k = GRAVITY + top
-        sharp = a * a + top * u * (2.0 / 3.0)
-        sharper = a > 0.0 and sharp < k * a
-        d = (2.0 * u * a if sharper else 2.0 * u) / (sharp if sharper else k)
-        d = end if z[BEGIN + i] <= d < end else d
-        before, looks, ask = z[DELAY + i], z[LOOKS + i], z[ASK + i]
-        fresh = z[LANDED + i] > 0.0 or before != before
-        asks = ask > 0.0 or may_end(a, f * z[COSINE + i], top, u, z[CHATTER + i])
-        z[DELAY + i] = d if fresh else before
-        z[LOOKS + i] = 0.0 if fresh else looks
-        z[ASK + i] = 1.0 if asks else 0.0
-        wanted += 1 if asks else 0
+        a = GRAVITY - z[PULL + i]
+        # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand; times p/p
+        p = max(a, _FLAT)
+        over = (u + u) * p
+        under = min(z[CURVATURE + i] * p, p * p + (f * u) * (2.0 / 3.0 * ROOM))
+        leaps = (z[BEGIN + i] * under <= over) & (over < end * under)
+        over = chosen(leaps, z[T0 + i], over)
+        under = chosen(leaps, z[T1 + i], under)
+        d = chosen(leaps, end, 0.0) + over / under
+        before = z[DELAY + i]
+        fresh = (z[LANDED + i] > 0.0) | (before != before)
+        asks = (z[ASK + i] > 0.0) | may_end(a, z[JERK + i], f, u, z[CHATTER + i])
+        z[DELAY + i] = chosen(fresh, d, before)
+        z[ASK + i] = chosen(asks, 1.0, 0.0)
+        wanted += asks
     return wanted
 
 
 @lane
-def look(z: Scratch, last: bool) -> None:
-    """One look at the gap: a step to the root if one is proven ahead, else a step that is safe.
+def look(z: Scratch) -> None:
+    """A look at the gap: a step to the root if one is proven ahead, else a step that is safe.
 
-    Loops of a few dozen instructions: the processor works on several turns of such a loop at once.
+    LANDED: whether one is ahead, near enough for `polish`; STEP: the way from DELAY to it, which is
+    not yet added; T0 to T3: gap and derivatives at DELAY.
     """
     for i in range(LANES):
         sx, cx, se, ce = lane_turn(z[DELAY + i])
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = sx, cx, se, ce
     for i in range(LANES):
-        f, u, d = z[FORCING + i], z[SPEED + i], z[DELAY + i]
+        u, d, k = z[SPEED + i], z[DELAY + i], z[CURVATURE + i]
         turn = (z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i])
-        jet = turned_gap(f, 1.0, z[SINE + i], z[COSINE + i], GRAVITY, 0.0, u, d, turn)
+        jet = turned_gap(1.0, 1.0, z[PULL + i], z[JERK + i], GRAVITY, 0.0, u, d, turn)
         h, h1, h2, h3, _ = jet
-        k = GRAVITY + f * ROOM
         above = max(h, 0.0)
-        ahead = one_root_ahead(above, h1, k)
-        over, under = parabola_quotient(above, h1, k)
+        fall = max(-h1, 0.0)
+        bent = (k + k) * above
+        # `one_root_ahead`, and h < 0.6 |h1|: the root is within 0.6 · 1.18 < π/4
+        ahead = bent + bent < fall * min(fall, 2.4 * k)
+        r = 1.0 / chosen(ahead, h1, k)
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = h, h1, h2, h3
-        z[STEP + i] = (1.0 if ahead else over) / (h1 if ahead else under)
-        z[LANDED + i] = 1.0 if ahead else 0.0
+        z[STEP + i] = r
+        z[SLOPE + i] = (h1 + math.sqrt(h1 * h1 + bent)) * r  # parabola_root where none is ahead
+        z[LANDED + i] = chosen(ahead, 1.0, 0.0)
     for i in range(LANES):
-        d, r, end = z[DELAY + i], z[STEP + i], z[END + i]
+        d, r, begin, end = z[DELAY + i], z[STEP + i], z[BEGIN + i], z[END + i]
         ahead = z[LANDED + i] > 0.0
-        h1, h2 = z[T1 + i], z[T2 + i]
-        jet = (z[T0 + i], h1, h2, z[T3 + i], -(h2 + GRAVITY))  # ω = 1
-        x = inverse_series(jet, r)
-        safe = d + max(r, 4.0 * ROUNDING * d)
-        safe = end if z[BEGIN + i] <= safe < end else safe
-        z[DELAY + i] = d + x if ahead else safe
-        if last:
-            # implies the conditions of flight._impact_ahead: Γ/k⁴ < 3.4 and Γ/k² < 0.8
-            k = GRAVITY + z[FORCING + i]
-            short = ahead and k * abs(x) < 1e-4 * min(abs(h1), 1.0)
-            z[SLOPE + i] = slope_after(jet, x)
-            z[LANDED + i] = 1.0 if short else 0.0
+        x = short_series((z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i]), r)
+        safe = d + max(z[SLOPE + i], 4.0 * ROUNDING * d)
+        safe = chosen((begin <= safe) & (safe < end), end, safe)
+        z[STEP + i] = chosen(ahead, x, 0.0)
+        z[DELAY + i] = chosen(ahead, d, safe)
+
+
+@lane
+def polish(z: Scratch) -> None:
+    """The last step to the roots that `look` has found ahead, and whether it was short enough.
+
+    The gap is that of a flight that begins where `look` looked, so that a turn below π/4 is left,
+    which takes neither a reduction nor a proof.
+    """
+    for i in range(LANES):
+        x, pull, jerk = z[STEP + i], z[T2 + i] + GRAVITY, z[T3 + i]
+        se, ce = excesses(x)
+        turn = (x + se, 1.0 + ce, se, ce)
+        jet = turned_gap(1.0, 1.0, pull, jerk, GRAVITY, z[T0 + i], z[T1 + i], x, turn)
+        z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i], _ = jet
+    for i in range(LANES):
+        d, x, h1, h2, h3 = z[DELAY + i], z[STEP + i], z[T1 + i], z[T2 + i], z[T3 + i]
+        ahead = z[LANDED + i] > 0.0
+        y = short_series((z[T0 + i], h1, h2, h3), 1.0 / h1)
+        # the terms left out, of y⁴, are below 1e-16; this implies the conditions of
+        # flight._impact_ahead: Γ/k⁴ < 3.4 and Γ/k² < 0.8
+        short = ahead & (z[CURVATURE + i] * abs(y) < 1e-4 * min(abs(h1), 1.0))
+        z[SLOPE + i] = slope_after((0.0, h1, h2, h3, -(h2 + GRAVITY)), y)
+        z[LANDED + i] = chosen(short, 1.0, 0.0)
+        z[DELAY + i] = chosen(ahead, d + (x + y), d)
 
 
 @lane
@@ -174,14 +208,12 @@ def land(z: Scratch) -> None:
         hit = z[LANDED + i]
         landed = hit > 0.0
         tau, w, u = z[TAU + i], z[W + i], z[SPEED + i]
-        after = lane_phase_after(tau, z[DELAY + i])
         slope = z[SLOPE + i]
-        u = -z[RESTITUTION + i] * slope if landed else u
         left = z[LEFT + i] - hit
-        looks = z[LOOKS + i] + 1.0
-        z[TAU + i] = after if landed else tau
-        z[W + i] = slope if landed else w
-        z[SPEED + i] = u
+        looks = chosen(landed, 0.0, z[LOOKS + i] + 1.0)
+        z[TAU + i] = chosen(landed, lane_phase_after(tau, z[DELAY + i]), tau)
+        z[W + i] = chosen(landed, slope, w)
+        z[SPEED + i] = chosen(landed, -z[RESTITUTION + i] * slope, u)
         z[LEFT + i] = left
         z[LOOKS + i] = looks
-        z[ASK + i] = 1.0 if (left <= 0.0 or looks > MANY_LOOKS) else 0.0
+        z[ASK + i] = chosen((left <= 0.0) | (looks > MANY_LOOKS), 1.0, 0.0)

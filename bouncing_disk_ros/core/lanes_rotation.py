@@ -40,7 +40,7 @@ from bouncing_disk_ros.core.lanes import (
     scratch,
 )
 from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS
-from bouncing_disk_ros.core.lanes_flight import land, launch, look
+from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 TURNED, TIME = 0, 1
 """Columns of the sums: angle turned in units of Φ, and time in rad; their ratio is the mean α̇."""
@@ -176,8 +176,8 @@ def _iterate(
                 enter(z, i, todo, float(impacts), state)
                 start_rotation(z, i, speed[todo], phase_lag[todo], angular_forcing[todo])
                 todo += 1
-        look(z, False)
-        look(z, True)
+        look(z)
+        polish(z)
         rotate(z)
         land(z)
 

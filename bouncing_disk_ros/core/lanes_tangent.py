@@ -27,7 +27,7 @@ from bouncing_disk_ros.core.lanes import (
     W,
     lane,
 )
-from bouncing_disk_ros.core.lanes_flight import lane_turn
+from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
 from bouncing_disk_ros.core.lanes_rotation import ROTATION_FIELDS
 from bouncing_disk_ros.core.tangent import flight_tangent
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.core.lanes import LANES, lane
-from bouncing_disk_ros.core.lanes_flight import lane_turn
+from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
 from bouncing_disk_ros.core.lanes_slip import lane_angle
 
 X = 0 * LANES  # phase of the last event; at first of the start

@@ -23,9 +23,11 @@ from bouncing_disk_ros.core.axial_map import (
     W,
     axial_orbit,
 )
-from bouncing_disk_ros.core.lanes import LANES, in_slices
+from bouncing_disk_ros.core.lanes import ASK, FIELDS, LANES, enter, in_slices, scratch
+from bouncing_disk_ros.core.lanes import DELAY as FIRST_DELAY
 from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS, iterate
 from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
+from bouncing_disk_ros.core.lanes_flight import launch
 
 Floats = NDArray[np.float64]
 CONTACT, REST = 7, 9
@@ -78,6 +80,31 @@ def test_single_steps_are_those_of_the_map() -> None:
     assert (apart(found[0], steps[:, TAU])[fine] <= rounding[fine]).all()
     assert (np.abs(found[1] - steps[:, W])[fine] <= rounding[fine]).all()
     assert np.isnan(found[0][~fine]).all()
+
+
+def test_no_first_delay_passes_the_impact() -> None:
+    """What `launch` says is safe is at most the delay of the impact, and seldom much less."""
+    n = 40 * LANES
+    tau, w, forcing, restitution = starts(n, 38)
+    z = scratch(FIELDS)
+    near = compared = 0
+    for begin in range(0, n, LANES):
+        for i, state in enumerate(
+            zip(*(a[begin : begin + LANES] for a in (tau, w, forcing, restitution)), strict=True)
+        ):
+            enter(z, i, i, 9.0, state)
+        launch(z)
+        for i in range(LANES):
+            k = begin + i
+            step = orbit(tau[k], w[k], forcing[k], restitution[k], 1)[0]
+            if z[ASK + i] > 0.0 or step[KIND] != MAP_IMPACT:
+                continue
+            compared += 1
+            first = z[FIRST_DELAY + i]
+            assert 0.0 <= first <= step[DELAY] * (1.0 + 1e-14)
+            near += step[DELAY] - first < 0.25
+    assert compared > n / 2
+    assert near > 0.7 * compared
 
 
 def exact_impact(tau: float, u: float, forcing: float, near: float) -> tuple[Any, Any]:
