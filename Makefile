@@ -34,7 +34,7 @@ lint: test-environment   ## check style and layout of the code (ruff)
 types: test-environment   ## check types (mypy --strict)
 	$(BIN)/mypy
 
-bench: bench-environment   ## measure: start-up, lateness, CPU, ceiling, ns per impact
+bench: bench-environment   ## measure speed and lateness, beside other programs (minutes)
 	$(BIN)/pytest -m bench -s test/bench
 
 figures: run-environment   ## compute every figure of the paper and docs/figures.md (minutes)

@@ -18,18 +18,28 @@ from bench.table import number
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "performance.md"
+SKIPPED = "Not measured in this run."
 MARKED = re.compile(r"(<!-- bench: (?P<part>.+?) -->\n).*?(<!-- end of bench -->)", re.DOTALL)
 
 
 def with_tables(page: str, found: dict[str, Any]) -> str:
-    """The page with the tables of a run; KeyError for a part that the run has not."""
+    """The page with the tables of a run; a part that was skipped says so.
+
+    ValueError for a part of the run that has no place on the page: it would be lost.
+    """
     parts: dict[str, list[dict[str, Any]]] = {}
     for row in found["rows"]:
         parts.setdefault(row["part"], []).append(row)
+    places = {match["part"] for match in MARKED.finditer(page)}
+    if lost := parts.keys() - places:
+        raise ValueError(f"no place on the page for {', '.join(sorted(lost))}")
 
     def filled(match: re.Match[str]) -> str:
         part = match["part"]
-        text = machine_text(found) if part == "machine" else table_of(parts[part])
+        if part == "machine":
+            text = machine_text(found)
+        else:
+            text = table_of(parts[part]) if part in parts else SKIPPED
         return f"{match[1]}{text}\n{match[3]}"
 
     return MARKED.sub(filled, page)
