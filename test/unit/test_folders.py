@@ -100,7 +100,8 @@ def test_the_shared_files_are_those_of_the_source_tree_or_of_the_installed_prefi
     prefix = installed(tmp_path / "venv", "packages/bouncing_disk_ros")
     place = prefix / "lib/python3/site-packages/bouncing_disk_ros/folders.py"
     clean.setattr(folders, "__file__", str(place))
-    clean.setattr("sys.prefix", str(tmp_path))  # where the package under test may be installed
+    clean.setattr("sys.prefix", str(tmp_path))  # the package under test may be installed there,
+    clean.delenv("AMENT_PREFIX_PATH", raising=False)  # and the lookup above has named it then
     with pytest.raises(InputError, match="Is the package installed with its share files"):
         folders.share_directory()
     config = prefix / "share/bouncing_disk_ros/config"
