@@ -142,7 +142,7 @@ class Bifurcation(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.bifurcation.Branch."""
+        """As in analysis.dynamics.bifurcation.Branch."""
         line = ("value", "start") if self._starts else ("value",)
         cloud, speed = (*line, "impact"), "omega Phi"
         return {

@@ -102,7 +102,7 @@ class ParameterMap(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.parameter_map.Settled."""
+        """As in analysis.dynamics.parameter_map.Settled."""
         dims, speed = (self.up, self.across), "omega Phi"
         return {
             "kind": Field(dims, "int32", "1", "kind of attractor", fill=UNRESOLVED, flags=FLAGS),
