@@ -2,10 +2,10 @@
 
     python -m bench.beside
 
-measures in a process of its own and prints JSON. A `SimulatorNode` at 1 kHz is spun by an executor
-in a thread; the main thread waits, has another process run a study, and runs that study itself, in
-turns. What a study in another process costs is the machine's (its cores, its kernel, its disk);
-what one in the same process costs beyond that is the interpreter's lock.
+measures in a process of its own and prints JSON. A `SimulatorNode` at 1 kHz is spun in a thread;
+the main thread waits, has another process run a study, and runs that study itself, in turns. What a
+study in another process costs is the machine's (its cores, its kernel, its disk); what one in the
+same process costs beyond that is the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -106,11 +106,11 @@ def _other_process(folder: Path) -> Iterator[Callable[[], None]]:
 def _spinning() -> Iterator[list[tuple[int, int]]]:
     """A simulator in a thread: (instant, lateness) of its ticks in ns, as they come."""
     import rclpy
-    from rclpy.executors import SingleThreadedExecutor
     from rclpy.parameter import Parameter
     from rclpy.signals import SignalHandlerOptions
 
     from bouncing_disk_ros import SimulatorNode
+    from bouncing_disk_ros.ros.spin import spin_until
     from bouncing_disk_ros.run.health import Ticks
 
     ticks: list[tuple[int, int]] = []
@@ -127,22 +127,14 @@ def _spinning() -> Iterator[list[tuple[int, int]]]:
         context=context, use_global_arguments=False,
         parameter_overrides=[Parameter(name, value=value) for name, value in given.items()],
     )  # fmt: skip
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
     stop = threading.Event()
-
-    def spin() -> None:
-        while not stop.is_set():
-            executor.spin_once(timeout_sec=0.1)
-
-    thread = threading.Thread(target=spin)
+    thread = threading.Thread(target=spin_until, args=(node, stop.is_set))
     thread.start()
     try:
         yield ticks
     finally:
         stop.set()
         thread.join()
-        executor.shutdown()
         node.destroy_node()
         rclpy.shutdown(context=context)
 
