@@ -21,7 +21,7 @@ import bouncing_disk_ros
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 ROOMS = ("analysis", "core")
 """Those that may import numba (test_architecture.py)."""
-TAKEN = {"from_dtype", "njit", "types"}
+TAKEN = {"numba": {"from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"}}
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 
@@ -56,10 +56,10 @@ def offences(tree: ast.AST) -> Iterator[str]:
         match node:
             case ast.Import(names=names):
                 taken = {alias.name for alias in names if alias.name.split(".")[0] == "numba"}
-            case ast.ImportFrom(module="numba", names=names):
-                taken = {alias.name for alias in names} - TAKEN
-            case ast.ImportFrom(module=str(module)) if module.startswith("numba."):
-                taken = {module}
+            case ast.ImportFrom(module=str(module), names=names) if f"{module}.".startswith(
+                "numba."
+            ):
+                taken = {alias.name for alias in names} - TAKEN.get(module, set())
             case ast.Name(id="njit"):
                 call = called.get(id(node))
                 given = {} if call is None else {k.arg: ast.unparse(k.value) for k in call.keywords}
@@ -77,6 +77,7 @@ def offences(tree: ast.AST) -> Iterator[str]:
         "import numba",
         "from numba import prange",
         "from numba.extending import overload",
+        "from numba.np.ufunc.parallel import get_num_threads",
         "@njit\ndef f(): ...",
         "njit(cache=True)(f)",
         "njit(nogil=False)(f)",
