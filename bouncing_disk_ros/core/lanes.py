@@ -72,17 +72,18 @@ MANY_LOOKS = 40.0  # rounds of a flight; a longer search is left to the scalar m
 
 
 def lane(function: Kernel) -> Kernel:
-    """Compile for lanes, and a kernel of the core once more: multiply and add may be one rounding.
+    """Compile for lanes, and a kernel of the core once more.
 
-    What such a sum leaves is more exact, not less; nothing is reordered, and inf and nan are as
-    they should be. Not for functions that take a rounding error apart. Arrays are not counted
-    (`_nrt`), which costs more than a flight, and so none can be made.
+    A product and a sum are one rounding only where `lanes_arithmetic.fused` says so: a compiler
+    that may choose which products of a sum it fuses chooses anew with each compilation. Nothing is
+    reordered, and inf and nan are as they should be. Arrays are not counted (`_nrt`), which costs
+    more than a flight, and so none can be made.
     """
     compiled: Kernel = njit(
         error_model="numpy",
         nogil=True,
         forceinline=True,
-        fastmath={"contract", "nsz"},
+        fastmath={"nsz"},
         _nrt=False,
     )(getattr(function, "py_func", function))
     return compiled

@@ -32,6 +32,7 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes_arithmetic import chosen
 from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 UNDECIDED = -1
@@ -41,8 +42,8 @@ _OPEN = -(2**31)  # no label: the lane flies on
 TIME = (FIELDS + 0) * LANES  # since the start, rad
 POINT = (FIELDS + 1) * LANES  # index of the attractor's point the last impact was near, or −1
 RUN = (FIELDS + 2) * LANES  # impacts in a row near points in the right order
-_NEAR = (FIELDS + 3) * LANES  # the same for this impact
-_NEXT = (FIELDS + 4) * LANES
+_FOLLOWS = (FIELDS + 3) * LANES  # 1: this impact is near the point that continues the run
+_NEXT = (FIELDS + 4) * LANES  # the point it is near
 _FIELDS = FIELDS + 5
 
 _FLOAT = types.float64
@@ -60,21 +61,25 @@ def _predecessors(of: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 @lane
+def _near(tau: float, w: float, point_tau: float, point_w: float, tolerance: float) -> bool:
+    apart = abs(tau - point_tau)
+    return (min(apart, TWO_PI - apart) <= tolerance) & (abs(w - point_w) <= tolerance)
+
+
+@lane
 def _compare_one(
     z: Any, first: int, last: int, tau: float, w: float, tolerance: float, confirm: float
 ) -> None:
     """`_compare` where there is one point."""
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
-        run, time, ask = z[RUN + i], z[TIME + i], z[ASK + i]
-        apart = abs(z[TAU + i] - tau)
-        near = min(apart, TWO_PI - apart) <= tolerance and abs(z[W + i] - w) <= tolerance
-        longer = run + 1.0 if near else 0.0
-        run = longer if landed else run
+        run, time, ask, d = z[RUN + i], z[TIME + i], z[ASK + i], z[DELAY + i]
+        near = _near(z[TAU + i], z[W + i], tau, w, tolerance)
+        run = chosen(landed, chosen(near, run + 1.0, 0.0), run)
         z[RUN + i] = run
         z[POINT + i] = 0.0
-        z[TIME + i] = time + z[DELAY + i] if landed else time
-        z[ASK + i] = 1.0 if run >= confirm else ask
+        z[TIME + i] = chosen(landed, time + d, time)
+        z[ASK + i] = chosen(run >= confirm, 1.0, ask)
 
 
 @lane
@@ -86,26 +91,25 @@ def _compare(z: Any, first: int, last: int, points: Any, before: Any, rule: Any)
         return
     for i in range(first, last):
         z[_NEXT + i] = -1.0
-        z[_NEAR + i] = 0.0
+        z[_FOLLOWS + i] = 0.0
     for p in range(len(points)):
         tau, w, previous = points[p, 0], points[p, 1], before[p]
         for i in range(first, last):
-            apart = abs(z[TAU + i] - tau)
-            near = min(apart, TWO_PI - apart) <= tolerance and abs(z[W + i] - w) <= tolerance
-            follows = near and z[POINT + i] == previous and z[_NEAR + i] == 0.0
-            z[_NEXT + i] = p if follows or (near and z[_NEXT + i] < 0.0) else z[_NEXT + i]
-            z[_NEAR + i] = 1.0 if follows else z[_NEAR + i]
+            follows, following, point = z[_FOLLOWS + i], z[_NEXT + i], z[POINT + i]
+            near = _near(z[TAU + i], z[W + i], tau, w, tolerance)
+            first_follows = near & (point == previous) & (follows == 0.0)
+            z[_NEXT + i] = chosen(first_follows | (near & (following < 0.0)), p, following)
+            z[_FOLLOWS + i] = chosen(first_follows, 1.0, follows)
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
         run, point, ask, following = z[RUN + i], z[POINT + i], z[ASK + i], z[_NEXT + i]
-        time = z[TIME + i]
-        again = 1.0 if following >= 0.0 else 0.0
-        longer = run + 1.0 if z[_NEAR + i] > 0.0 else again
-        run = longer if landed else run
+        time, d, follows = z[TIME + i], z[DELAY + i], z[_FOLLOWS + i]
+        longer = chosen(follows > 0.0, run + 1.0, chosen(following >= 0.0, 1.0, 0.0))
+        run = chosen(landed, longer, run)
         z[RUN + i] = run
-        z[POINT + i] = following if landed else point
-        z[TIME + i] = time + z[DELAY + i] if landed else time
-        z[ASK + i] = 1.0 if run >= confirm else ask
+        z[POINT + i] = chosen(landed, following, point)
+        z[TIME + i] = chosen(landed, time + d, time)
+        z[ASK + i] = chosen(run >= confirm, 1.0, ask)
 
 
 @lane

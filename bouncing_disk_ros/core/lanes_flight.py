@@ -46,7 +46,8 @@ from bouncing_disk_ros.core.lanes_arithmetic import (
     COARSE,
     chosen,
     coarse_turn,
-    excesses,
+    fused,
+    lane_excesses,
     lane_phase_after,
     lane_turn,
 )
@@ -65,9 +66,10 @@ may_end = lane(impact.may_end)
 def short_series(jet: tuple[float, float, float, float], r: float) -> float:
     """`inverse_series` without its last term; r = 1/h₁."""
     h, _, h2, h3 = jet
-    v = -h * r
+    v = h * r  # −ν
     b2, b3 = h2 * r, h3 * r
-    return v - (v * v) * (0.5 * b2 - v * (0.5 * (b2 * b2) - (1.0 / 6.0) * b3))
+    third = fused(b2, 0.5 * b2, (-1.0 / 6.0) * b3)
+    return fused(-(v * v), fused(v, third, 0.5 * b2), -v)
 
 
 @lane
@@ -85,10 +87,10 @@ def _leave(z: Scratch) -> None:
         z[JERK + i] = f * c
     for i in range(LANES):
         v = z[JERK + i] + z[SPEED + i]
-        q = v * v + 2.0 * GRAVITY * (z[PULL + i] - z[FORCING + i] * ROOM)
+        q = fused(v, v, 2.0 * GRAVITY * fused(z[FORCING + i], -ROOM, z[PULL + i]))
         r = math.sqrt(max(q, 0.0))
         z[T0 + i] = r
-        z[BEGIN + i] = (v - r) * (1.0 / GRAVITY) + (16.0 * ROUNDING / GRAVITY) * v
+        z[BEGIN + i] = fused(v - r, 1.0 / GRAVITY, (16.0 * ROUNDING / GRAVITY) * v)
         z[END + i] = chosen(q > 0.0, (v + r) * ((1.0 - 8.0 * ROUNDING) / GRAVITY), -1.0)
 
 
@@ -106,10 +108,10 @@ def _beyond_end(z: Scratch) -> None:
         f = z[FORCING + i]
         sine, cosine = coarse_turn(z[TAU + i] + z[END + i])
         gap = max(f * ((ROOM - COARSE) - sine), 0.0)
-        fall = max(z[T0 + i] + f * (cosine + COARSE), _LEAST_FALL)
+        fall = max(fused(f, cosine + COARSE, z[T0 + i]), _LEAST_FALL)
         twice = fall + fall
         z[T0 + i] = twice * gap
-        z[T1 + i] = twice * fall + z[CURVATURE + i] * gap
+        z[T1 + i] = fused(twice, fall, z[CURVATURE + i] * gap)
 
 
 @lane
@@ -127,7 +129,7 @@ def launch(z: Scratch) -> int:
         # safe_step at h = 0: 2u/k with k sharpened by the acceleration at hand; times p/p
         p = max(a, _FLAT)
         over = (u + u) * p
-        under = min(z[CURVATURE + i] * p, p * p + (f * u) * (2.0 / 3.0 * ROOM))
+        under = min(z[CURVATURE + i] * p, fused(p, p, (f * u) * (2.0 / 3.0 * ROOM)))
         leaps = (z[BEGIN + i] * under <= over) & (over < end * under)
         over = chosen(leaps, z[T0 + i], over)
         under = chosen(leaps, z[T1 + i], under)
@@ -164,7 +166,9 @@ def look(z: Scratch) -> None:
         r = 1.0 / chosen(ahead, h1, k)
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = h, h1, h2, h3
         z[STEP + i] = r
-        z[SLOPE + i] = (h1 + math.sqrt(h1 * h1 + bent)) * r  # parabola_root where none is ahead
+        z[SLOPE + i] = (
+            h1 + math.sqrt(fused(h1, h1, bent))
+        ) * r  # parabola_root where none is ahead
         z[LANDED + i] = chosen(ahead, 1.0, 0.0)
     for i in range(LANES):
         d, r, begin, end = z[DELAY + i], z[STEP + i], z[BEGIN + i], z[END + i]
@@ -185,7 +189,7 @@ def polish(z: Scratch) -> None:
     """
     for i in range(LANES):
         x, pull, jerk = z[STEP + i], z[T2 + i] + GRAVITY, z[T3 + i]
-        se, ce = excesses(x)
+        se, ce = lane_excesses(x)
         turn = (x + se, 1.0 + ce, se, ce)
         jet = turned_gap(1.0, 1.0, pull, jerk, GRAVITY, z[T0 + i], z[T1 + i], x, turn)
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i], _ = jet

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -13,10 +15,12 @@ from bouncing_disk_ros.core.lanes_arithmetic import (
     bits_of,
     chosen,
     coarse_turn,
+    fused,
     lane_phase_after,
     lane_turn,
     number_of,
 )
+from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 
 def test_a_choice_leaves_the_other_number_alone() -> None:
@@ -43,8 +47,32 @@ def test_bits_are_those_of_the_number() -> None:
         assert back == -x
 
 
+def test_fused_sums_are_rounded_once_or_twice_but_never_otherwise() -> None:
+    @njit
+    def one(a: float, b: float, c: float) -> float:
+        return fused(a, b, c)
+
+    rng = np.random.default_rng(53)
+    processors = set()
+    for a, b, c in rng.uniform(-1.0, 1.0, (500, 3)):
+        once = float(Fraction(a) * Fraction(b) + Fraction(c))
+        twice = a * b + c
+        found = one(a, b, c)
+        assert found in (once, twice)
+        if once != twice:
+            processors.add(found == once)
+    assert len(processors) == 1
+
+
+def test_lanes_leave_no_choice_of_fusing_to_the_compiler() -> None:
+    """With it the bits of a trajectory changed with the seed of Python's hashes."""
+    functions: tuple[Any, ...] = (lane_turn, lane_phase_after, launch, look, polish, land)
+    for function in functions:
+        assert "contract" not in function.targetoptions["fastmath"]
+
+
 def test_turns_are_those_of_the_stepper() -> None:
-    """To a rounding, excesses of small turns to a few of themselves: a sum may be fused."""
+    """To a rounding, excesses of small turns to a few of themselves: sums are fused."""
     rng = np.random.default_rng(51)
     few = np.linspace(0.0, 8.0, 3001)
     for x in np.concatenate([few, 10.0 ** rng.uniform(-12, 5.9, 3000)]):
