@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from llvmlite.ir import FunctionType
 from numba import types
 from numba.extending import intrinsic
 
@@ -52,9 +51,8 @@ def fused(_context: Any, _a: Any, _b: Any, _c: Any) -> Any:
 
     def fused_code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         number = arguments[0].type
-        function = builder.module.declare_intrinsic(
-            "llvm.fmuladd", [number], FunctionType(number, [number] * 3)
-        )
+        of_three = type(builder.function.function_type)(number, [number] * 3)
+        function = builder.module.declare_intrinsic("llvm.fmuladd", [number], of_three)
         return builder.call(function, arguments)
 
     number = types.float64
