@@ -17,10 +17,10 @@ are, and ends shortly before the impact.
 The compiler cuts the lanes into vectors of the width that the processor has (NUMBA_CPU_NAME is
 honoured, numba's cache tells processors apart). Of 16, 32, 64 and 128 lanes, 64 were the best or no
 further from it than the measurement, with vectors of 2, 4 and 8 numbers: fewer leave vectors of 8
-idle between loops (16 took 1.6 times as long), more gain nothing. Each trajectory is computed from its own numbers by
-the same instructions in any lane: it has the same bits in any order, company, number of lanes and
-number of threads, and on all processors with fused multiply-add (AVX2, AVX-512); without it (SSE)
-sums differ by their rounding.
+idle between loops (16 took 1.6 times as long), more gain nothing. Each trajectory is computed from
+its own numbers by the same instructions in any lane: it has the same bits in any order, company,
+number of lanes and number of threads, and on all processors with fused multiply-add (AVX2,
+AVX-512); without it (SSE) sums differ by their rounding.
 """
 
 from __future__ import annotations
