@@ -20,7 +20,7 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.core.lanes_basin import label
+from bouncing_disk_ros.core.lanes.basin import label
 
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
 ROUNDS, PEER_ROUNDS, SEED = 20, 3, 1

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.axial import RESTITUTION, Regime
 from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
-from bouncing_disk_ros.core.lanes_attractor import attractors
+from bouncing_disk_ros.core.lanes.attractor import attractors
 
 TRAJECTORIES, FEW = 1024, 16  # in the lanes; one by one
 SETTLING, MEASURED, KEPT = 100, 100, 10

@@ -22,8 +22,8 @@ from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
 from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.core.lanes_axial import iterate
-from bouncing_disk_ros.core.lanes_rotation import iterate_rotation
+from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.core.lanes.rotation import iterate_rotation
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60

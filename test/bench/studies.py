@@ -17,7 +17,7 @@ import numpy as np
 from bench import cluster
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.core.lanes_axial import iterate
+from bouncing_disk_ros.core.lanes.axial import iterate
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study.basins import Basins
 

@@ -12,7 +12,7 @@ from bench.c_reference import CReference, CTosses
 from bouncing_disk_ros.analysis.toss.tosses import LOWEST, PAPER, amplitudes
 from bouncing_disk_ros.core import ride
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes_rides import tosses
+from bouncing_disk_ros.core.lanes.rides import tosses
 from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
 
 LAGS, ANGLES = 400, 250

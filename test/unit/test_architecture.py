@@ -36,9 +36,10 @@ ANALYSIS = {"analysis"} | {
 #: room -> the rooms it may import. A new room must be entered here.
 MAY_IMPORT = {
     "core": {"core"},
+    "core.lanes": {"core.lanes", "core"},
     "analysis": {"analysis", "core"} | TABLES,
-    "analysis.dynamics": {"analysis.dynamics", "analysis", "core"} | TABLES,
-    "analysis.toss": {"analysis.toss", "analysis", "core"} | TABLES,
+    "analysis.dynamics": {"analysis.dynamics", "analysis", "core.lanes", "core"} | TABLES,
+    "analysis.toss": {"analysis.toss", "analysis", "core.lanes", "core"} | TABLES,
     "analysis.recorded": {"analysis.recorded", "analysis.dynamics", "analysis", "core"} | TABLES,
     "analysis.report": {"analysis.report", "analysis.recorded", "analysis", "core"} | TABLES,
     "study": {"study", "core"} | ANALYSIS | TABLES,

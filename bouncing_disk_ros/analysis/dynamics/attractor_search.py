@@ -22,7 +22,7 @@ from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCol
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, MAP_REST, TAU, W, axial_orbit
-from bouncing_disk_ros.core.lanes_axial import iterate
+from bouncing_disk_ros.core.lanes.axial import iterate
 from bouncing_disk_ros.errors import InputError
 
 LONGEST = 64

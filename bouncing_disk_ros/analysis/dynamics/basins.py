@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors, Cells
 from bouncing_disk_ros.analysis.dynamics.strips import LabelMap, strips
-from bouncing_disk_ros.core.lanes_axial import iterate
-from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
+from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.core.lanes.basin import UNDECIDED, label
 from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]

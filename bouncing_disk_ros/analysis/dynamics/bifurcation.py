@@ -123,12 +123,12 @@ def from_starts(
 ) -> Branch:
     """The attractors that the same starts reach at each value; arguments as in `follow`.
 
-    All trajectories are carried together in lanes, on so many threads (`core.lanes_attractor`): a
+    All trajectories are carried together in lanes, on so many threads (`core.lanes.attractor`): a
     trajectory has the same bits with any other values and starts and any `workers`, but roundings
     other than those of `follow`. In chaos these grow: such trajectories agree in their means alone,
     as well as impacts measured tell them.
     """
-    from bouncing_disk_ros.core.lanes_attractor import attractors  # loads kernels
+    from bouncing_disk_ros.core.lanes.attractor import attractors  # loads kernels
 
     sections = sections_along(section, axis, values)
     _check_counts(settling, measured, kept)

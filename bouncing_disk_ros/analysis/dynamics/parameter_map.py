@@ -17,7 +17,7 @@ from bouncing_disk_ros.analysis.dynamics.bifurcation import STATE
 from bouncing_disk_ros.core.attractor import CONTACTS, LYAPUNOV, MEAN_PER_TIME, MEASURED
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_CONTACT, TAU, W
 from bouncing_disk_ros.core.collision_map import TURNED
-from bouncing_disk_ros.core.lanes_attractor import attractors
+from bouncing_disk_ros.core.lanes.attractor import attractors
 from bouncing_disk_ros.errors import InputError, closest
 
 Floats = NDArray[np.float64]

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.lanes_axial import RESTS
-from bouncing_disk_ros.core.lanes_rotation import TIME, TURNED, iterate_rotation
+from bouncing_disk_ros.core.lanes.axial import RESTS
+from bouncing_disk_ros.core.lanes.rotation import TIME, TURNED, iterate_rotation
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core import tangent
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.arithmetic import lane_turn
+from bouncing_disk_ros.core.lanes.lane import (
     COSINE,
     DELAY,
     FORCING,
@@ -27,8 +28,7 @@ from bouncing_disk_ros.core.lanes import (
     W,
     lane,
 )
-from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
-from bouncing_disk_ros.core.lanes_rotation import ROTATION_FIELDS
+from bouncing_disk_ros.core.lanes.rotation import ROTATION_FIELDS
 from bouncing_disk_ros.core.tangent import flight_tangent
 
 X = (ROTATION_FIELDS + 0) * LANES  # the tangent vector is 2^POWER (X, Y)

@@ -1,6 +1,6 @@
 """Settle and measure many trajectories at once: what `core.attractor` does for one, in lanes.
 
-The lanes with rotation carry a tangent vector too (`lanes_tangent`). A trajectory first settles,
+The lanes with rotation carry a tangent vector too (`lanes.tangent`). A trajectory first settles,
 then it is measured: two stages in one lane, in each of which LEFT counts the impacts to come.
 """
 
@@ -23,7 +23,8 @@ from bouncing_disk_ros.core.attractor import (
 )
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
 from bouncing_disk_ros.core.collision_map import SPEED, TURNED
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     DELAY,
     JOB,
@@ -40,8 +41,7 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
-from bouncing_disk_ros.core.lanes_rotation import (
+from bouncing_disk_ros.core.lanes.rotation import (
     DISK_SPEED,
     TIME_SUM,
     TURNED_SUM,
@@ -49,7 +49,7 @@ from bouncing_disk_ros.core.lanes_rotation import (
     rotate,
     start_rotation,
 )
-from bouncing_disk_ros.core.lanes_tangent import (
+from bouncing_disk_ros.core.lanes.tangent import (
     POWER,
     TANGENT_FIELDS,
     X,

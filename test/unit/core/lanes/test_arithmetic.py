@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from bouncing_disk_ros.core.arithmetic import sincos_excess
-from bouncing_disk_ros.core.lanes_arithmetic import (
+from bouncing_disk_ros.core.lanes.arithmetic import (
     COARSE,
     bits_of,
     chosen,
@@ -20,7 +20,7 @@ from bouncing_disk_ros.core.lanes_arithmetic import (
     lane_turn,
     number_of,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
 
 
 def test_a_choice_leaves_the_other_number_alone() -> None:

@@ -24,8 +24,8 @@ from bouncing_disk_ros.core.attractor import (
 )
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_CONTACT, MAP_IMPACT, TAU, W
 from bouncing_disk_ros.core.collision_map import SPEED, TURNED
-from bouncing_disk_ros.core.lanes import LANES
-from bouncing_disk_ros.core.lanes_attractor import attractors
+from bouncing_disk_ros.core.lanes.attractor import attractors
+from bouncing_disk_ros.core.lanes.lane import LANES
 from bouncing_disk_ros.core.tangent import flight_tangents
 
 Floats = NDArray[np.float64]

@@ -23,11 +23,11 @@ from bouncing_disk_ros.core.axial_map import (
     W,
     axial_orbit,
 )
-from bouncing_disk_ros.core.lanes import ASK, FIELDS, LANES, enter, in_slices, scratch
-from bouncing_disk_ros.core.lanes import DELAY as FIRST_DELAY
-from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS, iterate
-from bouncing_disk_ros.core.lanes_basin import UNDECIDED, label
-from bouncing_disk_ros.core.lanes_flight import launch
+from bouncing_disk_ros.core.lanes.axial import CONTACTS, RESTS, iterate
+from bouncing_disk_ros.core.lanes.basin import UNDECIDED, label
+from bouncing_disk_ros.core.lanes.flight import launch
+from bouncing_disk_ros.core.lanes.lane import ASK, FIELDS, LANES, enter, in_slices, scratch
+from bouncing_disk_ros.core.lanes.lane import DELAY as FIRST_DELAY
 
 Floats = NDArray[np.float64]
 CONTACT, REST = 7, 9

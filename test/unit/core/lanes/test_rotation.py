@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.axial_map import KIND, MAP_CONTACT, MAP_REST
 from bouncing_disk_ros.core.collision_map import SPEED, TURNED, collision_orbit
-from bouncing_disk_ros.core.lanes import LANES
-from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS, iterate
-from bouncing_disk_ros.core.lanes_rotation import TIME, iterate_rotation
-from bouncing_disk_ros.core.lanes_rotation import TURNED as SUM_TURNED
+from bouncing_disk_ros.core.lanes.axial import CONTACTS, RESTS, iterate
+from bouncing_disk_ros.core.lanes.lane import LANES
+from bouncing_disk_ros.core.lanes.rotation import TIME, iterate_rotation
+from bouncing_disk_ros.core.lanes.rotation import TURNED as SUM_TURNED
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.arithmetic import chosen
+from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     DELAY,
     FIELDS,
@@ -32,8 +34,6 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_arithmetic import chosen
-from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 UNDECIDED = -1
 """Label of a start that has not been decided within the cap."""

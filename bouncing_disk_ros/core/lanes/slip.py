@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core import roots
-from bouncing_disk_ros.core.lanes import lane
+from bouncing_disk_ros.core.lanes.lane import lane
 
 inverse_series = lane(roots.inverse_series)
 

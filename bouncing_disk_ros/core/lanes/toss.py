@@ -1,6 +1,6 @@
 """Single tosses for many motions at once: what a lane of `core.ride` holds, and how it begins.
 
-Units and formulas of a slip are those of `lanes_slip`; `lanes_contact` carries the lanes from phase
+Units and formulas of a slip are those of `lanes.slip`; `lanes.contact` carries the lanes from phase
 to phase of contact. Sixty-four rides begin and end together: neighbours in a map have as many
 phases, and a ride that has left the platform earlier than others of its company is not touched any
 more, so that its bits do not depend on them. What is rare is left to `ride.rides`: an event within
@@ -13,9 +13,9 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
-from bouncing_disk_ros.core.lanes import LANES, lane
-from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
-from bouncing_disk_ros.core.lanes_slip import lane_angle
+from bouncing_disk_ros.core.lanes.arithmetic import lane_turn
+from bouncing_disk_ros.core.lanes.lane import LANES, lane
+from bouncing_disk_ros.core.lanes.slip import lane_angle
 
 X = 0 * LANES  # phase of the last event; at first of the start
 SPEED = 1 * LANES  # α̇ at the start

@@ -29,7 +29,7 @@ from bouncing_disk_ros.core.arithmetic import (
     TWO_OVER_PI,
     TWO_PI,
 )
-from bouncing_disk_ros.core.lanes import lane
+from bouncing_disk_ros.core.lanes.lane import lane
 
 COARSE = 0.0562
 """Error of `coarse_turn`, rounded up: 0.05601."""

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core import ride
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes import LANES, in_slices, lane, lane_entry, scratch
-from bouncing_disk_ros.core.lanes_contact import aim, hold, move, search, separation_speed
-from bouncing_disk_ros.core.lanes_toss import (
+from bouncing_disk_ros.core.lanes.contact import aim, hold, move, search, separation_speed
+from bouncing_disk_ros.core.lanes.lane import LANES, in_slices, lane, lane_entry, scratch
+from bouncing_disk_ros.core.lanes.toss import (
     AHEAD,
     ASK,
     BEGUN,

@@ -1,4 +1,4 @@
-"""The phases of contact of single tosses in lanes: hold, aim, search, move (see `lanes_toss`).
+"""The phases of contact of single tosses in lanes: hold, aim, search, move (see `lanes.toss`).
 
 A round is one stretch of sticking, for the lanes that stick, and one slip. Sticking ends where a
 drive of either sign rises through zero, where a falling piece of its slip ends; a slip ends at the
@@ -12,10 +12,10 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import ROUNDER, TWO_PI
-from bouncing_disk_ros.core.lanes import LANES, lane
-from bouncing_disk_ros.core.lanes_arithmetic import lane_turn
-from bouncing_disk_ros.core.lanes_slip import bent_step, first_guess, last_step, turned_by
-from bouncing_disk_ros.core.lanes_toss import (
+from bouncing_disk_ros.core.lanes.arithmetic import lane_turn
+from bouncing_disk_ros.core.lanes.lane import LANES, lane
+from bouncing_disk_ros.core.lanes.slip import bent_step, first_guess, last_step, turned_by
+from bouncing_disk_ros.core.lanes.toss import (
     ASK,
     CENTRE,
     CENTRE_COSINE,

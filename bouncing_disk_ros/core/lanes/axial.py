@@ -9,7 +9,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     FIELDS,
     FORCING,
@@ -27,7 +28,6 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 CONTACTS, RESTS = 0, 1
 """Columns of the counts of events."""

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import ride
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes_rides import tosses
-from bouncing_disk_ros.core.lanes_slip import lane_angle
+from bouncing_disk_ros.core.lanes.rides import tosses
+from bouncing_disk_ros.core.lanes.slip import lane_angle
 from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
 from bouncing_disk_ros.core.model import Disk
 

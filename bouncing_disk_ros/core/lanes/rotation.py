@@ -17,7 +17,9 @@ from bouncing_disk_ros.core import impact
 from bouncing_disk_ros.core.arithmetic import kernel, sincos
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST
 from bouncing_disk_ros.core.collision_map import map_disk, map_motion, next_collision
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.axial import CONTACTS, RESTS
+from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     COSINE,
     DELAY,
@@ -39,8 +41,6 @@ from bouncing_disk_ros.core.lanes import (
     place,
     scratch,
 )
-from bouncing_disk_ros.core.lanes_axial import CONTACTS, RESTS
-from bouncing_disk_ros.core.lanes_flight import land, launch, look, polish
 
 TURNED, TIME = 0, 1
 """Columns of the sums: angle turned in units of Φ, and time in rad; their ratio is the mean α̇."""

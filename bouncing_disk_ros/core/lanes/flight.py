@@ -12,7 +12,16 @@ import math
 
 from bouncing_disk_ros.core import flight, impact, roots
 from bouncing_disk_ros.core.axial_map import GRAVITY
-from bouncing_disk_ros.core.lanes import (
+from bouncing_disk_ros.core.lanes.arithmetic import (
+    COARSE,
+    chosen,
+    coarse_turn,
+    fused,
+    lane_excesses,
+    lane_phase_after,
+    lane_turn,
+)
+from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     BEGIN,
     CHATTER,
@@ -41,15 +50,6 @@ from bouncing_disk_ros.core.lanes import (
     Scratch,
     W,
     lane,
-)
-from bouncing_disk_ros.core.lanes_arithmetic import (
-    COARSE,
-    chosen,
-    coarse_turn,
-    fused,
-    lane_excesses,
-    lane_phase_after,
-    lane_turn,
 )
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING

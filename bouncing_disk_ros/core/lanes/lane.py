@@ -76,7 +76,7 @@ MANY_LOOKS = 40.0  # rounds of a flight; a longer search is left to the scalar m
 def lane(function: Kernel) -> Kernel:
     """Compile for lanes, and a kernel of the core once more.
 
-    A product and a sum are one rounding only where `lanes_arithmetic.fused` says so: a compiler
+    A product and a sum are one rounding only where `lanes.arithmetic.fused` says so: a compiler
     that may choose which products of a sum it fuses chooses anew with each compilation. Nothing is
     reordered, and inf and nan are as they should be. Arrays are not counted (`_nrt`), which costs
     more than a flight, and so none can be made.

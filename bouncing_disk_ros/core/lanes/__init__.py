@@ -1,0 +1,1 @@
+"""Many trajectories and tosses at once, in SIMD lanes: see `lane`."""
