@@ -26,7 +26,7 @@ from bouncing_disk_ros.analysis.dynamics.boundary import (
     uncertainty_exponent,
 )
 from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
-from bouncing_disk_ros.analysis.dynamics.strips import LabelMap
+from bouncing_disk_ros.analysis.dynamics.strips import PIXELS, LabelMap
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
@@ -166,7 +166,9 @@ class Basins(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Attractors with their shares, and the measures of the boundary."""
         found = from_arrays(context).found
-        labels = result["label"]  # read strip by strip: it may be larger than memory
+        # read strip by strip where it may be larger than memory
+        field = result["label"]
+        labels: LabelMap = field.values if field.size <= PIXELS else field
         parts = shares(labels, len(found), periodic=self.whole_period)
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip

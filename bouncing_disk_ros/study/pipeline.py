@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from itertools import islice
+from typing import Any
 
 from bouncing_disk_ros.study.claim import token_of
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
@@ -24,9 +25,13 @@ Work = Callable[[Region], Arrays | None]
 """Computes a region; gives the arrays back if it has not stored them."""
 
 
-def compute_here(study: Study, context: Arrays, store: Store, region: Region) -> None:
-    """Work for threads of this process: they store what they compute."""
-    store.put(region, study.compute(region, context, None))
+def compute_here(
+    study: Study, context: Arrays, store: Store, slots: AbstractContextManager[Any], region: Region
+) -> None:
+    """Work for threads of this process: so many compute as there are slots, others store."""
+    with slots:
+        arrays = study.compute(region, context, None)
+    store.put(region, arrays)
 
 
 def compute_region(

@@ -9,6 +9,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Semaphore
 from typing import NamedTuple
 
 import xarray as xr
@@ -16,7 +17,7 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study.claim import claimed
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.pipeline import Pipeline, compute_here, compute_region
+from bouncing_disk_ros.study.pipeline import AHEAD, Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import Store, open_result
 
 NICENESS = 10
@@ -74,7 +75,7 @@ def run(
                 work = (
                     partial(compute_region, study, context, str(store.path.resolve()), token)
                     if scheduler
-                    else partial(compute_here, study, context, store)
+                    else partial(compute_here, study, context, store, Semaphore(workers))
                 )
                 pipeline = Pipeline(work, store, executor, count)
                 stored = _side_by_side(pipeline, missing, stopped)
@@ -130,7 +131,7 @@ def _side_by_side(
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
     if not scheduler:
-        with ThreadPoolExecutor(workers, initializer=_give_way) as pool:
+        with ThreadPoolExecutor(AHEAD * workers, initializer=_give_way) as pool:
             yield pool, workers
         return
     try:

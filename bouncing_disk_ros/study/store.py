@@ -20,9 +20,9 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
 
-FORMAT = 1
+FORMAT = 2
 DONE = "region_done"
-CONTEXT = "context"
+CONTEXT, BYTES = "context", "bytes"
 LARGE = 2**25
 """Arrays of more numbers are exported in parts."""
 PACKED = BloscCodec(cname="lz4", clevel=5, shuffle="shuffle")
@@ -145,15 +145,26 @@ class Store:
     def context(self) -> Arrays:
         """What all regions need: from the store, or computed now and kept there."""
         if CONTEXT in self._group:
-            held = self._group[CONTEXT]
-            return {name: np.asarray(held[name][...]) for name in held.attrs["names"]}
-        arrays = self._study.context()
-        draft = self._group.require_group(f"{CONTEXT}_draft", overwrite=True)
-        for name, array in arrays.items():
-            draft.create_array(name, data=np.asarray(array))
-        draft.attrs["names"] = list(arrays)
-        (self.path / f"{CONTEXT}_draft").rename(self.path / CONTEXT)
+            held = self._group[CONTEXT][BYTES]
+            return _unpacked(np.asarray(held[...]), held.attrs["arrays"])
+        arrays = {name: np.asarray(one) for name, one in self._study.context().items()}
+        if arrays:  # as one array: each costs its files
+            about = [[name, one.dtype.str, list(one.shape)] for name, one in arrays.items()]
+            packed = np.frombuffer(b"".join(one.tobytes() for one in arrays.values()), np.uint8)
+            draft = self._group.require_group(f"{CONTEXT}_draft", overwrite=True)
+            draft.create_array(BYTES, data=packed, attributes={"arrays": about})
+            (self.path / draft.basename).rename(self.path / CONTEXT)
         return arrays
+
+
+def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]) -> Arrays:
+    """Arrays from their bytes in a row; about: name, type and shape of each."""
+    found, begin = {}, 0
+    for name, kind, shape in about:
+        end = begin + np.dtype(kind).itemsize * math.prod(shape)
+        found[name] = packed[begin:end].view(kind).reshape(shape)
+        begin = end
+    return found
 
 
 def put(path: str, study: Study, region: Region, arrays: Arrays) -> None:
