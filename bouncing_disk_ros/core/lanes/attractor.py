@@ -23,9 +23,8 @@ from bouncing_disk_ros.core.attractor import (
 )
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
 from bouncing_disk_ros.core.collision_map import SPEED, TURNED
-from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.flight import land
 from bouncing_disk_ros.core.lanes.lane import (
-    ASK,
     DELAY,
     JOB,
     LANDED,
@@ -34,7 +33,6 @@ from bouncing_disk_ros.core.lanes.lane import (
     TAU,
     W,
     enter,
-    idle,
     in_slices,
     lane,
     lane_entry,
@@ -49,6 +47,7 @@ from bouncing_disk_ros.core.lanes.rotation import (
     rotate,
     start_rotation,
 )
+from bouncing_disk_ros.core.lanes.rounds import rounds
 from bouncing_disk_ros.core.lanes.tangent import (
     POWER,
     TANGENT_FIELDS,
@@ -130,9 +129,9 @@ def _begin(z: Any, i: int, measures: bool, left: int, kept: int) -> None:
 
 
 @lane
-def _next(z: Any, i: int, job: int, states: Any, parameters: Any, counts: Any) -> None:
+def _enter(z: Any, i: int, job: int, data: Any) -> None:
     """Give a lane a trajectory; counts = (settling, measured, kept)."""
-    settling, measured, kept = counts
+    states, parameters, (settling, measured, kept), _, _ = data
     disk = (states[job, 0], states[job, 1], parameters[job, 0], parameters[job, 1])
     enter(z, i, job, math.inf, disk)
     start_rotation(z, i, states[job, 2], parameters[job, 2], parameters[job, 3])
@@ -170,8 +169,9 @@ def _rest(job: int, states: Any, out: Any, results: Any) -> None:
 
 
 @lane
-def _attend(z: Any, i: int, counts: Any, states: Any, out: Any, results: Any) -> bool:
+def _attend(z: Any, i: int, data: Any) -> bool:
     """See to a lane that asks; whether its trajectory is done."""
+    states, _, counts, out, results = data
     if z[LEFT + i] > 0.0 and _step(z, i, out):
         _rest(int(z[JOB + i]), states, out, results)
         return True
@@ -185,6 +185,17 @@ def _attend(z: Any, i: int, counts: Any, states: Any, out: Any, results: Any) ->
     return False
 
 
+@lane
+def _land(z: Any, data: Any) -> None:
+    _, _, _, out, _ = data
+    rotate(z)
+    grow(z)
+    keeps = _sum_up(z)
+    land(z)
+    if keeps > 0:
+        _rows(z, out)
+
+
 @lane_entry(
     types.void(
         types.float64[::1], _MATRIX, _MATRIX, types.int64, types.int64,
@@ -194,34 +205,9 @@ def _attend(z: Any, i: int, counts: Any, states: Any, out: Any, results: Any) ->
 def _attractors(
     z: Any, states: Any, parameters: Any, settling: int, measured: int, out: Any, results: Any
 ) -> None:
-    n = len(states)
     counts = (settling, measured, out.shape[1])
-    todo = done = 0
-    for i in range(LANES):
-        idle(z, i)
-        z[ASK + i] = 1.0
-    while done < n:
-        if todo == 0 or launch(z) > 0:
-            for i in range(LANES):
-                if z[ASK + i] <= 0.0:
-                    continue
-                if z[JOB + i] >= 0.0:
-                    if not _attend(z, i, counts, states, out, results):
-                        continue
-                    done += 1
-                if todo == n:
-                    idle(z, i)
-                    continue
-                _next(z, i, todo, states, parameters, counts)
-                todo += 1
-        look(z)
-        polish(z)
-        rotate(z)
-        grow(z)
-        keeps = _sum_up(z)
-        land(z)
-        if keeps > 0:
-            _rows(z, out)
+    data = (states, parameters, counts, out, results)
+    rounds(z, len(states), _attend, _enter, _land, data)
 
 
 def attractors(

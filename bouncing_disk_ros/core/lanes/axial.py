@@ -9,25 +9,23 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.flight import land
 from bouncing_disk_ros.core.lanes.lane import (
-    ASK,
     FIELDS,
     FORCING,
     JOB,
-    LANES,
     LEFT,
     RESTITUTION,
     TAU,
     W,
     enter,
-    idle,
     in_slices,
     lane,
     lane_entry,
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes.rounds import rounds
 
 CONTACTS, RESTS = 0, 1
 """Columns of the counts of events."""
@@ -36,51 +34,43 @@ _FLOATS = types.float64[::1]
 
 
 @lane
-def _step(z: Any, i: int, counts: Any) -> None:
-    """One impact by the scalar map, for a lane that has impacts left."""
+def _attend(z: Any, i: int, data: Any) -> bool:
+    """One impact by the scalar map, if any are left; whether the trajectory is done."""
+    tau, w, _, _, _, counts = data
     job = int(z[JOB + i])
-    if job < 0 or z[LEFT + i] <= 0.0:
-        return
-    kind, tau, w, _ = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
-    place(z, i, tau, w)
-    z[LEFT + i] -= 1.0
-    if kind == MAP_CONTACT:
-        counts[job, CONTACTS] += 1
-    elif kind == MAP_REST:
-        counts[job, RESTS] += 1
-        z[LEFT + i] = 0.0
+    if z[LEFT + i] > 0.0:
+        kind, after, speed, _ = next_impact(
+            z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i]
+        )
+        place(z, i, after, speed)
+        z[LEFT + i] -= 1.0
+        if kind == MAP_CONTACT:
+            counts[job, CONTACTS] += 1
+        elif kind == MAP_REST:
+            counts[job, RESTS] += 1
+            z[LEFT + i] = 0.0
+    if z[LEFT + i] > 0.0:
+        return False
+    tau[job], w[job] = z[TAU + i], z[W + i]
+    return True
+
+
+@lane
+def _begin(z: Any, i: int, job: int, data: Any) -> None:
+    tau, w, forcing, restitution, impacts, _ = data
+    enter(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
+
+
+@lane
+def _land(z: Any, _: Any) -> None:
+    land(z)
 
 
 @lane_entry(types.void(*[_FLOATS] * 5, types.int64, types.int64[:, ::1]))
 def _iterate(
     z: Any, tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any
 ) -> None:
-    n = len(tau)
-    todo = done = 0
-    for i in range(LANES):
-        idle(z, i)
-        z[ASK + i] = 1.0
-    while done < n:
-        if todo == 0 or launch(z) > 0:
-            for i in range(LANES):
-                if z[ASK + i] <= 0.0:
-                    continue
-                _step(z, i, counts)
-                job = int(z[JOB + i])
-                if job >= 0:
-                    if z[LEFT + i] > 0.0:
-                        continue
-                    tau[job], w[job] = z[TAU + i], z[W + i]
-                    done += 1
-                if todo == n:
-                    idle(z, i)
-                    continue
-                state = (tau[todo], w[todo], forcing[todo], restitution[todo])
-                enter(z, i, todo, float(impacts), state)
-                todo += 1
-        look(z)
-        polish(z)
-        land(z)
+    rounds(z, len(tau), _attend, _begin, _land, (tau, w, forcing, restitution, impacts, counts))
 
 
 def iterate(

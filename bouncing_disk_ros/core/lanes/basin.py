@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.lanes.arithmetic import chosen
-from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.flight import land
 from bouncing_disk_ros.core.lanes.lane import (
     ASK,
     DELAY,
@@ -27,13 +27,13 @@ from bouncing_disk_ros.core.lanes.lane import (
     W,
     enter,
     fate,
-    idle,
     in_slices,
     lane,
     lane_entry,
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes.rounds import rounds
 
 UNDECIDED = -1
 """Label of a start that has not been decided within the cap."""
@@ -136,11 +136,34 @@ def _decision(z: Any, i: int, points: Any, of: Any, before: Any, rule: Any, ends
 
 
 @lane
-def _start(z: Any, i: int, job: int, left: float, state: Any) -> None:
-    enter(z, i, job, left, state)
+def _attend(z: Any, i: int, data: Any) -> bool:
+    """Decide, or go on; whether the start has its label."""
+    (points, of, before), rule, ends, (labels, impacts, times), _ = data
+    found = _decision(z, i, points, of, before, rule, ends)
+    if found == _OPEN:
+        return False
+    job = int(z[JOB + i])
+    labels[job] = found
+    impacts[job] = ends[2] - int(z[LEFT + i])
+    times[job] = z[TIME + i]
+    z[RUN + i] = 0.0  # an idle lane has nothing to ask
+    return True
+
+
+@lane
+def _begin(z: Any, i: int, job: int, data: Any) -> None:
+    _, _, ends, _, (tau, w, forcing, restitution) = data
+    enter(z, i, job, float(ends[2]), (tau[job], w[job], forcing, restitution))
     z[TIME + i] = 0.0
     z[POINT + i] = -1.0
     z[RUN + i] = 0.0
+
+
+@lane
+def _land(z: Any, data: Any) -> None:
+    (points, _, before), rule, _, _, _ = data
+    land(z)
+    _compare(z, 0, LANES, points, before, rule)
 
 
 @lane_entry(
@@ -165,35 +188,9 @@ def _label(
     out_time: Any,
 ) -> None:
     """`label`; rule = (tolerance, confirm), ends = (label of contact, label of rest, cap)."""
-    n = len(tau)
-    todo = done = 0
-    for i in range(LANES):
-        idle(z, i)
-        z[ASK + i] = 1.0
-    while done < n:
-        if todo == 0 or launch(z) > 0:
-            for i in range(LANES):
-                if z[ASK + i] <= 0.0:
-                    continue
-                job = int(z[JOB + i])
-                if job >= 0:
-                    found = _decision(z, i, points, of, before, rule, ends)
-                    if found == _OPEN:
-                        continue
-                    out_label[job] = found
-                    out_impacts[job] = ends[2] - int(z[LEFT + i])
-                    out_time[job] = z[TIME + i]
-                    done += 1
-                if todo == n:
-                    idle(z, i)
-                    z[RUN + i] = 0.0
-                    continue
-                _start(z, i, todo, float(ends[2]), (tau[todo], w[todo], forcing, restitution))
-                todo += 1
-        look(z)
-        polish(z)
-        land(z)
-        _compare(z, 0, LANES, points, before, rule)
+    known, outs = (points, of, before), (out_label, out_impacts, out_time)
+    starts = (tau, w, forcing, restitution)
+    rounds(z, len(tau), _attend, _begin, _land, (known, rule, ends, outs, starts))
 
 
 def label(

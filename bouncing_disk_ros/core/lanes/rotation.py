@@ -18,9 +18,8 @@ from bouncing_disk_ros.core.arithmetic import kernel, sincos
 from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_REST
 from bouncing_disk_ros.core.collision_map import map_disk, map_motion, next_collision
 from bouncing_disk_ros.core.lanes.axial import CONTACTS, RESTS
-from bouncing_disk_ros.core.lanes.flight import land, launch, look, polish
+from bouncing_disk_ros.core.lanes.flight import land
 from bouncing_disk_ros.core.lanes.lane import (
-    ASK,
     COSINE,
     DELAY,
     FIELDS,
@@ -34,13 +33,13 @@ from bouncing_disk_ros.core.lanes.lane import (
     TAU,
     W,
     enter,
-    idle,
     in_slices,
     lane,
     lane_entry,
     place,
     scratch,
 )
+from bouncing_disk_ros.core.lanes.rounds import rounds
 
 TURNED, TIME = 0, 1
 """Columns of the sums: angle turned in units of Φ, and time in rad; their ratio is the mean α̇."""
@@ -107,16 +106,22 @@ def collide(z: Any, i: int) -> tuple[int, float, float]:
 
 
 @lane
-def _step(z: Any, i: int, counts: Any) -> None:
-    """One impact by the scalar map, for a lane that has impacts left."""
+def _attend(z: Any, i: int, data: Any) -> bool:
+    """One impact by the scalar map, if any are left; whether the trajectory is done."""
+    tau, w, speed, _, _, _, _, _, counts, sums = data
     job = int(z[JOB + i])
-    if job < 0 or z[LEFT + i] <= 0.0:
-        return
-    kind, _, _ = collide(z, i)
-    if kind == MAP_REST:
-        counts[job, RESTS] += 1
-    elif kind == MAP_CONTACT:
-        counts[job, CONTACTS] += 1
+    if z[LEFT + i] > 0.0:
+        kind, _, _ = collide(z, i)
+        if kind == MAP_REST:
+            counts[job, RESTS] += 1
+        elif kind == MAP_CONTACT:
+            counts[job, CONTACTS] += 1
+    if z[LEFT + i] > 0.0:
+        return False
+    tau[job], w[job], speed[job] = z[TAU + i], z[W + i], z[DISK_SPEED + i]
+    sums[job, TURNED] += z[TURNED_SUM + i]
+    sums[job, TIME] += z[TIME_SUM + i]
+    return True
 
 
 @lane
@@ -132,11 +137,16 @@ def start_rotation(z: Any, i: int, speed: float, phase_lag: float, angular_forci
 
 
 @lane
-def _finish(z: Any, i: int, tau: Any, w: Any, speed: Any, sums: Any) -> None:
-    job = int(z[JOB + i])
-    tau[job], w[job], speed[job] = z[TAU + i], z[W + i], z[DISK_SPEED + i]
-    sums[job, TURNED] += z[TURNED_SUM + i]
-    sums[job, TIME] += z[TIME_SUM + i]
+def _begin(z: Any, i: int, job: int, data: Any) -> None:
+    tau, w, speed, forcing, restitution, phase_lag, angular_forcing, impacts, _, _ = data
+    enter(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
+    start_rotation(z, i, speed[job], phase_lag[job], angular_forcing[job])
+
+
+@lane
+def _land(z: Any, _: Any) -> None:
+    rotate(z)
+    land(z)
 
 
 @lane_entry(types.void(*[_FLOATS] * 8, types.int64, types.int64[:, ::1], types.float64[:, ::1]))
@@ -153,33 +163,8 @@ def _iterate(
     counts: Any,
     sums: Any,
 ) -> None:
-    n = len(tau)
-    todo = done = 0
-    for i in range(LANES):
-        idle(z, i)
-        z[ASK + i] = 1.0
-    while done < n:
-        if todo == 0 or launch(z) > 0:
-            for i in range(LANES):
-                if z[ASK + i] <= 0.0:
-                    continue
-                _step(z, i, counts)
-                if z[JOB + i] >= 0.0:
-                    if z[LEFT + i] > 0.0:
-                        continue
-                    _finish(z, i, tau, w, speed, sums)
-                    done += 1
-                if todo == n:
-                    idle(z, i)
-                    continue
-                state = (tau[todo], w[todo], forcing[todo], restitution[todo])
-                enter(z, i, todo, float(impacts), state)
-                start_rotation(z, i, speed[todo], phase_lag[todo], angular_forcing[todo])
-                todo += 1
-        look(z)
-        polish(z)
-        rotate(z)
-        land(z)
+    states, turning = (tau, w, speed, forcing, restitution), (phase_lag, angular_forcing)
+    rounds(z, len(tau), _attend, _begin, _land, (*states, *turning, impacts, counts, sums))
 
 
 def iterate_rotation(
