@@ -15,6 +15,9 @@ from bouncing_disk_ros.core.tangent import flight_tangent
 MEAN_PER_TIME, MEAN_PER_IMPACT, LYAPUNOV, CONTACTS, MEASURED = range(5)
 """What `attractor` writes into its results."""
 
+AT_REST = (1.5 * math.pi, 0.0, 0.0, 1.0, 0.0)
+"""The state of a disk that contact lasts for: at the lowest point, with any vector."""
+
 _FLOAT = types.float64
 _VECTOR = types.Array(_FLOAT, 1, "C")
 _MATRIX = types.Array(_FLOAT, 2, "C")
@@ -52,7 +55,7 @@ def attractor(
     for i in range(settling + measured):
         kind, tau1, w1, omega, delay, turned = next_collision(motion, disk, tau, w, omega)
         if kind == MAP_REST:
-            state[:] = (1.5 * math.pi, 0.0, 0.0, 1.0, 0.0)
+            state[:] = AT_REST
             results[:] = math.nan
             return 0
         growth = 1.0

@@ -16,19 +16,19 @@ from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
     GREEN,
+    MOST_PIXELS,
     ORANGE,
     PURPLE,
     SKY,
+    UNRESOLVED,
     VERMILION,
     YELLOW,
     mark_in_pi,
     new_figure,
+    pixel_frame,
 )
 
-UNRESOLVED = "#777777"
 REST, CHATTERING = "#f7f7f7", "#e8e8e8"
-MOST_PIXELS = 1500
-"""Along one side of a drawn map, or less than twice as many."""
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 
@@ -117,13 +117,7 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
 
 def frame(result: xr.Dataset) -> dict[str, Any]:
     """How a map over the starts is drawn: arguments of imshow."""
-    phases, speeds = result["forcing_phase"].values / math.pi, result["velocity"].values
-    half = [0.5 * (v[-1] - v[0]) / (len(v) - 1) if len(v) > 1 else 0.5 for v in (phases, speeds)]
-    extent = (phases[0] - half[0], phases[-1] + half[0], speeds[0] - half[1], speeds[-1] + half[1])
-    return {
-        "extent": extent, "origin": "lower", "aspect": "auto", "interpolation": "nearest",
-        "rasterized": True,
-    }  # fmt: skip
+    return pixel_frame(result["forcing_phase"].values / math.pi, result["velocity"].values)
 
 
 def label_axes(axes: Any, result: xr.Dataset) -> None:

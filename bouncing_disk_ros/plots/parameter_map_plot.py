@@ -12,20 +12,22 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.strips import thinned
-from bouncing_disk_ros.plots.basins_plot import MOST_PIXELS
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
     GREEN,
+    MOST_PIXELS,
     ORANGE,
     PURPLE,
     SKY,
+    UNRESOLVED,
     VERMILION,
     YELLOW,
     new_figure,
+    pixel_frame,
 )
 
-REST, CONTACT, UNRESOLVED = "#ffffff", "#d9d9d9", "#777777"
+REST, CONTACT = "#ffffff", "#d9d9d9"
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
 PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}
 OTHER = "#8c510a"
@@ -122,15 +124,8 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
 
 def _frame(result: xr.Dataset) -> dict[str, Any]:
     """How a map is drawn: arguments of imshow."""
-    ends: list[float] = []
-    for name in reversed(result["period"].dims):
-        values = result[name].values
-        half = 0.5 * (values[-1] - values[0]) / (len(values) - 1) if len(values) > 1 else 0.5
-        ends += [values[0] - half, values[-1] + half]
-    return {
-        "extent": ends, "origin": "lower", "aspect": "auto", "interpolation": "nearest",
-        "rasterized": True,
-    }  # fmt: skip
+    up, across = result["period"].dims
+    return pixel_frame(result[across].values, result[up].values)
 
 
 def _label(axis: xr.DataArray) -> str:

@@ -11,13 +11,11 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.analysis.dynamics.strips import thinned
 from bouncing_disk_ros.plots.basins_plot import (
-    MOST_PIXELS,
-    UNRESOLVED,
     frame,
     label_axes,
     title_of,
 )
-from bouncing_disk_ros.plots.style import new_figure
+from bouncing_disk_ros.plots.style import MOST_PIXELS, UNRESOLVED, new_figure
 
 COLUMNS = 3
 

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
+from numpy.typing import NDArray
 
 # Okabe and Ito's colours, told apart by colour-blind people too
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
+
+UNRESOLVED = "#777777"
+MOST_PIXELS = 1500
+"""Along one side of a drawn map, or less than twice as many."""
 
 
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
@@ -18,6 +24,18 @@ def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
+
+
+def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[str, Any]:
+    """How a map is drawn whose pixels have these centres: arguments of imshow."""
+    ends: list[float] = []
+    for values in (across, up):
+        half = 0.5 * (values[-1] - values[0]) / (len(values) - 1) if len(values) > 1 else 0.5
+        ends += [values[0] - half, values[-1] + half]
+    return {
+        "extent": ends, "origin": "lower", "aspect": "auto", "interpolation": "nearest",
+        "rasterized": True,
+    }  # fmt: skip
 
 
 def in_pi(value: float, _position: object = None) -> str:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.parameter_map import (
-    STARTS,
     UNRESOLVED,
     Settled,
+    check_start,
     settle,
     start_states,
 )
@@ -72,8 +72,7 @@ class ParameterMap(Study):
     def _check_start(self) -> None:
         given = self.parameters
         start = str(given["start"])
-        if start not in STARTS:
-            raise InputError("start", start, ", ".join(STARTS), closest(start, STARTS))
+        check_start(start)
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
                 hint = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any
 
@@ -58,14 +58,6 @@ class Pipeline:
         self._most = AHEAD * workers
         self._allowed = min(self._most, AT_FIRST)
         self._at_work: dict[Future[Arrays | None], Region] = {}
-
-    @contextmanager
-    def closing(self) -> Iterator[None]:
-        """Until the end of the block: then nothing waits to be begun."""
-        try:
-            yield
-        finally:
-            self.withdraw()
 
     @property
     def empty(self) -> bool:

@@ -114,7 +114,7 @@ def _side_by_side(
     pipeline: Pipeline, missing: Iterator[Region], stopped: Callable[[], bool]
 ) -> Iterator[Region]:
     """Regions as they are stored; what is at work when it is to stop, or one fails, is kept."""
-    with pipeline.closing():
+    try:
         while True:
             pipeline.give_out(missing)
             if pipeline.empty:
@@ -123,6 +123,8 @@ def _side_by_side(
             if pipeline.error or stopped():
                 missing = iter(())
                 pipeline.withdraw()
+    finally:
+        pipeline.withdraw()
     if pipeline.error:
         raise pipeline.error
 

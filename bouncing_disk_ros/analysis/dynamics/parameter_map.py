@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST
+from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST, LOWEST
 from bouncing_disk_ros.analysis.dynamics.attractors import SAME, AttractorKind
 from bouncing_disk_ros.analysis.dynamics.bifurcation import STATE
+from bouncing_disk_ros.analysis.phases import short_way
 from bouncing_disk_ros.core.attractor import CONTACTS, LYAPUNOV, MEAN_PER_TIME, MEASURED
 from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_CONTACT, TAU, W
 from bouncing_disk_ros.core.collision_map import TURNED
@@ -30,7 +31,6 @@ STARTS = ("period-1", "contact", "given")
 KEPT = 2 * LONGEST
 """Impacts in which a repetition is looked for."""
 _BESIDE = 1e-3
-_LOWEST = 1.5 * math.pi
 
 
 class Settled(NamedTuple):
@@ -45,6 +45,12 @@ class Settled(NamedTuple):
     contacts: Floats  # rides on the platform per impact
 
 
+def check_start(start: str) -> None:
+    """Raise InputError for a word that is none of STARTS."""
+    if start not in STARTS:
+        raise InputError("start", start, ", ".join(STARTS), closest(start, STARTS))
+
+
 def start_states(
     parameters: Floats, start: str = "period-1", phase: float = 0.0, velocity: float = -1.0
 ) -> Floats:
@@ -54,12 +60,11 @@ def start_states(
     contact: the disk lies on the platform at its lowest point. given: τ = `phase`, w_A = `velocity`
     < 0. Raises InputError for another word.
     """
-    if start not in STARTS:
-        raise InputError("start", start, ", ".join(STARTS), closest(start, STARTS))
+    check_start(start)
     forcing, restitution, lag, _ = parameters.T
     tau, w = np.full(len(forcing), phase % math.tau), np.full(len(forcing), velocity)
     if start != "given":
-        tau[:], w[:] = _LOWEST, 0.0
+        tau[:], w[:] = LOWEST, 0.0
     if start == "period-1":
         least = (1.0 - restitution) / (1.0 + restitution)
         there = (forcing >= least) & (forcing > 0.0)
@@ -130,7 +135,7 @@ def _repetition(rows: Floats) -> Ints:
         some = np.flatnonzero(found == 0)
         for length in (1, LONGEST):  # one impact tells most that do not repeat
             now, then = np.s_[some, -length:], np.s_[some, -length - period : -period]
-            turn = np.abs(np.mod(tau[now] - tau[then] + math.pi, math.tau) - math.pi)
+            turn = np.abs(short_way(tau[now] - tau[then]))
             near = (turn <= SAME) & (np.abs(w[now] - w[then]) <= SAME)
             some = some[near.all(axis=1)]
         found[some] = period

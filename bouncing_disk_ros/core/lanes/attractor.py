@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import axial_map
 from bouncing_disk_ros.core.attractor import (
+    AT_REST,
     CONTACTS,
     LYAPUNOV,
     MEAN_PER_IMPACT,
@@ -160,7 +161,7 @@ def _finish(z: Any, i: int, measured: int, states: Any, results: Any) -> None:
 @lane
 def _rest(job: int, states: Any, out: Any, results: Any) -> None:
     """What `attractor` says of a disk at rest for good."""
-    for k, number in enumerate((1.5 * math.pi, 0.0, 0.0, 1.0, 0.0)):
+    for k, number in enumerate(AT_REST):
         states[job, k] = number
         results[job, k] = math.nan
     for k in range(out.shape[1]):

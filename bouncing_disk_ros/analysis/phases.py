@@ -1,0 +1,13 @@
+"""Differences of phases."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def short_way(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same angle in [−π, π): from one phase to another the short way round."""
+    return np.mod(angle + math.pi, math.tau) - math.pi
