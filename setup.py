@@ -70,6 +70,8 @@ setup(
             "psutil",
             "pytest",
             "pytest-timeout",
+            "pytest-xdist",  # the suite on all cores
+            "python-flint",  # ball arithmetic, for proofs of flights and contacts
             "scipy",
         ],
         # what `make test` needs besides on a machine without ROS
@@ -81,6 +83,7 @@ setup(
             "ruff",
             "types-PyYAML",
         ],
+        "prove": ["python-flint"],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [
