@@ -37,6 +37,7 @@ ANALYSIS = {"analysis"} | {
 MAY_IMPORT = {
     "core": {"core"},
     "core.lanes": {"core.lanes", "core"},
+    "proof": {"proof", "core.lanes", "core"},
     "analysis": {"analysis", "core"} | TABLES,
     "analysis.dynamics": {"analysis.dynamics", "analysis", "core.lanes", "core"} | TABLES,
     "analysis.toss": {"analysis.toss", "analysis", "core.lanes", "core"} | TABLES,
@@ -67,6 +68,7 @@ MAY_IMPORT = {
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
     "core": {"numpy", "numba"},
+    "proof": {"numpy", "flint"},
     "analysis": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4"},

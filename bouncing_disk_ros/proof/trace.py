@@ -1,0 +1,130 @@
+"""Run a simulation event by event and keep each event with the states around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from bouncing_disk_ros.core.engine import Engine, Rows
+from bouncing_disk_ros.core.layout import (
+    CHATTER_ENDS,
+    FADE,
+    IMPACT,
+    NEVER,
+    SEPARATION,
+    SLIP,
+    SLIP_ENDS,
+    STILLED,
+)
+from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.proof.records import DiskRecord, Event, Kind, MotionRecord, State
+
+_KINDS = {
+    IMPACT: Kind.IMPACT,
+    SEPARATION: Kind.SEPARATION,
+    SLIP: Kind.SLIP,
+    SLIP_ENDS: Kind.SLIP_ENDS,
+    CHATTER_ENDS: Kind.CHATTER,
+}
+
+
+def state_of(record: Any) -> State:
+    """The numbers of a state record (layout.STATE_DTYPE)."""
+    s = record[0]
+    return State(
+        int(s["ns"]),
+        float(s["sub"]),
+        int(s["cycles"]),
+        float(s["tau"]),
+        Phase(int(s["phase"])),
+        float(s["slip_sign"]),
+        float(s["gap"]),
+        float(s["u"]),
+        float(s["omega"]),
+    )
+
+
+def motion_of(record: Any) -> MotionRecord:
+    """The numbers of a motion record (layout.MOTION_DTYPE)."""
+    m = record[0]
+    whole = (int(m[name]) for name in ("begin_ns", "end_ns", "cycles"))
+    names = ("tau", "a", "da", "p", "dp", "f", "df", "lag", "dlag")
+    return MotionRecord(bool(m["kind"] == FADE), *whole, *(float(m[name]) for name in names))
+
+
+def disk_of(record: Any) -> DiskRecord:
+    """The numbers of a disk record (layout.DISK_DTYPE)."""
+    k = record[0]
+    return DiskRecord(*(float(k[name]) for name in DiskRecord._fields))
+
+
+class TracedEngine(Engine):
+    """An engine that resolves one event at a time and keeps each in `events`."""
+
+    @classmethod
+    def of(cls, simulation: Simulation) -> TracedEngine:
+        """Put a traced engine into a simulation; its results do not change."""
+        values = simulation.snapshot()["engine"]
+        engine = cls.restore(simulation.disk, values)
+        engine.events = []
+        simulation._engine = engine
+        return engine
+
+    events: list[Event]
+
+    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
+        """Resolve the events up to target_ns one by one."""
+        used = 0
+        while used < budget:
+            before = state_of(self.state)
+            super().step(before.ns - 1, boundary_ns, 1, rows)  # finds the next event only
+            pending = self.state[0]
+            kind, delay, value = (pending[n] for n in ("event", "event_delay", "event_value"))
+            found, behind = super().step(target_ns, boundary_ns, 1, rows)
+            used += found
+            if found:
+                boundary = None if boundary_ns == NEVER else boundary_ns
+                self._keep(before, int(kind), float(delay), float(value), boundary)
+            if not behind:
+                return used, False
+        return used, True
+
+    def halt(self, time_ns: int, rows: Rows) -> None:
+        """Carry the state to time_ns."""
+        before = state_of(self.state)
+        super().halt(time_ns, rows)
+        last = self.events[-1].after if self.events else None
+        if last is not None and (last.ns, last.sub) > (before.ns, before.sub):
+            before = last  # a chatter cut short has been bounced through on the way
+        delay = ((time_ns - before.ns) - before.sub) * 1e-9
+        if delay > 0.0:
+            self._keep(before, -1, delay, 0.0, time_ns)
+
+    def _keep(
+        self, before: State, kind: int, delay: float, value: float, boundary_ns: int | None
+    ) -> None:
+        name = _KINDS.get(kind, Kind.CARRIED)
+        if name is Kind.CHATTER and value == STILLED:
+            name = Kind.STILL
+        motion, disk, after = motion_of(self.m), disk_of(self.k), state_of(self.state)
+        self.events.append(Event(name, before, motion, disk, delay, value, after, boundary_ns))
+
+
+def trace(simulation: Simulation, until_ns: int, slice_events: int = 1) -> Iterator[Event]:
+    """Run a simulation up to until_ns and yield its events.
+
+    The last one says that no event follows until then. `slice_events`: how many events are
+    resolved before they are yielded.
+    """
+    engine = TracedEngine.of(simulation)
+    behind = True
+    while behind:
+        _, behind = simulation.advance(until_ns, slice_events)
+        yield from engine.events
+        engine.events.clear()
+    before = state_of(engine.state)
+    delay = ((until_ns - before.ns) - before.sub) * 1e-9
+    if delay > 0.0:
+        motion, disk = motion_of(engine.m), disk_of(engine.k)
+        yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns)
