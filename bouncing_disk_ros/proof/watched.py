@@ -7,8 +7,10 @@ slip sign·w_T of one that slides; ρ = β̈ + lag.
 What rounding makes of them: their numbers are float64, each may be off by half a unit in the last
 place, 2⁻⁵³ of itself (the forcing phase: of 2π), and so may each sum that the core makes of them. A
 value is known to ROUNDINGS·2⁻⁵³·S, where S sums what each number contributes. Of the gap after t
-seconds, x = ωt: |gap| + |u|t + g t²/2 + (1 + 2π)·min(2A + Aωt, Aω²t²/2) + min(2Ax, Aω²t²); in a
-cross-fade with the greatest A, Aω, Aω² on the way, four times, for each blend has roundings too.
+seconds, x = ωt: |gap| + |u|t + g t²/2 + (1 + 2π)·min(2A + Aωt, Aω²t²/2) + min(2Ax, Aω²t²). In a
+cross-fade these are the greatest A, Aω, Aω² on the way, times four, for each blend has roundings
+too; and there the clock of a state is kept in nanoseconds, whole ones and a float64 below 1, which
+moves every function by its slope times 1 ns.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ ROUNDINGS = 16.0
 HALF_ULP = 2.0**-53
 _OF_PHASE = 1.0 + 2.0 * math.pi
 _FADING = 4.0
+_NANOSECOND = 1e-9
 
 
 class Reach:
@@ -36,6 +39,7 @@ class Reach:
         self._axial = platform.mix(arb(1), arb(0))
         self._angular = platform.mix(arb(0), arb(1))
         self._part = _FADING if fading else 1.0
+        self.clock = _NANOSECOND if fading else 0.0
 
     def axial(self, t: float) -> list[float]:
         """Of s, times what a cross-fade adds to its roundings."""
@@ -125,14 +129,17 @@ def gap_of(platform: Platform, state: State, disk: DiskRecord, fading: bool) -> 
     gap, u, g, reach = abs(state.gap), abs(state.u), disk.g, Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        r0, r1, r2, r3, _ = reach.axial(t)
+        r0, r1, r2, r3, r4 = reach.axial(t)
         x = reach.turn(t)
         if derivative == 0:
             swing = _OF_PHASE * min(2.0 * r0 + r1 * t, r2 * t * t / 2.0)
-            return gap + u * t + g * t * t / 2.0 + swing + min(2.0 * r0 * x, r2 * t * t)
+            swing += min(2.0 * r0 * x, r2 * t * t) + reach.clock * min(2.0 * r1, r3 * t * t / 2.0)
+            return gap + u * t + g * t * t / 2.0 + swing
         if derivative == 1:
-            return u + g * t + _OF_PHASE * min(2.0 * r1, r2 * t) + min(r1 * x, 2.0 * r2 * t)
-        return (g if derivative == 2 else 0.0) + (_OF_PHASE + 1.0 + x) * (r2, r3)[derivative - 2]
+            swing = _OF_PHASE * min(2.0 * r1, r2 * t) + min(r1 * x, 2.0 * r2 * t)
+            return u + g * t + swing + reach.clock * min(2.0 * r2, r3 * t)
+        still, swing, next_one = (g, r2, r3) if derivative == 2 else (0.0, r3, r4)
+        return still + (_OF_PHASE + 1.0 + x) * swing + reach.clock * next_one
 
     polynomial = (arb(state.gap) + s0, arb(state.u) + s1, -arb(disk.g) / 2)
     return Watched(polynomial, (axial, 0, arb(-1)), rounding, (arb(state.gap), arb(state.u)))
@@ -143,9 +150,9 @@ def load_of(platform: Platform, disk: DiskRecord, fading: bool) -> Watched:
     reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        swing = reach.axial(t)[2 + derivative]
+        swing, next_one = [*reach.axial(t), 0.0][2 + derivative : 4 + derivative]
         still = disk.g if derivative == 0 else 0.0
-        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t))
+        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t)) + reach.clock * next_one
 
     axial = platform.mix(arb(1), arb(0))
     return Watched((arb(disk.g), arb(0), arb(0)), (axial, 2, arb(1)), rounding)
@@ -156,10 +163,11 @@ def margin_of(platform: Platform, disk: DiskRecord, sign: float, fading: bool) -
     reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        order = 2 + derivative
-        swing = disk.grip * reach.axial(t)[order] + reach.angular(t)[order]
+        both = zip([*reach.axial(t), 0.0], [*reach.angular(t), 0.0], strict=True)
+        swings = [disk.grip * axial + angular for axial, angular in both]
+        swing, next_one = swings[2 + derivative : 4 + derivative]
         still = disk.grip * disk.g + abs(disk.lag) if derivative == 0 else 0.0
-        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t))
+        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t)) + reach.clock * next_one
 
     mix = platform.mix(arb(disk.grip), arb(-sign))
     still = arb(disk.grip) * arb(disk.g) - arb(sign) * arb(disk.lag)
@@ -174,12 +182,14 @@ def slip_of(platform: Platform, state: State, disk: DiskRecord, fading: bool) ->
         axial, angular = reach.axial(t), reach.angular(t)
         part = _OF_PHASE + 1.0 + reach.turn(t)
         pull = disk.grip * disk.g + abs(disk.lag)
+        drive = disk.grip * axial[2] + angular[2]
         if derivative == 0:
             swing = disk.grip * min(2.0 * axial[1], axial[2] * t) + angular[1]
-            return abs(state.omega) + pull * t + swing * part
-        order = 1 + derivative
-        still = pull if derivative == 1 else 0.0
-        return still + (disk.grip * axial[order] + angular[order]) * part
+            return abs(state.omega) + pull * t + swing * part + reach.clock * (pull + drive)
+        change = disk.grip * axial[3] + angular[3]
+        if derivative == 1:
+            return pull + drive * part + reach.clock * change
+        return change * part + reach.clock * (disk.grip * axial[4] + angular[4])
 
     mix = platform.mix(arb(disk.grip), sign)
     rate = arb(disk.grip) * arb(disk.g) + sign * arb(disk.lag)
