@@ -21,7 +21,7 @@ from flint import arb
 
 from bouncing_disk_ros.proof.clock import prove_clock
 from bouncing_disk_ros.proof.platform import Platform, interval, platform_of, seconds
-from bouncing_disk_ros.proof.records import Event
+from bouncing_disk_ros.proof.records import DiskRecord, Event, State
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
 from bouncing_disk_ros.proof.watched import (
     HALF_ULP,
@@ -59,7 +59,7 @@ def prove_still(event: Event) -> Verdict:
 def prove_chatter(event: Event) -> Verdict:
     """Prove that a chatter completes within the delay, and as friction is said to act."""
     platform, state = platform_of(event.motion, event.before), event.before
-    tail = _tail_of(event, platform)
+    tail = chatter_tail(platform, event.disk, state, event.delay)
     if tail is None:
         return Verdict(Outcome.REFUTED, "the chatter does not surely end: load or ε do not allow")
     end = min(float(tail.closed_form) * (1.0 + tail.remainder), tail.longest)
@@ -70,13 +70,12 @@ def prove_chatter(event: Event) -> Verdict:
     return worst(verdicts)
 
 
-def _tail_of(event: Event, platform: Platform) -> Tail | None:
-    """Bounds of the chatter; None: they are not to be had."""
-    disk, u = event.disk, event.before.u
-    left = 1.0 - disk.restitution
-    if not (left > 0.0 and u > 0.0 and 0.0 < event.delay < math.inf):
+def chatter_tail(platform: Platform, disk: DiskRecord, state: State, delay: float) -> Tail | None:
+    """Bounds of the rest of a chatter that lasts about `delay`; None: they are not to be had."""
+    u = state.u
+    if not (disk.restitution < 1.0 and u > 0.0 and 0.0 < delay < math.inf):
         return None
-    longest = 1.01 * event.delay
+    longest = 1.01 * delay
     axial, whole = platform.mix(arb(1), arb(0)), interval(0.0, longest)
     start, over = axial.jet(arb(0)), axial.jet(whole)
     a0, load = disk.g + start[2], disk.g + over[2]

@@ -64,7 +64,7 @@ def _conditions(event: Event, platform: Platform) -> list[Condition]:
             margin = margin_of(platform, disk, sign, fading)
             found.append(Condition("stick margin", margin, Kind.SLIP, -sign, not fading))
     elif disk.grip > 0.0:
-        slip = slip_of(platform, state, disk, fading)
+        slip = slip_of(platform, state, disk, fading, event.inherited)
         grows = disk.grip * disk.g + state.slip_sign * disk.lag <= 0.0
         found.append(Condition("slip", slip, Kind.SLIP_ENDS, 0.0, grows and not fading))
     return found

@@ -61,10 +61,10 @@ class Platform(Protocol):
 class SteadyPlatform:
     """s = A sin(τ₀ + ωt), β = Φ sin(τ₀ + ωt + θ)."""
 
-    def __init__(self, motion: MotionRecord, state: State) -> None:
-        """At the precision in force."""
+    def __init__(self, motion: MotionRecord, state: State, rate: arb | None = None) -> None:
+        """At the precision in force; `rate` in place of ω = 2πf."""
         self._tau = arb(state.tau)
-        self._rate = arb.pi() * 2 * arb(motion.f)
+        self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
         self._motion = motion
 
     def phase(self, t: arb) -> arb:

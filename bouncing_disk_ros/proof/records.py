@@ -76,3 +76,4 @@ class Event(NamedTuple):
     value: float  # w_A of an impact; sign of w_T in a chatter and where a slip begins
     after: State | None  # None: the trace ends here
     boundary_ns: int | None = None  # the next input or end of a cross-fade; None: there is none
+    inherited: float = 0.0  # rad/s: α̇ that the slip before began with, whose rounding α̇ still has

@@ -67,11 +67,12 @@ class TracedEngine(Engine):
         """Put a traced engine into a simulation; its results do not change."""
         values = simulation.snapshot()["engine"]
         engine = cls.restore(simulation.disk, values)
-        engine.events = []
+        engine.events, engine.last = [], None
         simulation._engine = engine
         return engine
 
     events: list[Event]
+    last: Event | None
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
         """Resolve the events up to target_ns one by one."""
@@ -94,9 +95,9 @@ class TracedEngine(Engine):
         """Carry the state to time_ns."""
         before = state_of(self.state)
         super().halt(time_ns, rows)
-        last = self.events[-1].after if self.events else None
-        if last is not None and (last.ns, last.sub) > (before.ns, before.sub):
-            before = last  # a chatter cut short has been bounced through on the way
+        reached = self.last.after if self.last is not None else None
+        if reached is not None and (reached.ns, reached.sub) > (before.ns, before.sub):
+            before = reached  # a chatter cut short has been bounced through on the way
         delay = ((time_ns - before.ns) - before.sub) * 1e-9
         if delay > 0.0:
             self._keep(before, -1, delay, 0.0, time_ns)
@@ -108,7 +109,18 @@ class TracedEngine(Engine):
         if name is Kind.CHATTER and value == STILLED:
             name = Kind.STILL
         motion, disk, after = motion_of(self.m), disk_of(self.k), state_of(self.state)
-        self.events.append(Event(name, before, motion, disk, delay, value, after, boundary_ns))
+        event = Event(
+            name, before, motion, disk, delay, value, after, boundary_ns, self.inherited(before)
+        )
+        self.events.append(event)
+        self.last = event
+
+    def inherited(self, state: State) -> float:
+        """The α̇ from which that of a state has come by sliding."""
+        last = self.last
+        if last is None or last.after != state or last.before.phase is not Phase.SLIDING:
+            return 0.0
+        return abs(last.before.omega)
 
 
 def trace(simulation: Simulation, until_ns: int, slice_events: int = 1) -> Iterator[Event]:
@@ -127,4 +139,5 @@ def trace(simulation: Simulation, until_ns: int, slice_events: int = 1) -> Itera
     delay = ((until_ns - before.ns) - before.sub) * 1e-9
     if delay > 0.0:
         motion, disk = motion_of(engine.m), disk_of(engine.k)
-        yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns)
+        inherited = engine.inherited(before)
+        yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns, inherited)

@@ -174,8 +174,13 @@ def margin_of(platform: Platform, disk: DiskRecord, sign: float, fading: bool) -
     return Watched((still, arb(0), arb(0)), (mix, 2, arb(1)), rounding)
 
 
-def slip_of(platform: Platform, state: State, disk: DiskRecord, fading: bool) -> Watched:
-    """The slip sign·w_T of a disk that slides: sign·(α̇ − β̇), α̈ = −sign·grip·a − lag."""
+def slip_of(
+    platform: Platform, state: State, disk: DiskRecord, fading: bool, inherited: float = 0.0
+) -> Watched:
+    """The slip sign·w_T of a disk that slides: sign·(α̇ − β̇), α̈ = −sign·grip·a − lag.
+
+    `inherited`: the α̇ from which that of the state has come by sliding, rad/s.
+    """
     reach, sign = Reach(platform, fading), arb(state.slip_sign)
 
     def rounding(derivative: int, t: float) -> float:
@@ -185,7 +190,8 @@ def slip_of(platform: Platform, state: State, disk: DiskRecord, fading: bool) ->
         drive = disk.grip * axial[2] + angular[2]
         if derivative == 0:
             swing = disk.grip * min(2.0 * axial[1], axial[2] * t) + angular[1]
-            return abs(state.omega) + pull * t + swing * part + reach.clock * (pull + drive)
+            still = abs(state.omega) + inherited + pull * t
+            return still + swing * part + reach.clock * (pull + drive)
         change = disk.grip * axial[3] + angular[3]
         if derivative == 1:
             return pull + drive * part + reach.clock * change

@@ -1,0 +1,75 @@
+"""The first zero of a function, enclosed: nothing before it, and just one sign change in it."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from flint import arb
+
+from bouncing_disk_ros.proof.positivity import MOST_PIECES, decides
+from bouncing_disk_ros.proof.watched import Watched
+
+_BITS = 90
+"""Relative width of an enclosed zero, 2⁻⁹⁰: far below the rounding of a float64."""
+
+
+class Found(Enum):
+    """What a search for the first zero has shown."""
+
+    ZERO = 0
+    NONE = 1
+    UNKNOWN = 2  # a graze, or too many pieces
+
+
+class Zero(NamedTuple):
+    """The first zero as a ball; `at` is where the search stopped if it is unknown."""
+
+    found: Found
+    at: arb
+    pieces: int = 0
+
+
+def first_zero(watched: Watched, begin: float, end: float, cuts: tuple[float, ...] = ()) -> Zero:
+    """The first zero in [begin, end] of a function that is positive at `begin`."""
+    marks = [begin, *sorted(t for t in set(cuts) if begin < t < end), end]
+    ends = [watched.jet(arb(t))[:2] for t in marks]
+    todo = [(marks[i], ends[i], marks[i + 1], ends[i + 1]) for i in range(len(marks) - 1)]
+    todo.reverse()
+    count = 0
+    while todo:
+        a, at_a, b, at_b = todo.pop()
+        count += 1
+        length, over = arb(b) - arb(a), watched.over(a, b)
+        if decides((at_a[0], at_a[1]), (at_b[0], at_b[1]), over, length):
+            continue
+        if at_a[0] > 0 > at_b[0] and over[1] < 0:
+            return Zero(Found.ZERO, _enclosed(watched, a, b), count)
+        middle = 0.5 * (a + b)
+        if count > MOST_PIECES or not a < middle < b:
+            return Zero(Found.UNKNOWN, arb(a), count)
+        at_middle = watched.jet(arb(middle))[:2]
+        todo.append((middle, at_middle, b, at_b))
+        todo.append((a, at_a, middle, at_middle))
+    return Zero(Found.NONE, arb(end), count)
+
+
+def _enclosed(watched: Watched, a: float, b: float) -> arb:
+    """The one zero between a and b, where the function falls: Newton's steps, then a proof."""
+    low, high = arb(a), arb(b)
+    x = (low + high) / 2
+    for _ in range(400):
+        value, slope = watched.jet(x)[:2]
+        if value > 0:
+            low = x
+        elif value < 0:
+            high = x
+        else:
+            break
+        x = (x - value / slope).mid()
+        if not low < x < high:
+            x = ((low + high) / 2).mid()
+        width = abs(x) * arb(2) ** -_BITS
+        if watched.jet((x - width).mid())[0] > 0 > watched.jet((x + width).mid())[0]:
+            return (x - width).union(x + width)
+    return low.union(high)
