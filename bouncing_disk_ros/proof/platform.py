@@ -8,6 +8,7 @@ forcing phase; a cross-fade from its place in the fade too: the quintic blend b(
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import Protocol
 
 from flint import arb
@@ -66,6 +67,12 @@ class SteadyPlatform:
         self._tau = arb(state.tau)
         self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
         self._motion = motion
+
+    def moved(self, t: arb) -> SteadyPlatform:
+        """The same motion, with its time counted from t seconds later."""
+        later = copy(self)
+        later._tau = self.phase(t)
+        return later
 
     def phase(self, t: arb) -> arb:
         """Forcing phase without whole turns taken off, rad."""

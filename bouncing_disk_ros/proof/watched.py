@@ -177,11 +177,22 @@ def margin_of(platform: Platform, disk: DiskRecord, sign: float, fading: bool) -
 def slip_of(
     platform: Platform, state: State, disk: DiskRecord, fading: bool, inherited: float = 0.0
 ) -> Watched:
-    """The slip sign·w_T of a disk that slides: sign·(α̇ − β̇), α̈ = −sign·grip·a − lag.
+    """The slip of a state that slides.
 
     `inherited`: the α̇ from which that of the state has come by sliding, rad/s.
     """
-    reach, sign = Reach(platform, fading), arb(state.slip_sign)
+    scale = abs(state.omega) + inherited
+    return slip_from(platform, arb(state.omega), state.slip_sign, disk, fading, scale)
+
+
+def slip_from(
+    platform: Platform, omega: arb, sign: float, disk: DiskRecord, fading: bool, scale: float
+) -> Watched:
+    """The slip sign·w_T of a disk that slides from α̇ = omega on: α̈ = −sign·grip·a − lag.
+
+    `scale`: the numbers that omega is made of, rad/s.
+    """
+    reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
         axial, angular = reach.axial(t), reach.angular(t)
@@ -190,15 +201,15 @@ def slip_of(
         drive = disk.grip * axial[2] + angular[2]
         if derivative == 0:
             swing = disk.grip * min(2.0 * axial[1], axial[2] * t) + angular[1]
-            still = abs(state.omega) + inherited + pull * t
-            return still + swing * part + reach.clock * (pull + drive)
+            return scale + pull * t + swing * part + reach.clock * (pull + drive)
         change = disk.grip * axial[3] + angular[3]
         if derivative == 1:
             return pull + drive * part + reach.clock * change
         return change * part + reach.clock * (disk.grip * axial[4] + angular[4])
 
-    mix = platform.mix(arb(disk.grip), sign)
-    rate = arb(disk.grip) * arb(disk.g) + sign * arb(disk.lag)
-    slip = sign * (arb(state.omega) - platform.mix(arb(0), arb(1)).jet(arb(0))[1])
+    side = arb(sign)
+    mix = platform.mix(arb(disk.grip), side)
+    rate = arb(disk.grip) * arb(disk.g) + side * arb(disk.lag)
+    slip = side * (omega - platform.mix(arb(0), arb(1)).jet(arb(0))[1])
     start = slip + mix.jet(arb(0))[1]
     return Watched((start, -rate, arb(0)), (mix, 1, arb(-1)), rounding, (slip,))

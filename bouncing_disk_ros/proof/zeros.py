@@ -10,8 +10,9 @@ from flint import arb
 from bouncing_disk_ros.proof.positivity import MOST_PIECES, decides
 from bouncing_disk_ros.proof.watched import Watched
 
-_BITS = 90
-"""Relative width of an enclosed zero, 2⁻⁹⁰: far below the rounding of a float64."""
+_BITS = range(96, 56, -4)
+"""Relative widths of an enclosed zero, 2⁻⁹⁶ and more: below the rounding of a float64."""
+_STEPS = 12
 
 
 class Found(Enum):
@@ -57,19 +58,21 @@ def first_zero(watched: Watched, begin: float, end: float, cuts: tuple[float, ..
 def _enclosed(watched: Watched, a: float, b: float) -> arb:
     """The one zero between a and b, where the function falls: Newton's steps, then a proof."""
     low, high = arb(a), arb(b)
-    x = (low + high) / 2
-    for _ in range(400):
+    x = ((low + high) / 2).mid()
+    for _ in range(_STEPS):
         value, slope = watched.jet(x)[:2]
         if value > 0:
             low = x
         elif value < 0:
             high = x
         else:
-            break
+            break  # as near as the precision allows
         x = (x - value / slope).mid()
         if not low < x < high:
             x = ((low + high) / 2).mid()
-        width = abs(x) * arb(2) ** -_BITS
-        if watched.jet((x - width).mid())[0] > 0 > watched.jet((x + width).mid())[0]:
-            return (x - width).union(x + width)
+    for bits in _BITS:
+        width = abs(x) * arb(2) ** -bits
+        before, after = (x - width).mid(), (x + width).mid()
+        if watched.jet(before)[0] > 0 > watched.jet(after)[0]:
+            return before.union(after)
     return low.union(high)
