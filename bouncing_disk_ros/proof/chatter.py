@@ -20,7 +20,8 @@ from typing import NamedTuple
 from flint import arb
 
 from bouncing_disk_ros.proof.clock import prove_clock
-from bouncing_disk_ros.proof.platform import Platform, interval, platform_of, seconds
+from bouncing_disk_ros.proof.motion import platform_of
+from bouncing_disk_ros.proof.platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.records import DiskRecord, Event, State
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
 from bouncing_disk_ros.proof.watched import (

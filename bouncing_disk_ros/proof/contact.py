@@ -16,8 +16,9 @@ from flint import arb
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.clock import end_of, prove_clock
 from bouncing_disk_ros.proof.flight import prove_crossing, time_margin, verdict_of
-from bouncing_disk_ros.proof.platform import Platform, platform_of
-from bouncing_disk_ros.proof.positivity import Finding, Sign, opens, positive_on
+from bouncing_disk_ros.proof.motion import platform_of
+from bouncing_disk_ros.proof.platform import Platform
+from bouncing_disk_ros.proof.positivity import positive_from_start
 from bouncing_disk_ros.proof.records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
 from bouncing_disk_ros.proof.watched import (
@@ -53,7 +54,19 @@ def prove_contact(event: Event) -> Verdict:
     if not ends and event.kind is not Kind.CARRIED:
         return Verdict(Outcome.REFUTED, f"{event.kind} cannot end {event.before.phase.name}")
     verdicts = [_prove(condition, event, condition in ends) for condition in conditions]
+    if event.before.phase is Phase.STICKING:
+        verdicts.append(_prove_no_slip(event, platform))
     return worst([*verdicts, _prove_speed(event, platform), prove_clock(event, platform)])
+
+
+def _prove_no_slip(event: Event, platform: Platform) -> Verdict:
+    """A disk that sticks turns as the platform does."""
+    slip = slip_of(platform, event.before, event.disk, event.motion.fading, event.inherited)
+    off = arb(event.before.omega) - platform.mix(arb(0), arb(1)).jet(arb(0))[1]
+    allowed = slip.tolerance(0.0)
+    if abs(off) <= allowed:
+        return Verdict(Outcome.PROVED)
+    return Verdict(Outcome.REFUTED, f"the disk sticks with a slip of {float(off):.3g}", allowed)
 
 
 def _conditions(event: Event, platform: Platform) -> list[Condition]:
@@ -84,11 +97,7 @@ def _prove(condition: Condition, event: Event, is_end: bool) -> Verdict:
         margin += _LAST_SLIP / rate + _instant(event)
     end = d - margin
     until = min(end, (1.0 + 1e-9) / event.motion.f) if condition.repeats else end
-    first = opens(watched, until, rate) if until > 0.0 else 0.0
-    if first is None:
-        finding = Finding(Sign.UNKNOWN, 0.0, 0.0, 1)
-    else:
-        finding = positive_on(watched, first, until, watched.floor_zeros())
+    finding = positive_from_start(watched, until, rate)
     verdict = verdict_of(finding, watched, d, condition.name)
     if verdict.outcome is Outcome.PROVED and is_end:
         crossing = prove_crossing(watched, d + margin, condition.name)

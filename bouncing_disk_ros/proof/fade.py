@@ -1,5 +1,6 @@
 """A cross-fade of the platform's motion in ball arithmetic, by Taylor series of short length.
 
+The quintic blend b(σ) = σ³(10 − 15σ + 6σ²) takes A, Φ, f and θ each from v to v + Δv; τ = ∫ω dt.
 Where K = Im(Z e^{iτ}) with Z = k_s A + k_b Φ e^{iθ}, the series of Z(t + δ) e^{i(τ(t + δ) − τ(t))}
 in δ has coefficients that vary as slowly as the blend does: their absolute values bound K and its
 derivatives over many periods, and turned by e^{iτ(t)} they are K and its derivatives.

@@ -7,8 +7,8 @@ import math
 from flint import arb
 
 from bouncing_disk_ros.proof.clock import end_of, prove_clock
-from bouncing_disk_ros.proof.platform import platform_of
-from bouncing_disk_ros.proof.positivity import Finding, Sign, opens, positive_on
+from bouncing_disk_ros.proof.motion import platform_of
+from bouncing_disk_ros.proof.positivity import Finding, Sign, positive_from_start
 from bouncing_disk_ros.proof.records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
 from bouncing_disk_ros.proof.watched import HALF_ULP, ROUNDINGS, Watched, gap_of
@@ -28,16 +28,15 @@ def prove_flight(event: Event) -> Verdict:
     if event.kind is Kind.IMPACT:
         return worst([_prove_impact(gap, event), clock])
     end = end_of(event)
-    free = free_until(gap, event, end * (1.0 - 4.0 * HALF_ULP))
+    free = _free_until(gap, event, end * (1.0 - 4.0 * HALF_ULP))
     return worst([verdict_of(free, gap, end, "gap"), _prove_carried(gap, event, end), clock])
 
 
-def free_until(gap: Watched, event: Event, end: float) -> Finding:
+def _free_until(gap: Watched, event: Event, end: float) -> Finding:
     """Whether the gap is positive from the launch until `end`."""
-    first = opens(gap, end, 2.0 * math.pi * max(event.motion.f, event.motion.f + event.motion.df))
-    if first is None:
-        return Finding(Sign.UNKNOWN, 0.0, 0.0, 1)
-    return positive_on(gap, first, end, gap.floor_zeros())
+    motion = event.motion
+    rate = 2.0 * math.pi * max(motion.f, motion.f + motion.df)
+    return positive_from_start(gap, end, rate)
 
 
 def _prove_impact(gap: Watched, event: Event) -> Verdict:
@@ -46,7 +45,7 @@ def _prove_impact(gap: Watched, event: Event) -> Verdict:
         at_once = event.before.gap == 0.0 and event.before.u == w
         return Verdict(Outcome.PROVED if at_once else Outcome.REFUTED, "an impact at once")
     margin = time_margin(gap, d, w)
-    verdict = verdict_of(free_until(gap, event, d - margin), gap, d, "gap")
+    verdict = verdict_of(_free_until(gap, event, d - margin), gap, d, "gap")
     if verdict.outcome is not Outcome.PROVED:
         return verdict
     crossing = prove_crossing(gap, d + margin, "gap")

@@ -15,9 +15,9 @@ from flint import arb, ctx
 
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.chatter import chatter_tail
-from bouncing_disk_ros.proof.platform import SteadyPlatform
 from bouncing_disk_ros.proof.positivity import opens
 from bouncing_disk_ros.proof.records import DiskRecord, MotionRecord, State
+from bouncing_disk_ros.proof.steady import SteadyPlatform
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 from bouncing_disk_ros.proof.watched import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.zeros import Found, first_zero

@@ -65,6 +65,14 @@ def opens(watched: Watched, end: float, rate: float) -> float | None:
     return None
 
 
+def positive_from_start(watched: Watched, end: float, rate: float) -> Finding:
+    """Whether a function that begins at zero, or above, is positive from then on until `end`."""
+    if end <= 0.0:
+        return Finding(Sign.POSITIVE)
+    first = opens(watched, end, rate)
+    return positive_on(watched, first or 0.0, end, watched.floor_zeros())
+
+
 def interval_from_zero(length: float) -> arb:
     """The interval [0, length] as a ball."""
     return arb(0.5 * length, math.nextafter(0.5 * length, math.inf))

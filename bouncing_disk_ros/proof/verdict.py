@@ -25,7 +25,6 @@ class Verdict(NamedTuple):
     reason: str = ""
     tolerance: float = 0.0
     pieces: int = 0
-    sampled: bool = False  # too many periods: points were tried, intervals were not proved
 
 
 def worst(verdicts: list[Verdict]) -> Verdict:
@@ -34,6 +33,5 @@ def worst(verdicts: list[Verdict]) -> Verdict:
     first = min(verdicts, key=lambda verdict: order.index(verdict.outcome))
     return first._replace(
         pieces=sum(verdict.pieces for verdict in verdicts),
-        sampled=any(verdict.sampled for verdict in verdicts),
         tolerance=max(verdict.tolerance for verdict in verdicts),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from fractions import Fraction
 
 import pytest
 
@@ -23,7 +24,9 @@ def landing_after(d: float, w: float, state: State, motion: MotionRecord) -> Eve
     """An impact d seconds on; its instant is that of the delay."""
     grown = math.tau * motion.f * d
     cycles, tau = divmod(state.tau + grown, math.tau)
-    after = state._replace(cycles=int(cycles), tau=tau, ns=int(d * 1e9), gap=0.0, u=-0.5 * w)
+    ns = int(Fraction(d) * 10**9)
+    sub = float(Fraction(d) * 10**9 - ns)
+    after = state._replace(cycles=int(cycles), tau=tau, ns=ns, sub=sub, gap=0.0, u=-0.5 * w)
     return Event(Kind.IMPACT, state, motion, DISK, d, w, after)
 
 
