@@ -62,17 +62,23 @@ def disk_of(record: Any) -> DiskRecord:
 class TracedEngine(Engine):
     """An engine that resolves one event at a time and keeps each in `events`."""
 
+    events: list[Event]
+    last: Event | None
+
     @classmethod
     def of(cls, simulation: Simulation) -> TracedEngine:
-        """Put a traced engine into a simulation; its results do not change."""
-        values = simulation.snapshot()["engine"]
-        engine = cls.restore(simulation.disk, values)
+        """The traced engine of a simulation, put into it if need be; its results do not change."""
+        if isinstance(simulation._engine, TracedEngine):
+            return simulation._engine
+        engine = cls.restore(simulation.disk, simulation.snapshot()["engine"])
         engine.events, engine.last = [], None
         simulation._engine = engine
         return engine
 
-    events: list[Event]
-    last: Event | None
+    def taken(self) -> list[Event]:
+        """The events since this was last asked."""
+        events, self.events = self.events, []
+        return events
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
         """Resolve the events up to target_ns one by one."""
@@ -123,21 +129,24 @@ class TracedEngine(Engine):
         return abs(last.before.omega)
 
 
-def trace(simulation: Simulation, until_ns: int, slice_events: int = 1) -> Iterator[Event]:
+def trace(
+    simulation: Simulation, until_ns: int, slice_events: int = 1, *, is_end: bool = True
+) -> Iterator[Event]:
     """Run a simulation up to until_ns and yield its events.
 
-    The last one says that no event follows until then. `slice_events`: how many events are
-    resolved before they are yielded.
+    Inputs may be given to the simulation in between. `slice_events`: how many events are resolved
+    before they are yielded. `is_end`: the last one says that no event follows until then (it is
+    left out in the midst of a chatter that is to complete); without it the next trace of the same
+    simulation goes on where this one ends.
     """
     engine = TracedEngine.of(simulation)
     behind = True
     while behind:
         _, behind = simulation.advance(until_ns, slice_events)
-        yield from engine.events
-        engine.events.clear()
+        yield from engine.taken()
     before = state_of(engine.state)
     delay = ((until_ns - before.ns) - before.sub) * 1e-9
-    if delay > 0.0:
+    if is_end and delay > 0.0 and engine.state["event"][0] != CHATTER_ENDS:
         motion, disk = motion_of(engine.m), disk_of(engine.k)
         inherited = engine.inherited(before)
         yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns, inherited)

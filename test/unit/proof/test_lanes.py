@@ -25,7 +25,7 @@ def steps(n: int, seed: int = 1) -> list[Collision]:
     kinds = np.where(counts[:, RESTS] > 0, 2, np.where(counts[:, CONTACTS] > 0, 1, 0))
     table = np.stack([tau, w, forcing, restitution, next_tau, next_w], axis=1)
     return [
-        Collision(*row, kind=MapKind(kind))
+        Collision(*row)._replace(kind=MapKind(kind))
         for row, kind in zip(table.tolist(), kinds.tolist(), strict=True)
     ]
 
