@@ -23,7 +23,7 @@ from bouncing_disk_ros.proof.clock import prove_clock
 from bouncing_disk_ros.proof.motion import platform_of
 from bouncing_disk_ros.proof.platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.records import DiskRecord, Event, State
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.proof.watched import (
     HALF_ULP,
     ROUNDINGS,
@@ -114,10 +114,9 @@ def _prove_end(event: Event, tail: Tail, platform: Platform) -> Verdict:
     load = load_of(platform, event.disk, event.motion.fading)
     part = load.tolerance(event.delay) / float(tail.load.lower()) + ROUNDINGS * HALF_ULP
     allowed = event.delay * part
-    off = abs(arb(event.delay) - tail.closed_form)
-    if not off <= allowed:
-        reason = f"the chatter ends {float(off):.3g} s from {event.delay!r} s: > {allowed:.3g}"
-        return Verdict(Outcome.REFUTED, reason, allowed)
+    ends = compared(arb(event.delay) - tail.closed_form, allowed, "the end of the chatter")
+    if ends.outcome is not Outcome.PROVED:
+        return ends
     turned = tail.remainder * event.delay * float(platform.rate(arb(0)))
     if turned <= ROUNDINGS * HALF_ULP:
         return Verdict(Outcome.PROVED, "", allowed)
@@ -162,8 +161,6 @@ def _prove_state(event: Event, platform: Platform) -> Verdict:
         impulse = -gap.jet(d)[1]  # over m, by momentum
         speed = arb(state.omega) - arb(event.value) * disk.grip * impulse - disk.lag * d
     allowed = slip.tolerance(event.delay) + disk.grip * ROUNDINGS * HALF_ULP * state.u
-    off = abs(speed - arb(after.omega))
-    if after.gap == 0.0 and after.u == 0.0 and off <= allowed:
-        return Verdict(Outcome.PROVED)
-    reason = f"the disk turns with {after.omega!r} rad/s after it: {float(off):.3g} off"
-    return Verdict(Outcome.REFUTED, reason, allowed)
+    if after.gap != 0.0 or after.u != 0.0:
+        return Verdict(Outcome.REFUTED, f"the chatter ends with a gap: {after!r}")
+    return compared(speed - arb(after.omega), allowed, "the speed with which the disk turns on")

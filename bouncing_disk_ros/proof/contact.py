@@ -20,7 +20,7 @@ from bouncing_disk_ros.proof.motion import platform_of
 from bouncing_disk_ros.proof.platform import Platform
 from bouncing_disk_ros.proof.positivity import positive_from_start
 from bouncing_disk_ros.proof.records import Event, Kind
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.proof.watched import (
     HALF_ULP,
     ROUNDINGS,
@@ -63,10 +63,7 @@ def _prove_no_slip(event: Event, platform: Platform) -> Verdict:
     """A disk that sticks turns as the platform does."""
     slip = slip_of(platform, event.before, event.disk, event.motion.fading, event.inherited)
     off = arb(event.before.omega) - platform.mix(arb(0), arb(1)).jet(arb(0))[1]
-    allowed = slip.tolerance(0.0)
-    if abs(off) <= allowed:
-        return Verdict(Outcome.PROVED)
-    return Verdict(Outcome.REFUTED, f"the disk sticks with a slip of {float(off):.3g}", allowed)
+    return compared(off, slip.tolerance(0.0), "the speed of a disk that sticks")
 
 
 def _conditions(event: Event, platform: Platform) -> list[Condition]:
@@ -135,8 +132,4 @@ def _prove_speed(event: Event, platform: Platform) -> Verdict:
     if state.phase is Phase.SLIDING:
         speed += arb(state.slip_sign) * slip.jet(arb(d))[0]
     allowed += float(abs(turning[2]).upper()) * _instant(event)
-    off = abs(speed - arb(after.omega))
-    if off <= allowed:
-        return Verdict(Outcome.PROVED)
-    reason = f"the disk turns with {after.omega!r} rad/s after it: {float(off):.3g} off"
-    return Verdict(Outcome.REFUTED, reason, allowed)
+    return compared(speed - arb(after.omega), allowed, "the speed with which the disk turns on")

@@ -10,7 +10,7 @@ from bouncing_disk_ros.proof.clock import end_of, prove_clock
 from bouncing_disk_ros.proof.motion import platform_of
 from bouncing_disk_ros.proof.positivity import Finding, Sign, positive_from_start
 from bouncing_disk_ros.proof.records import Event, Kind
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict, worst
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.proof.watched import HALF_ULP, ROUNDINGS, Watched, gap_of
 
 
@@ -53,10 +53,7 @@ def _prove_impact(gap: Watched, event: Event) -> Verdict:
         return crossing._replace(pieces=verdict.pieces)
     _, slope, curvature = gap.jet(arb(d))[:3]
     allowed = gap.tolerance(d, 1) + margin * float(abs(curvature).upper())
-    if abs(slope - arb(w)) <= allowed:
-        return verdict
-    reason = f"w_A is {w!r} m/s, the slope {float(slope)!r}: more than {allowed:.3g} off"
-    return verdict._replace(outcome=Outcome.REFUTED, reason=reason)
+    return worst([verdict, compared(slope - arb(w), allowed, f"w_A = {w!r} m/s")])
 
 
 def time_margin(watched: Watched, d: float, slope: float) -> float:
@@ -82,14 +79,9 @@ def _prove_carried(gap: Watched, event: Event, end: float) -> Verdict:
     if after is None:
         return Verdict(Outcome.PROVED)
     value, slope = gap.jet(arb(end))[:2]
-    for name, off, allowed in (
-        ("gap", value - arb(after.gap), gap.tolerance(end)),
-        ("gap's velocity", slope - arb(after.u), gap.tolerance(end, 1)),
-    ):
-        if not abs(off) <= allowed:
-            reason = f"the {name} at {end!r} s is {float(off):.3g} off: more than {allowed:.3g}"
-            return Verdict(Outcome.REFUTED, reason, allowed)
-    return Verdict(Outcome.PROVED)
+    position = compared(value - arb(after.gap), gap.tolerance(end), "the gap at the end")
+    velocity = compared(slope - arb(after.u), gap.tolerance(end, 1), "its velocity at the end")
+    return worst([position, velocity])
 
 
 def verdict_of(finding: Finding, watched: Watched, d: float, name: str) -> Verdict:

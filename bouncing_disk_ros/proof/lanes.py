@@ -18,7 +18,7 @@ from bouncing_disk_ros.proof.chatter import chatter_tail
 from bouncing_disk_ros.proof.positivity import opens
 from bouncing_disk_ros.proof.records import DiskRecord, MotionRecord, State
 from bouncing_disk_ros.proof.steady import SteadyPlatform
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.proof.watched import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.zeros import Found, first_zero
 
@@ -126,16 +126,7 @@ def _compare(collision: Collision, gap: Watched, tau: float, d: arb) -> Verdict:
     turn = arb.pi() * 2
     off = arb(tau) + d - arb(collision.next_tau)
     off -= turn * (off / turn + arb(0.5)).floor().mid()
-    if not abs(off) <= margin:
-        return _differs(gap, lasted, f"τ is {float(off):.3g} rad off: more than {margin:.3g}")
+    phase = compared(off, margin, "τ")
     bend = float(abs(curvature).upper())
     allowed = gap.tolerance(lasted, 1) + gap.tolerance(lasted) / float(abs(slope)) * bend
-    off = slope - arb(collision.next_w)
-    if not abs(off) <= allowed:
-        return _differs(gap, lasted, f"w is {float(off):.3g} off: more than {allowed:.3g}")
-    return Verdict(Outcome.PROVED, "", margin)
-
-
-def _differs(gap: Watched, lasted: float, reason: str) -> Verdict:
-    """Refuted, unless the flight has come so near the platform that rounding decides."""
-    return Verdict(Outcome.REFUTED, reason, gap.tolerance(lasted))
+    return worst([phase, compared(slope - arb(collision.next_w), allowed, "w")])

@@ -28,8 +28,16 @@ def precision_for(event: Event) -> int:
     return _LEAST_PRECISION + 2 * math.ceil(max(lost, default=0.0))
 
 
+def _is_finite(event: Event) -> bool:
+    """Whether the event is made of numbers."""
+    states = [*event.before, *(event.after or ())]
+    return all(math.isfinite(number) for number in (*states, event.delay, event.value))
+
+
 def prove(event: Event) -> Verdict:
     """Prove or refute that nothing comes before this event, and that it is one."""
+    if not _is_finite(event):
+        return Verdict(Outcome.REFUTED, f"{event.kind} with a number that is none: {event!r}")
     with ctx.workprec(precision_for(event)):
         if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.CARRIED):
             return prove_flight(event)

@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.positivity import opens
 from bouncing_disk_ros.proof.records import DiskRecord, MotionRecord, State
 from bouncing_disk_ros.proof.steady import SteadyPlatform
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared
 from bouncing_disk_ros.proof.watched import (
     HALF_ULP,
     ROUNDINGS,
@@ -231,10 +231,7 @@ class _Ride:
             ),
             ("angular work", toss.work_angular, self.work, unit * spin * (strength + spin)),
         ):
-            off = abs(proved - arb(reported))
-            if not off <= allowed:
-                reason = (
-                    f"the {name} is {reported!r}: {float(off):.3g} off, more than {allowed:.3g}"
-                )
-                return Verdict(Outcome.REFUTED, reason, allowed, self.pieces)
+            found = compared(proved - arb(reported), allowed, f"the {name} {reported!r}")
+            if found.outcome is not Outcome.PROVED:
+                return found._replace(pieces=self.pieces)
         return Verdict(Outcome.PROVED, "", speed, self.pieces)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
+from flint import arb
+
 
 class Outcome(StrEnum):
     """PROVED; REFUTED by a rigorous counterexample; UNDECIDED within the rounding of the inputs."""
@@ -27,11 +29,18 @@ class Verdict(NamedTuple):
     pieces: int = 0
 
 
+def compared(off: arb, allowed: arb | float, what: str) -> Verdict:
+    """Whether a difference |off| is surely within what is allowed, or surely not."""
+    slack = float(allowed)
+    if abs(off) <= allowed:
+        return Verdict(Outcome.PROVED, "", slack)
+    reason = f"{what} is {float(off):.6g} off: more than {slack:.3g}"
+    refuted = bool(abs(off) > allowed)
+    return Verdict(Outcome.REFUTED if refuted else Outcome.UNDECIDED, reason, slack)
+
+
 def worst(verdicts: list[Verdict]) -> Verdict:
     """One verdict of several parts: the first that is refuted, else undecided, else proved."""
     order = (Outcome.REFUTED, Outcome.UNDECIDED, Outcome.PROVED)
     first = min(verdicts, key=lambda verdict: order.index(verdict.outcome))
-    return first._replace(
-        pieces=sum(verdict.pieces for verdict in verdicts),
-        tolerance=max(verdict.tolerance for verdict in verdicts),
-    )
+    return first._replace(pieces=sum(verdict.pieces for verdict in verdicts))

@@ -10,9 +10,9 @@ from flint import arb
 from bouncing_disk_ros.proof.positivity import MOST_PIECES, decides
 from bouncing_disk_ros.proof.watched import Watched
 
-_BITS = range(96, 56, -4)
-"""Relative widths of an enclosed zero, 2⁻⁹⁶ and more: below the rounding of a float64."""
-_STEPS = 12
+_NARROW = tuple(arb(2) ** -bits for bits in range(96, 56, -4))
+"""Relative half widths of an enclosed zero: below the rounding of a float64."""
+_STEPS = 200
 
 
 class Found(Enum):
@@ -56,7 +56,10 @@ def first_zero(watched: Watched, begin: float, end: float, cuts: tuple[float, ..
 
 
 def _enclosed(watched: Watched, a: float, b: float) -> arb:
-    """The one zero between a and b, where the function falls: Newton's steps, then a proof."""
+    """The one zero between a and b, where the function falls: Newton's steps, then a proof.
+
+    Where the precision is not enough for a narrow ball it is a wide one, a zero all the same.
+    """
     low, high = arb(a), arb(b)
     x = ((low + high) / 2).mid()
     for _ in range(_STEPS):
@@ -67,12 +70,14 @@ def _enclosed(watched: Watched, a: float, b: float) -> arb:
             high = x
         else:
             break  # as near as the precision allows
-        x = (x - value / slope).mid()
-        if not low < x < high:
+        step = (value / slope).mid()
+        x = (x - step).mid()
+        if not low <= x <= high:
             x = ((low + high) / 2).mid()
-    for bits in _BITS:
-        width = abs(x) * arb(2) ** -bits
-        before, after = (x - width).mid(), (x + width).mid()
+        elif abs(step) < abs(x) * _NARROW[0]:
+            break
+    for part in _NARROW:
+        before, after = (x - abs(x) * part).mid(), (x + abs(x) * part).mid()
         if watched.jet(before)[0] > 0 > watched.jet(after)[0]:
             return before.union(after)
     return low.union(high)

@@ -109,7 +109,7 @@ def test_another_speed_after_an_event_is_refuted() -> None:
             after = event.after._replace(omega=event.after.omega + 1e-11)
             verdict = prove(event._replace(after=after))
             assert verdict.outcome is Outcome.REFUTED
-            assert "turns with" in verdict.reason
+            assert "turns on" in verdict.reason
 
 
 def test_an_event_that_cannot_end_the_phase_is_refuted() -> None:
