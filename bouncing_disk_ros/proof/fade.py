@@ -12,7 +12,7 @@ import math
 
 from flint import acb, acb_series, arb
 
-from bouncing_disk_ros.proof.platform import NS, WIDE, Oscillation
+from bouncing_disk_ros.proof.platform import NS, WIDE, Cancelled, Oscillation
 from bouncing_disk_ros.proof.records import MotionRecord, State
 
 _ORDERS = 5
@@ -66,6 +66,12 @@ class FadingPlatform:
     def rate(self, t: arb) -> arb:
         """Angular frequency ω, rad/s."""
         return arb.pi() * 2 * (self.motion.f + self.motion.df * self.blend(t)[0])
+
+    def cancelled(self, t: float) -> Cancelled:
+        """What cancels in the sums v + Δv·b over the first t seconds."""
+        m, b = self.motion, float(self.blend(arb(t))[0])
+        frequency = (m.f + abs(m.df) * b) / float(m.f + m.df * self.blend(arb(t))[0])
+        return Cancelled(max(frequency, 1.0), max(-2.0 * m.da * b, 0.0), max(-2.0 * m.dp * b, 0.0))
 
     def mix(self, axial: arb, angular: arb) -> Oscillation:
         """The oscillation axial·s + angular·β."""

@@ -6,7 +6,7 @@ Time is counted in seconds from the clock of a state, whose forcing phase the mo
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from flint import arb
 
@@ -26,6 +26,18 @@ def interval(a: float, b: float) -> arb:
     """The interval [a, b] as a ball."""
     middle = 0.5 * (a + b)
     return arb(middle, math.nextafter(max(b - middle, middle - a), math.inf))
+
+
+class Cancelled(NamedTuple):
+    """How much larger the terms of v + Δv·b are than their sum, in a fade to a smaller value.
+
+    Their rounding is that of the terms: of the frequency as a part of it, of A and Φ as what is to
+    be added to them.
+    """
+
+    frequency: float = 1.0
+    axial: float = 0.0  # m
+    angular: float = 0.0  # rad
 
 
 class Oscillation(Protocol):
@@ -53,4 +65,8 @@ class Platform(Protocol):
 
     def mix(self, axial: arb, angular: arb) -> Oscillation:
         """The oscillation axial·s + angular·β."""
+        ...
+
+    def cancelled(self, t: float) -> Cancelled:
+        """What cancels in the sums v + Δv·b over the first t seconds."""
         ...

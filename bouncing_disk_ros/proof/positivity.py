@@ -45,9 +45,9 @@ def opens(watched: Watched, end: float, rate: float) -> float | None:
     """A time up to which a function that begins at zero is positive; 0 where it begins above.
 
     The derivatives at t = 0 that are zero to rounding are taken as zero, as they are by what the
-    state means (no gap at an impact, no load at a separation, no slip where one begins); the first
-    that is not must be positive from there on. None: that is not so within `end`, or not to be
-    shown. `rate`: how fast the platform's phase grows.
+    state means (no gap at an impact, no load at a separation, no slip where one begins); those
+    that follow must be positive at t = 0, up to one that is positive from there on. None: that is
+    not so within `end`, or not to be shown. `rate`: how fast the platform's phase grows.
     """
     start = watched.start()
     order = 0
@@ -55,11 +55,13 @@ def opens(watched: Watched, end: float, rate: float) -> float | None:
         order += 1
     if order == 0:
         return 0.0
-    if order == len(start) or not start[order] > 0:
-        return None
+    last = order
+    while last < len(start) and start[last] > 0:
+        last += 1
     length = min(end, 0.5 / rate)
     for _ in range(400):
-        if watched.jet(interval_from_zero(length))[order] > 0 and watched.jet(arb(length))[0] > 0:
+        over = watched.jet(interval_from_zero(length))
+        if any(d > 0 for d in over[order:last]) and watched.jet(arb(length))[0] > 0:
             return length
         length *= 0.5
     return None

@@ -37,7 +37,7 @@ def _is_finite(event: Event) -> bool:
 def prove(event: Event) -> Verdict:
     """Prove or refute that nothing comes before this event, and that it is one."""
     if not _is_finite(event):
-        return Verdict(Outcome.REFUTED, f"{event.kind} with a number that is none: {event!r}")
+        return Verdict(Outcome.REFUTED, f"{event.kind} with a number that is not finite")
     with ctx.workprec(precision_for(event)):
         if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.CARRIED):
             return prove_flight(event)

@@ -6,7 +6,7 @@ from copy import copy
 
 from flint import arb
 
-from bouncing_disk_ros.proof.platform import WIDE, Oscillation
+from bouncing_disk_ros.proof.platform import WIDE, Cancelled, Oscillation
 from bouncing_disk_ros.proof.records import MotionRecord, State
 
 
@@ -32,6 +32,10 @@ class SteadyPlatform:
     def rate(self, _t: arb) -> arb:
         """Angular frequency ω, rad/s."""
         return self._rate
+
+    def cancelled(self, _t: float) -> Cancelled:
+        """What cancels: nothing."""
+        return Cancelled()
 
     def mix(self, axial: arb, angular: arb) -> Oscillation:
         """The oscillation axial·s + angular·β."""

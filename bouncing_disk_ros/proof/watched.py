@@ -43,17 +43,23 @@ class Reach:
 
     def axial(self, t: float) -> list[float]:
         """Of s, times what a cross-fade adds to its roundings."""
-        envelope = self._axial.envelope(interval(0.0, t))
-        return [self._part * float(bound.upper()) for bound in envelope]
+        return self._reach(self._axial, t, self._platform.cancelled(t).axial)
 
     def angular(self, t: float) -> list[float]:
         """Of β."""
-        envelope = self._angular.envelope(interval(0.0, t))
-        return [self._part * float(bound.upper()) for bound in envelope]
+        return self._reach(self._angular, t, self._platform.cancelled(t).angular)
+
+    def _reach(self, oscillation: Oscillation, t: float, cancelled: float) -> list[float]:
+        whole = interval(0.0, t)
+        rate = float(self._platform.rate(whole).upper())
+        part = self._part * self._platform.cancelled(t).frequency
+        bounds = oscillation.envelope(whole)
+        return [part * (float(r.upper()) + cancelled * rate**n) for n, r in enumerate(bounds)]
 
     def turn(self, t: float) -> float:
         """Most by which the forcing phase grows, rad."""
-        return float(self._platform.rate(interval(0.0, t)).upper()) * t
+        grown = float(self._platform.rate(interval(0.0, t)).upper()) * t
+        return grown * self._platform.cancelled(t).frequency
 
 
 Rounding = Callable[[int, float], float]
