@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, two_sum
+from bouncing_disk_ros.core.bounds import frequency_at
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_FRICTION,
@@ -135,8 +136,11 @@ def _drift(motion: Record, g: float, elapsed: float, tau: float, t: float, spin:
 
     For cross-fades, and for slips so short that the closed form is a difference of near equals.
     """
-    panels = math.ceil(motion.omega_max * t / _PANEL) + 1
-    if motion.kind != STEADY:
+    if motion.kind == STEADY:
+        panels = math.ceil(motion.omega * t / _PANEL) + 1
+    else:
+        f = max(frequency_at(motion, elapsed), frequency_at(motion, elapsed + t))
+        panels = math.ceil(TWO_PI * f * t / _PANEL) + 1
         panels = max(panels, math.ceil(8.0 * t / motion.duration))
     width = t / panels
     total = 0.0

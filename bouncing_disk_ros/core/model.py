@@ -13,6 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 
+class SimulationError(RuntimeError):
+    """The state of a run is not finite, or a root could not be found: the run cannot go on."""
+
+
 class Phase(IntEnum):
     """Phase of motion of the disk."""
 

@@ -22,6 +22,8 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
 
+_EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
+
 
 class Simulation:
     """The disk on its platform, exact and deterministic; SI units, times in whole nanoseconds.
@@ -163,48 +165,60 @@ class Simulation:
         It replaces every cross-fade that has not begun; one that has begun runs out.
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
-        self._finish()
+        self._settle()
         free = int(self._engine.m["end_ns"][0]) if self._engine.fading else self._time_ns
         self._pending = plan_fades(points, self._target, free, crossfade_ns)
         self._engine.look_again()
-        self._finish()
+        self._follow()
 
     def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
         if at_ns < self._time_ns:
             raise ValueError(f"kick at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
-        self._finish()
+        self._settle()
         add_kick(self._kicks, Kick(at_ns, axial_impulse, angular_impulse))
         self._engine.look_again()
-        self._finish()
+        self._follow()
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy is booked."""
-        self._finish()
+        self._settle()
         self._engine.halt(self._time_ns, self._held)
         self._engine.change_disk(disk, self._report_speed)
         self._disk = disk
         self._engine.resume()
-        self._finish()
+        self._follow()
 
     def set_chatter_report_speed(self, speed: float) -> None:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
-        self._finish()
+        self._settle()
         self._report_speed = speed
         self._engine.k["report_speed"] = speed
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""
-        self._finish()
+        self._settle()
         self._engine.halt(self._time_ns, self._held)
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
         self._pending, self._kicks = [], []
         self._engine.place(self._time_ns, self._initial, self._initial_motion)
         self._note_motion(self._initial_motion, self._initial_motion)
-        self._finish()
+        self._follow()
 
-    def _finish(self) -> None:
+    def settle(self, max_events: int, *, cut_chatter: bool) -> bool:
+        """Resolve all that is due at time_ns; False when the budget ran out first: call it again.
+
+        `cut_chatter`: a chatter too, bounce by bounce, as `set_disk` and `reset` need it.
+        """
+        rows, behind = self.advance(self._time_ns, max_events)
+        parts = [rows] if len(rows) else []
+        if cut_chatter and not behind:
+            behind = self._engine.cut_chatter(self._time_ns, max_events, parts)
+        self._held = parts + self._held
+        return not behind
+
+    def _settle(self) -> None:
         """Resolve all that is due at time_ns; rows wait for the next call of `advance`."""
         while True:
             rows, behind = self.advance(self._time_ns)
@@ -212,6 +226,12 @@ class Simulation:
                 self._held.append(rows)
             if not behind:
                 return
+
+    def _follow(self) -> None:
+        """Resolve what an input causes at its own instant, within one budget of events."""
+        rows, _ = self.advance(self._time_ns, _EVENTS_AT_ONCE)
+        if len(rows):
+            self._held.append(rows)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything the run depends on, JSON-able; `restore` continues it bit-identically."""

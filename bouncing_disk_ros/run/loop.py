@@ -21,7 +21,7 @@ from bouncing_disk_ros.topics import MAX_ROWS
 
 MAX_SAMPLES = 100
 """Samples (and speeds) handed over in one slice of work; the rest are counted."""
-EVENTS_PER_CALL = 10_000
+EVENTS_PER_CALL = 4_000
 """Event budget of one call of the core: a few milliseconds."""
 BUDGET_NS = 20_000_000
 """Wall time of one slice: between slices services, commands and signals are heard."""
