@@ -63,9 +63,11 @@ def book_impact(
 ) -> None:
     """One impact: w = |w_A|, slip the mean of w_T before and after, climb and spin of the platform.
 
-    `push` and `twist` are the impulses over m and over m a_g².
+    `push` and `twist` are the impulses over m and over m a_g². What the flight before it exchanged
+    between kinetic and potential energy is work of nobody, but part of the scale of the residual.
     """
     e = disk.restitution
+    books[0, THROUGHPUT] += disk.mass * (climb * climb + w * w)
     book(books, W_AXIAL, disk.mass * push * climb)
     book(books, L_AXIAL, 0.5 * disk.mass * (1.0 - e * e) * w * w)
     book(books, W_ANGULAR, disk.inertia * twist * spin)

@@ -214,9 +214,9 @@ class Engine:
         initial = float(state["initial_energy"][0])
         gains = sum(v if name.startswith("work") else -v for name, v in sums.items())
         residual = (energy - initial) - gains
-        return Energy(
-            kinetic, energy - kinetic, initial, **sums, residual=residual, throughput=throughput
-        )
+        potential = energy - kinetic
+        throughput += kinetic + abs(potential) + abs(initial)
+        return Energy(kinetic, potential, initial, **sums, residual=residual, throughput=throughput)
 
     def _written(self, n: int) -> NDArray[np.void]:
         """Copy of the first n rows; as bytes: a structured copy leaves the padding undefined."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Self
 
 import numpy as np
@@ -19,6 +20,7 @@ from bouncing_disk_ros.core.model import (
     Motion,
     MotionInForce,
     Sample,
+    SimulationError,
 )
 from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
 
@@ -108,7 +110,8 @@ class Simulation:
         """Simulate up to and including until_ns; an instant that is past does nothing.
 
         Returns the rows of the impacts (IMPACT_DTYPE) and whether the budget of events ran out
-        first: then time_ns lags behind and the call is to be repeated.
+        first: then time_ns lags behind and the call is to be repeated. Raises SimulationError for
+        a run that cannot go on, each time.
         """
         parts, self._held = self._held, []
         behind = False
@@ -117,7 +120,12 @@ class Simulation:
             target = min(until_ns, boundary)
             if target < self._time_ns:
                 break
-            used, behind = self._engine.step(target, boundary, max_events, parts)
+            try:
+                used, behind = self._engine.step(target, boundary, max_events, parts)
+            except SimulationError:
+                if parts:  # first the impacts before it; the next call raises
+                    return joined(parts), True
+                raise
             max_events -= used
             if behind:
                 reached = int(self._engine.state["ns"][0])
@@ -229,9 +237,10 @@ class Simulation:
 
     def _follow(self) -> None:
         """Resolve what an input causes at its own instant, within one budget of events."""
-        rows, _ = self.advance(self._time_ns, _EVENTS_AT_ONCE)
-        if len(rows):
-            self._held.append(rows)
+        with suppress(SimulationError):  # the next call of `advance` raises it again
+            rows, _ = self.advance(self._time_ns, _EVENTS_AT_ONCE)
+            if len(rows):
+                self._held.append(rows)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything the run depends on, JSON-able; `restore` continues it bit-identically."""
