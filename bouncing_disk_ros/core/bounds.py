@@ -78,10 +78,10 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
     x0, x1 = min(max(elapsed + d, 0.0) * r, 1.0), min(max(elapsed + end, 0.0) * r, 1.0)
     b1, b2, b3, b4 = _blend_bounds(x0, x1, r)
     low, high = _blend(x0), _blend(x1)
-    w = TWO_PI * max(motion.f + motion.df * low, motion.f + motion.df * high)
+    w = TWO_PI * _largest(motion.f, motion.df, low, high)
     dw, turn = TWO_PI * abs(motion.df), abs(motion.dlag)
-    a = max(motion.a + motion.da * low, motion.a + motion.da * high)
-    p = max(motion.p + motion.dp * low, motion.p + motion.dp * high)
+    a = _largest(motion.a, motion.da, low, high)
+    p = _largest(motion.p, motion.dp, low, high)
     z, y = abs(motion.da), abs(motion.dp)
     s2, s3, s4 = derivative_bounds(
         (a, z * b1, z * b2, z * b3, z * b4), w, dw * b1, dw * b2, dw * b3
@@ -89,6 +89,13 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
     q2, q3, q4 = dw * b1 + turn * b2, dw * b2 + turn * b3, dw * b3 + turn * b4
     c2, c3, c4 = derivative_bounds((p, y * b1, y * b2, y * b3, y * b4), w + turn * b1, q2, q3, q4)
     return Bounds(s2 * ROOM, s3 * ROOM, s4 * ROOM, c2 * ROOM, c3 * ROOM, c4 * ROOM, end)
+
+
+@kernel
+def _largest(begin: float, change: float, low: float, high: float) -> float:
+    """Bound of a value that fades, also as it is rounded where it comes near 0."""
+    largest = max(begin + change * low, begin + change * high)
+    return largest + 2e-15 * max(begin, begin + change)
 
 
 @kernel
@@ -112,4 +119,6 @@ def _blend_bounds(x0: float, x1: float, r: float) -> tuple[float, float, float, 
     b3 = max(abs(1.0 - 6.0 * x0 * (1.0 - x0)), abs(1.0 - 6.0 * x1 * (1.0 - x1)))
     b3 = 60.0 * max(b3, 0.5)  # |b'''| = 30 in the middle
     b4 = 360.0 * max(abs(2.0 * x0 - 1.0), abs(2.0 * x1 - 1.0))
+    # with what σ itself is rounded by, where a derivative is next to 0
+    b1, b2, b4 = b1 + 1e-15, b2 + 1e-13, b4 + 1e-12
     return b1 * r, b2 * r * r, b3 * r * r * r, b4 * r * r * r * r

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -253,12 +254,19 @@ class Engine:
         }
 
     @classmethod
-    def restore(cls, disk: Disk, values: dict[str, Any]) -> Self:
-        """Inverse of `snapshot`."""
-        engine = cls(disk, 0.0)
+    def restore(cls, disk: Disk, report_speed: float, values: Any) -> Self:
+        """Inverse of `snapshot`. What follows from other numbers is computed again."""
+        names = ("state", "motion", "books", "open_row")
+        if not isinstance(values, Mapping) or set(names) - set(values):
+            raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
+        engine = cls(disk, report_speed)
         engine.state = checkpoint.record(values["state"], STATE_DTYPE)
+        checkpoint.check_state(engine.state[0])
+        engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
+        engine.look_again()
         engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
-        engine.k = checkpoint.record(values["disk"], DISK_DTYPE)
-        engine._books = np.array(values["books"])
+        checkpoint.check_motion(engine.m[0])
+        platform.derive(engine.m)
+        engine._books = checkpoint.table("books", values["books"], 2, len(BOOKS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine

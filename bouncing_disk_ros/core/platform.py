@@ -189,7 +189,8 @@ def derivative_bounds(
     )
 
 
-def _set_bounds(m: NDArray[np.void]) -> None:
+def derive(m: NDArray[np.void]) -> None:
+    """Fill in what follows from the other fields of a motion's record: bounds, ω, sin θ, cos θ."""
     r = m[0]
     duration = float(r["duration"]) if r["kind"] == FADE else math.inf
     spread = [b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)]
@@ -225,7 +226,7 @@ def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np
         tau,
     )
     m["a"], m["p"], m["f"], m["lag"] = motion
-    _set_bounds(m)
+    derive(m)
     return m
 
 
@@ -239,5 +240,5 @@ def fade(
     m["dp"] = target.angular_amplitude - start.angular_amplitude
     m["df"] = target.frequency - start.frequency
     m["dlag"] = math.remainder(target.phase_lag - start.phase_lag, TWO_PI)
-    _set_bounds(m)
+    derive(m)
     return m

@@ -35,6 +35,11 @@ class Simulation:
     `parameters`). Not safe for use by two threads at once.
     """
 
+    _SNAPSHOT = (
+        *("time_ns", "motion_index", "disk", "chatter_report_speed", "initial", "initial_motion"),
+        *("start", "target", "pending", "kicks", "held", "engine"),
+    )
+
     def __init__(
         self,
         motion: Motion,
@@ -262,18 +267,29 @@ class Simulation:
 
     @classmethod
     def restore(cls, snapshot: Mapping[str, Any]) -> Self:
-        """Continue from a snapshot; ValueError if it is of another format."""
+        """Continue from a snapshot; ValueError, one line, for one that does not fit."""
         checkpoint.check_format(snapshot)
+        if missing := set(cls._SNAPSHOT) - set(snapshot):
+            raise ValueError(f"checkpoint without {', '.join(sorted(missing))}")
         run = cls(
-            Motion(*snapshot["initial_motion"]),
-            Disk(*snapshot["disk"]),
-            InitialState(*snapshot["initial"]),
-            chatter_report_speed=snapshot["chatter_report_speed"],
+            checkpoint.motion("initial_motion", snapshot["initial_motion"]),
+            checkpoint.disk("disk", snapshot["disk"]),
+            checkpoint.initial("initial", snapshot["initial"]),
+            chatter_report_speed=checkpoint.number(
+                "chatter_report_speed", snapshot["chatter_report_speed"], low=0.0
+            ),
         )
-        run._time_ns, run._motion_index = snapshot["time_ns"], snapshot["motion_index"]
-        run._start, run._target = Motion(*snapshot["start"]), Motion(*snapshot["target"])
-        run._pending = [Fade(b, e, Motion(*m)) for b, e, m in snapshot["pending"]]
-        run._kicks = [Kick(*k) for k in snapshot["kicks"]]
-        run._held = [checkpoint.record(r, IMPACT_DTYPE) for r in snapshot["held"]]
-        run._engine = Engine.restore(run._disk, snapshot["engine"])
+        run._time_ns = checkpoint.instant("time_ns", snapshot["time_ns"])
+        run._motion_index = checkpoint.whole("motion_index", snapshot["motion_index"], low=0)
+        run._start = checkpoint.motion("start", snapshot["start"])
+        run._target = checkpoint.motion("target", snapshot["target"])
+        run._pending = checkpoint.items("pending", snapshot["pending"], checkpoint.pending_fade)
+        run._kicks = checkpoint.items("kicks", snapshot["kicks"], checkpoint.queued_impulse)
+        checkpoint.in_order("pending", [t for f in run._pending for t in f[:2]])
+        checkpoint.in_order("kicks", [run._time_ns, *(kick.at_ns for kick in run._kicks)])
+        run._held = checkpoint.items(
+            "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
+        )
+        run._engine = Engine.restore(run._disk, run._report_speed, snapshot["engine"])
+        checkpoint.whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
         return run
