@@ -1,4 +1,4 @@
-"""Searches for events: no root is missed, work is bounded, a state that is not finite is an error."""
+"""Searches for events: no root is missed, work is bounded, a state without numbers is an error."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_many_random_drops_land() -> None:
 @example(5e-324, 3.0)
 @given(st.floats(-323, 0).map(lambda x: 10**x), st.sampled_from([1e-3, 3.0, 40_000.0, 1e6]))
 def test_a_tiny_gap_closes(height: float, frequency: float) -> None:
-    """A disk at rest above a platform at rest lands with w = √(2gh), down to the smallest height."""
+    """A disk at rest above a platform at rest lands with w = √(2gh), down to the least height."""
     values = {"restitution": 0.0, "friction": 0.0, "gravity": 9.81}
     runs = []
     for ticks in (1, 7):
