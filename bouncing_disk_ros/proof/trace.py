@@ -70,7 +70,8 @@ class TracedEngine(Engine):
         """The traced engine of a simulation, put into it if need be; its results do not change."""
         if isinstance(simulation._engine, TracedEngine):
             return simulation._engine
-        engine = cls.restore(simulation.disk, simulation.snapshot()["engine"])
+        values, speed = simulation.snapshot()["engine"], simulation.chatter_report_speed
+        engine = cls.restore(simulation.disk, speed, values)
         engine.events, engine.last = [], None
         simulation._engine = engine
         return engine
@@ -85,16 +86,15 @@ class TracedEngine(Engine):
         used = 0
         while used < budget:
             before = state_of(self.state)
-            super().step(before.ns - 1, boundary_ns, 1, rows)  # finds the next event only
+            used += super().step(before.ns - 1, boundary_ns, 1, rows)[0]  # finds the next event
             pending = self.state[0]
             kind, delay, value = (pending[n] for n in ("event", "event_delay", "event_value"))
-            found, behind = super().step(target_ns, boundary_ns, 1, rows)
-            used += found
-            if found:
-                boundary = None if boundary_ns == NEVER else boundary_ns
-                self._keep(before, int(kind), float(delay), float(value), boundary)
-            if not behind:
+            work, is_resolved = super().step(target_ns, boundary_ns, 1, rows)
+            used += work
+            if not is_resolved:
                 return used, False
+            boundary = None if boundary_ns == NEVER else boundary_ns
+            self._keep(before, int(kind), float(delay), float(value), boundary)
         return used, True
 
     def halt(self, time_ns: int, rows: Rows) -> None:
@@ -146,7 +146,7 @@ def trace(
         yield from engine.taken()
     before = state_of(engine.state)
     delay = ((until_ns - before.ns) - before.sub) * 1e-9
-    if is_end and delay > 0.0 and engine.state["event"][0] != CHATTER_ENDS:
+    if is_end and delay > 0.0 and not engine.in_chatter:
         motion, disk = motion_of(engine.m), disk_of(engine.k)
         inherited = engine.inherited(before)
         yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns, inherited)
