@@ -24,6 +24,7 @@ from bouncing_disk_ros.proof.zeros import Found, first_zero
 
 GRAVITY = 1.0 / math.pi
 _PRECISION = 192
+_LATER = 1.0  # rad, after the reported impact
 
 
 class MapKind(IntEnum):
@@ -105,15 +106,24 @@ def _prove_landing(collision: Collision, tau: float, u: float) -> Verdict:
     if not (math.isfinite(collision.next_tau) and -math.inf < collision.next_w < 0.0):
         reason = f"an impact at {collision.next_tau!r} rad with w = {collision.next_w!r}"
         return Verdict(Outcome.REFUTED, reason)
-    latest = 2.0 * math.pi * (u + 2.0 * collision.forcing) + 30.0
+    latest = _about(collision, tau, u) + _LATER
     first = opens(gap, latest, 1.0)
     if first is None:
         return Verdict(Outcome.UNDECIDED, "the gap does not surely open")
     zero = first_zero(gap, first, latest, gap.floor_zeros())
-    if zero.found is not Found.ZERO:
+    if zero.found is Found.NONE:
+        reason = f"no impact up to {latest!r} rad, after the one that is reported"
+        return Verdict(Outcome.REFUTED, reason, gap.tolerance(latest), zero.pieces)
+    if zero.found is Found.UNKNOWN:
         reason = f"the first impact is not decided at {float(zero.at)!r} rad"
         return Verdict(Outcome.UNDECIDED, reason, 0.0, zero.pieces)
     return _compare(collision, gap, tau, zero.at)._replace(pieces=zero.pieces)
+
+
+def _about(collision: Collision, tau: float, u: float) -> float:
+    """The time of the reported impact by the speeds: w = u − d/π − Γ(cos τ′ − cos τ)."""
+    turned = collision.forcing * (math.cos(collision.next_tau) - math.cos(tau))
+    return max(math.pi * (u - collision.next_w - turned), 0.0)
 
 
 def _compare(collision: Collision, gap: Watched, tau: float, d: arb) -> Verdict:

@@ -1,7 +1,7 @@
-"""The core against the referee (bouncing_disk_ros.proof): random runs, event by event.
+"""The core against the referee (bouncing_disk_ros.proof): random runs, maps and tosses.
 
-Each event of the runs is proved in interval arithmetic from the state before it; none may be
-refuted, and none of these is so near a graze that rounding decides.
+Each event is proved in interval arithmetic from the numbers before it. None may be refuted; that
+rounding decides (a graze) is rare. `make soak` has a hundred times as many (soak/test_referee.py).
 """
 
 from __future__ import annotations
@@ -9,26 +9,45 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 
-from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.proof.prove import prove
-from bouncing_disk_ros.proof.trace import trace
+from bouncing_disk_ros.proof.lanes import prove_collision
+from bouncing_disk_ros.proof.toss import prove_toss
 from bouncing_disk_ros.proof.verdict import Outcome
-from support.random_runs import FAR_NS, random_run
+from support.random_maps import random_collisions, random_tosses
+from support.referee import FLIGHTS, GIVEN_UP, prove_runs
 
-FLIGHTS = 10_000
-EVENTS = 20  # of a run
+MANY_FLIGHTS, COLLISIONS, TOSSES = 10_000, 10_000, 1_000
+PATIENCE = 60.0
+"""s for one run, on a machine that does much else."""
 
 
-def test_flights_of_random_runs_are_proved() -> None:
-    counts: Counter[Outcome] = Counter()
-    for seed in itertools.count():
-        if counts.total() >= FLIGHTS:
+def test_events_of_random_runs_are_proved() -> None:
+    """Steady motions and cross-fades, flights and contact."""
+    counts: Counter[str] = Counter()
+    undecided: list[str] = []
+    for found in prove_runs(itertools.count(), PATIENCE):
+        assert found.refuted == []
+        counts.update(found.counts)
+        undecided += found.undecided
+        if counts[FLIGHTS] >= MANY_FLIGHTS:
             break
-        run = random_run(seed)
-        for event in itertools.islice(trace(run.start(), FAR_NS), EVENTS):
-            if event.before.phase is not Phase.FLIGHT:
-                continue
-            verdict = prove(event)
+    assert counts[GIVEN_UP] == 0
+    assert len(undecided) <= 3, undecided
+
+
+def test_steps_of_the_lanes_are_proved() -> None:
+    counts: Counter[Outcome] = Counter()
+    for collision in random_collisions(1, COLLISIONS):
+        verdict = prove_collision(collision)
+        counts[verdict.outcome] += 1
+        assert verdict.outcome is not Outcome.REFUTED, (collision, verdict)
+    assert counts[Outcome.UNDECIDED] <= 3
+
+
+def test_tosses_are_proved() -> None:
+    counts: Counter[Outcome] = Counter()
+    for seed in range(TOSSES // 100):
+        for toss in random_tosses(seed, 100):
+            verdict = prove_toss(toss)
             counts[verdict.outcome] += 1
-            assert verdict.outcome is not Outcome.REFUTED, (seed, run, event, verdict)
-    assert counts[Outcome.UNDECIDED] <= FLIGHTS // 1000
+            assert verdict.outcome is not Outcome.REFUTED, (toss, verdict)
+    assert counts[Outcome.UNDECIDED] <= 3

@@ -13,12 +13,12 @@ from collections.abc import Iterable, Iterator
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.core.model import Phase, SimulationError
 from bouncing_disk_ros.proof.prove import prove
 from bouncing_disk_ros.proof.tally import described
 from bouncing_disk_ros.proof.trace import trace
 from bouncing_disk_ros.proof.verdict import Outcome
-from support.random_runs import FAR_NS, random_fade, random_run
+from support.random_runs import FAR_NS, RandomRun, random_fade, random_run
 
 FLIGHTS, GIVEN_UP = "flights", "given up"
 EVENTS = 20
@@ -38,6 +38,15 @@ def prove_run(seed: int, events: int = EVENTS) -> Found:
     """Prove the first events of the run of a seed; every second seed has a cross-fade."""
     run = random_fade(seed) if seed % 2 else random_run(seed)
     found = Found(seed, Counter(), [], [])
+    try:
+        _prove_events(run, events, found)
+    except SimulationError as error:
+        found.refuted.append(f"seed {seed}: {error}\n  {run!r}")
+    return found
+
+
+def _prove_events(run: RandomRun, events: int, found: Found) -> None:
+    seed = found.seed
     for number, event in enumerate(itertools.islice(trace(run.start(), FAR_NS), events)):
         verdict = prove(event)
         found.counts[f"{event.kind.value} {verdict.outcome.value}"] += 1
@@ -48,35 +57,49 @@ def prove_run(seed: int, events: int = EVENTS) -> Found:
             break  # what follows comes of it
         if verdict.outcome is Outcome.UNDECIDED:
             found.undecided.append(said)
-    return found
 
 
-def _serve(connection: Connection, seeds: list[int]) -> None:
-    for seed in seeds:
-        connection.send(tuple(prove_run(seed)))
+def _serve(connection: Connection) -> None:
+    while True:
+        connection.send(tuple(prove_run(connection.recv())))
+
+
+class _Child:
+    """The process that proves runs."""
+
+    def __init__(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.connection, there = context.Pipe()
+        self._process = context.Process(target=_serve, args=(there,), daemon=True)
+        self._process.start()
+        there.close()
+        self.grace = 60.0  # s, for the process to begin
+
+    def prove(self, seed: int, patience: float) -> Found | None:
+        """Prove one run; None when that takes too long."""
+        self.connection.send(seed)
+        if not self.connection.poll(patience + self.grace):
+            return None
+        self.grace = 0.0
+        return Found(*self.connection.recv())
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.join()
+        self.connection.close()
 
 
 def prove_runs(seeds: Iterable[int], patience: float) -> Iterator[Found]:
     """Prove the runs of some seeds; one that takes longer than `patience` seconds is given up."""
-    todo = list(seeds)
-    context = multiprocessing.get_context("spawn")
-    while todo:
-        here, there = context.Pipe(duplex=False)
-        process = context.Process(target=_serve, args=(there, todo), daemon=True)
-        process.start()
-        there.close()
-        limit = patience + 60.0  # for the process to begin
-        try:
-            while todo and here.poll(limit):
-                yield Found(*here.recv())
-                todo.pop(0)
-                limit = patience
-        except EOFError:
-            process.join()
-            raise RuntimeError(f"the process ended at seed {todo[0]}") from None
-        finally:
-            process.kill()
-            process.join()
-            here.close()
-        if todo:
-            yield Found(todo.pop(0), {GIVEN_UP: 1}, [], [])
+    child = _Child()
+    try:
+        for seed in seeds:
+            found = child.prove(seed, patience)
+            if found is None:
+                child.close()
+                child = _Child()
+                found = Found(seed, {GIVEN_UP: 1}, [], [])
+            yield found
+    finally:
+        child.close()
