@@ -23,7 +23,7 @@ from flint import arb
 from bouncing_disk_ros.proof.platform import Oscillation, Platform, interval
 from bouncing_disk_ros.proof.records import DiskRecord, State
 
-ROUNDINGS = 16.0
+ROUNDINGS = 8.0
 HALF_ULP = 2.0**-53
 _OF_PHASE = 1.0 + 2.0 * math.pi
 _FADING = 4.0
