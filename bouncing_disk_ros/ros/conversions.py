@@ -1,6 +1,7 @@
 """Pairs of x_to_msg and msg_to_x: core values on one side, standard ROS messages on the other.
 
-Every function raises `InputError` on content it does not know; none loops over impact rows.
+Every function raises `InputError` on content it does not know, and nothing else; none loops over
+impact rows. The other half of the commands is in `serialized`, which reads their bytes.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.rulings import KickRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, MOTION_NAMES, WORLD_FRAME
 
 _FIELD_TYPES = {"f4": PointField.FLOAT32, "f8": PointField.FLOAT64, "u4": PointField.UINT32,
@@ -31,6 +32,8 @@ MOTION_COLUMNS = (*MOTION_NAMES, "forcing_phase", "cycles", "simulated_time")
 
 LAST_STAMP_NS = 2**31 * NS - 1
 """The last stamp a message can carry; a free run may pass it."""
+LARGEST = 1e18
+"""The largest number that makes sense in platform/motion (cycles of a century at 10 MHz: 3e16)."""
 
 
 def ns_to_time(stamp_ns: int) -> Time:
@@ -63,27 +66,6 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
 
 
-def msg_to_programme(msg: JointTrajectory) -> ProgrammeRequest:
-    """The programme asked by a message of platform/command, not judged yet."""
-    points = tuple(
-        PointRequest(
-            tuple(point.positions),
-            time_to_ns(point.time_from_start),
-            tuple(
-                name for name in ("velocities", "accelerations", "effort") if getattr(point, name)
-            ),
-        )
-        for point in msg.points
-    )
-    return ProgrammeRequest(tuple(msg.joint_names), points, time_to_ns(msg.header.stamp))
-
-
-def value_to_programme(name: str, value: float) -> ProgrammeRequest:
-    """One value now (platform/<name>) as the programme it stands for."""
-    point = PointRequest((value,), 0)
-    return ProgrammeRequest((name,), (point,), field=f"platform/{name}", is_value=True)
-
-
 def kick_to_msg(request: KickRequest) -> WrenchStamped:
     """A kick as the message of disk/impulse."""
     msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns), frame_id=WORLD_FRAME))
@@ -91,14 +73,6 @@ def kick_to_msg(request: KickRequest) -> WrenchStamped:
     force.x, force.y, force.z = request.force
     torque.x, torque.y, torque.z = request.torque
     return msg
-
-
-def msg_to_kick(msg: WrenchStamped) -> KickRequest:
-    """The kick asked by a message of disk/impulse, not judged yet."""
-    force, torque = msg.wrench.force, msg.wrench.torque
-    return KickRequest(
-        (force.x, force.y, force.z), (torque.x, torque.y, torque.z), time_to_ns(msg.header.stamp)
-    )
 
 
 # --- impacts --------------------------------------------------------------------------------------
@@ -189,6 +163,12 @@ def msg_to_motion(msg: JointTrajectory) -> MotionInForce:
         given = ", ".join(msg.joint_names) + f"; {len(msg.points)} points"
         raise InputError("platform/motion", given, ", ".join(MOTION_COLUMNS) + "; 2 points")
     begin, end = (tuple(point.positions) for point in msg.points)
+    for number in (*begin, *end):
+        if not abs(number) <= LARGEST:  # nor is NaN
+            raise InputError("platform/motion", number, f"numbers up to {LARGEST:g}")
+    if not len(begin) == len(end) == len(MOTION_COLUMNS):
+        given = f"{len(begin)} and {len(end)} positions"
+        raise InputError("platform/motion", given, f"{len(MOTION_COLUMNS)} of each point")
     begin_ns = round(begin[6] * NS)
     interval_ns = time_to_ns(msg.points[1].time_from_start)
     return MotionInForce(

@@ -24,6 +24,7 @@ TABLES = {
     "errors",
     "executables",
     "folders",
+    "input_limits",
     "kernel_cache",
     "parameters",
     "study_tables",

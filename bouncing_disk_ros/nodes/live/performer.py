@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
@@ -153,12 +152,12 @@ class Performer(Node):
         start_ns = start_of(self.programme, self._motion, earliest, fade_ns)
         request = self.programme.request
         points = tuple(
-            replace(point, after_ns=scaled(point.after_ns, 1.0 / line.slope))
+            point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
             for point in request.points
         )
         stamp_ns = line.to_ros(start_ns)
         self._publisher.publish(
-            programme_to_msg(replace(request, points=points, stamp_ns=stamp_ns))
+            programme_to_msg(request._replace(points=points, stamp_ns=stamp_ns))
         )
         after_ns, target = self.programme.targets(self._motion.target)[-1]
         end_ns = start_ns + after_ns

@@ -18,8 +18,6 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Ph
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, PointRequest, ProgrammeRequest
-from bouncing_disk_ros.topics import MOTION_NAMES
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)
@@ -49,43 +47,6 @@ def test_stamps_come_back(stamp: int) -> None:
 def test_stamps_beyond_the_message_are_held_at_its_end() -> None:
     assert c.ns_to_time(10**19) == c.ns_to_time(2**31 * NS - 1)
     assert c.ns_to_time(-(10**19)).sec == -(2**31)
-
-
-# --- commands -------------------------------------------------------------------------------------
-@given(
-    names=st.lists(st.sampled_from(MOTION_NAMES), max_size=4),
-    points=st.lists(st.tuples(st.lists(finite, max_size=4), stamps), max_size=4),
-    stamp=stamps,
-)
-def test_programmes_come_back(
-    names: list[str], points: list[tuple[list[float], int]], stamp: int
-) -> None:
-    requests = tuple(PointRequest(tuple(values), after) for values, after in points)
-    request = ProgrammeRequest(tuple(names), requests, stamp)
-    assert c.msg_to_programme(wired(c.programme_to_msg(request))) == request
-
-
-@pytest.mark.parametrize("field", ["velocities", "accelerations", "effort"])
-def test_fields_that_are_not_supported_are_seen(field: str) -> None:
-    msg = c.programme_to_msg(ProgrammeRequest(("frequency",), (PointRequest((1.0,), 0),)))
-    setattr(msg.points[0], field, [0.0])
-    assert c.msg_to_programme(msg).points[0].extras == (field,)
-
-
-def test_one_value_is_a_programme_of_one_point() -> None:
-    request = c.value_to_programme("frequency", 2.5)
-    assert request.names == ("frequency",)
-    assert request.points == (PointRequest((2.5,), 0),)
-    assert (request.field, request.is_value) == ("platform/frequency", True)
-    assert request.stamp_ns == 0
-
-
-@given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite), stamps)
-def test_kicks_come_back(
-    force: tuple[float, float, float], torque: tuple[float, float, float], stamp: int
-) -> None:
-    request = KickRequest(force, torque, stamp)
-    assert c.msg_to_kick(wired(c.kick_to_msg(request))) == request
 
 
 # --- impacts --------------------------------------------------------------------------------------
