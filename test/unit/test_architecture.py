@@ -27,6 +27,7 @@ TABLES = {
     "input_limits",
     "kernel_cache",
     "parameters",
+    "safe_path",
     "study_tables",
     "tables",
     "topics",
