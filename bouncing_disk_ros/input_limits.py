@@ -31,9 +31,11 @@ COMMAND_BYTES = _limit(
 COMMAND_NAMES = _limit("joint_names of platform/command", 4, "names", "refused")
 COMMAND_POINTS = _limit("points of platform/command", 1000, "points", "refused")
 REQUEST_ITEMS = _limit(
-    "names, parameters or prefixes in a request to a service", 1000, "items",
+    "names, parameters or prefixes in a request to a service, numbers in an array",
+    200,
+    "items",
     "answered as refused, or with nothing where the answer has no room for that",
-)  # fmt: skip
+)
 REQUEST_TEXT = _limit(
     "a text in a request: the name or the value of a parameter", 10_000, "characters", "refused"
 )
@@ -49,7 +51,7 @@ REASONS = _limit(
 )
 ASKED_NODES = _limit("nodes that a recorder asks for their parameters", 100, "nodes", "not asked")
 ANSWER_BYTES = _limit(
-    "the parameters of a node in a bag, as YAML", 1_000_000, "bytes", "not attached"
+    "the parameters of a node that a recorder attaches", 100_000, "bytes", "not attached"
 )
 PRESET_BYTES = _limit("a preset that a recorder attaches", 100_000, "bytes", "not attached")
 LOOKED_TOPICS = _limit(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -32,6 +33,7 @@ class McapFile:
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self.start_ns: int | None = None
+        self._size = 0  # of the whole file, once it is closed
         self._period = options.chunk_period
         self.due = math.inf  # when the open chunk is to be closed, by the steady clock
 
@@ -104,7 +106,7 @@ class McapFile:
     @property
     def size(self) -> int:
         """Bytes in the file; the open chunk is not counted."""
-        return self._stream.position
+        return self._size or self._stream.position
 
     @property
     def counts(self) -> dict[str, int]:
@@ -176,4 +178,5 @@ class McapFile:
 
     def close(self) -> None:
         """Close the file as it is."""
+        self._size = os.fstat(self._stream.file.fileno()).st_size
         self._stream.file.close()

@@ -54,7 +54,7 @@ class Writer:
         self._channels: dict[str, int] = {}
         self._file: McapFile | None = None
         self._splits = self.options.max_size > 0 or self.options.max_duration > 0
-        self._closed = False
+        self._finished_size, self._closed = 0, False
         try:
             self.folder.mkdir(parents=True)
             self._begin_file()
@@ -146,8 +146,7 @@ class Writer:
     @property
     def size(self) -> int:
         """Bytes written so far, in all files."""
-        done = sum((self.folder / row.path).stat().st_size for row, _ in self._finished)
-        return done + (self._file.size if self._file is not None else 0)
+        return self._finished_size + (self._file.size if self._file else 0)
 
     # --- files ------------------------------------------------------------------------------------
     def _open_file(self) -> McapFile:
@@ -197,6 +196,7 @@ class Writer:
 
     def _keep(self, file: McapFile) -> None:
         file.close()
+        self._finished_size += file.size
         self._finished.append(file.filled)
         self._file = None
 
@@ -229,8 +229,8 @@ class Writer:
             if file is None:
                 self._write_metadata()
             else:
-                notes = partial(self._last_notes, file)
-                file.abandon_with(notes, partial(self._write_metadata, file))
+                write = partial(self._write_metadata, file)
+                file.abandon_with(partial(self._last_notes, file), write)
         if file is not None:
             self._keep(file)
         self.lost_on_disk = self._given - sum((Counter(n) for _, n in self._finished), Counter())

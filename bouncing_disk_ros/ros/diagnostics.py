@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -14,21 +15,23 @@ from bouncing_disk_ros.topics import TOPICS
 
 
 class DiagnosticsPublisher:
-    """Publishes reports; `last` is the newest message as it was sent."""
+    """Publishes reports; `sent` holds the newest messages as they were sent."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._full_name = node.get_fully_qualified_name().lstrip("/")
         topic = TOPICS["/diagnostics"]
         self.publisher = node.create_publisher(DiagnosticArray, topic.name, profile_of(topic))
-        self.last = b""
+        self.sent: deque[bytes] = deque(maxlen=topic.qos.depth)
 
     def publish(self, report: Sequence[Status]) -> None:
         """Publish a report."""
         msg = DiagnosticArray(status=[self._to_msg(status) for status in report])
         msg.header.stamp = self._node.get_clock().now().to_msg()
-        self.last = serialize_message(msg)
-        self.publisher.publish(self.last)
+        data = serialize_message(msg)
+        data += bytes(-len(data) % 4)  # as DDS delivers it
+        self.sent.append(data)
+        self.publisher.publish(data)
 
     def _to_msg(self, status: Status) -> DiagnosticStatus:
         return DiagnosticStatus(
