@@ -7,6 +7,7 @@ such a request is answered as refused, with the reason where the answer has room
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.service import Service
+from type_description_interfaces.srv import GetTypeDescription
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.input_limits import REQUEST_ITEMS, REQUEST_TEXT
@@ -26,6 +28,7 @@ Refuse = Callable[[InputError], None]
 _KNOWN_TYPES = frozenset(
     value for name, value in vars(ParameterType).items() if name.startswith("PARAMETER_")
 )
+_TYPE_HASH = re.compile(r"RIHS01_[0-9a-f]{64}")
 _ARRAYS = ("byte_array", "bool_array", "integer_array", "double_array", "string_array")
 
 
@@ -58,16 +61,15 @@ class _Guard:
 
     def _answered(self, request: Any, response: Any) -> Any:
         """The answer of the real callback, or that of a refusal."""
-        if error := self._unfit(request):
-            return self._refused(request, error)
         try:
+            if error := self._unfit(request):
+                return self._refused(request, error)
             return self._callback(request, response)
         except Exception as error:  # noqa: BLE001 (whatever it is: told, counted, answered)
             why = str(error).partition(", at /")[0]
             given = f"a request that ended in {type(error).__name__}"
-            return self._refused(
-                request, InputError(self._field, given, "one that can be carried out", why)
-            )
+            wrong = InputError(self._field, given, "one that can be carried out", why)
+            return self._refused(request, wrong)
 
     def _each(self, request: SetParameters.Request, response: Any) -> Any:
         """Set parameters one by one: a wrong one hides none of the others."""
@@ -80,8 +82,12 @@ class _Guard:
         """Why a request cannot be carried out, where that is seen before."""
         if self._type is ChangeState and isinstance(self._node, LifecycleNode):
             return _wrong_transition(self._field, self._node, request.transition)
+        if self._type is GetTypeDescription and not _TYPE_HASH.fullmatch(request.type_hash):
+            hint = "A hash is RIHS01_ and 64 hexadecimal digits."  # else rcl writes ten lines
+            return InputError(f"{self._field} type_hash", request.type_hash, "a hash", hint)
         if self._type in (SetParameters, SetParametersAtomically):
-            return next((error for p in request.parameters if (error := _wrong_value(p))), None)
+            wrong = (_wrong_value(self._node, parameter) for parameter in request.parameters)
+            return next(filter(None, wrong), None)
         return None
 
     def _refused(self, request: Any, error: InputError) -> Any:
@@ -132,20 +138,21 @@ def _too_long(field: str, text: Sequence[Any]) -> InputError:
     return InputError(field, f"{len(text)} characters", f"at most {REQUEST_TEXT}")
 
 
-def _wrong_value(parameter: Any) -> InputError | None:
+def _wrong_value(node: Node, parameter: Any) -> InputError | None:
     """A parameter whose type ROS does not know, or which is larger than the limits."""
-    value = parameter.value
-    if len(parameter.name) > REQUEST_TEXT:
-        return _too_long("parameter", parameter.name)
+    value, name = parameter.value, parameter.name
+    if len(name) > REQUEST_TEXT:
+        return _too_long("parameter", name)
+    if not name:  # rclpy would make one of it
+        return InputError("parameter", name, "a name")
+    field = name if node.has_parameter(name) else "parameter"  # others' names are no reasons
     if value.type not in _KNOWN_TYPES:
-        return InputError(parameter.name, f"a value of type {value.type}", "types 0 to 9",
+        return InputError(field, f"a value of type {value.type}", "types 0 to 9",
                           "rcl_interfaces/msg/ParameterType lists them.")  # fmt: skip
     if len(value.string_value) > REQUEST_TEXT:
-        return _too_long(parameter.name, value.string_value)
+        return _too_long(field, value.string_value)
     longest = max(len(getattr(value, f"{kind}_value")) for kind in _ARRAYS)
-    if longest > REQUEST_ITEMS:
-        return too_many(parameter.name, longest, REQUEST_ITEMS)
-    return None
+    return too_many(field, longest, REQUEST_ITEMS) if longest > REQUEST_ITEMS else None
 
 
 def _wrong_transition(field: str, node: LifecycleNode, transition: Any) -> InputError | None:

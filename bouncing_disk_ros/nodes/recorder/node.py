@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -83,16 +84,17 @@ class Recorder(Node):
         for name, topic in self._selection.known.items():  # heard from their first message on
             self._hear(name, topic.type)
         inputs = self.resolve_topic_name("disk/inputs")
-        self._parameters = RunParameters(self, inputs, self._attach, self._presets)
+        self._run_parameters = RunParameters(self, inputs, self._attach, self._presets)
         for service, action in (
             ("~/pause", self._pause), ("~/resume", self._resume), ("~/split", self._split)
         ):  # fmt: skip
             self.create_service(Trigger, service, _answering(action))
         guard_services(self, self._refuse)
-        self.create_timer(LOOK_SECONDS, self._look)
-        self.create_timer(1.0, self._report)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
+        self.create_timer(LOOK_SECONDS, self._look, clock=steady)
+        self.create_timer(1.0, self._report, clock=steady)
         if period := float(self._values["status_period"]):
-            self.create_timer(period, self._show_status)
+            self.create_timer(period, self._show_status, clock=steady)
         state = "paused, " if self._paused else ""
         self.get_logger().info(f"{state}recording to {self._recording.writer.folder}")
 
@@ -110,7 +112,7 @@ class Recorder(Node):
                 self._register(topic, infos)
             if topic.registered:
                 self._repeat(topic, len(infos))
-        self._parameters.look()
+        self._run_parameters.look()
 
     def _hear(self, name: str, kind: str) -> None:
         known = self._selection.known.get(name)
