@@ -186,6 +186,26 @@ def ended_well_but_warned(process: Process) -> None:
     assert "Traceback" not in process.output
 
 
+def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> None:
+    process = simulator(start)
+    peer.settle()
+    peer.publish("platform/axial_amplitude", Float64(data=0.03))
+    peer.wait_for_record("motion")
+    process.send(signal.SIGSTOP)
+    for number in range(400):  # more than reader and writer hold
+        peer.publish("platform/axial_amplitude", Float64(data=0.03 + 1e-6 * number))
+    process.send(signal.SIGCONT)
+
+    def counted() -> tuple[int, str]:
+        values = peer.diagnostic("inputs")[2]
+        return int(values["accepted"]) - 1, values["commands lost on the way"]  # 1: it was let go
+
+    peer.spin_until(lambda: counted()[0] + int(counted()[1]) == 401)
+    assert int(counted()[1]) > 0
+    process.wait_for("inputs: .*; [0-9]+ commands were lost on the way: send them more slowly")
+    ended_well_but_warned(process)
+
+
 # --- pause, step, reset ---------------------------------------------------------------------------
 def test_pause_step_reset(start: Starter, peer: Peer) -> None:
     process = simulator(start, "frequency:=3.0")

@@ -19,6 +19,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.run.clock import NS
 
+NAN, INF = math.nan, math.inf
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)
 
@@ -193,3 +194,31 @@ def test_the_end_of_a_cross_fade_lies_the_mean_frequency_on() -> None:
 def test_other_trajectories_are_no_motion_in_force() -> None:
     with pytest.raises(InputError, match="platform/motion"):
         c.msg_to_motion(JointTrajectory(joint_names=["a"]))
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [(0, NAN), (3, INF), (5, 1e19), (6, -INF), (2, 0.0), (2, -3.0), (6, 1e300)],
+)
+def test_numbers_that_no_motion_has_are_refused(place: int, value: float) -> None:
+    start, target = Motion(0.01, 0.2, 3.0, 0.1), Motion(0.02, 0.3, 5.0, -0.1)
+    for point in (0, 1):
+        msg = c.motion_to_msg(MotionInForce(0, NS, start, target, 6, 1.5), 0)
+        msg.points[point].positions[place] = value
+        with pytest.raises(InputError, match="platform/motion"):
+            c.msg_to_motion(msg)
+        msg.points[point].positions = msg.points[point].positions[:place]
+        with pytest.raises(InputError, match="platform/motion"):
+            c.msg_to_motion(msg)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("index", NAN), ("index", INF), ("index", -1.0), ("index", 2.0**53), ("time", NAN),
+     ("time", 1e11), ("time", -0.5), ("kind", 3)],
+)  # fmt: skip
+def test_rows_that_count_or_time_cannot_follow_are_refused(name: str, value: float) -> None:
+    sent = rows(5)
+    sent[name][3] = value
+    with pytest.raises(InputError, match=f"cloud {name}: got"):
+        c.impacts_from_msg(c.impacts_to_msg(sent, 0))
