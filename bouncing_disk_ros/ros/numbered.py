@@ -74,7 +74,7 @@ class NumberedSubscription:
         self.lost = LostMessages(self._gids)
         self._node, self._take = node, take
         self._subscription: Subscription = node.create_subscription(
-            kind, topic, _Callback(self._on_message), profile_of(qos), raw=True,
+            kind, topic, _Callback(self.on_message), profile_of(qos), raw=True,
             event_callbacks=SubscriptionEventCallbacks(),
         )  # fmt: skip
 
@@ -82,7 +82,8 @@ class NumberedSubscription:
         found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
-    def _on_message(self, data: bytes, info: dict[str, Any]) -> None:
+    def on_message(self, data: bytes, info: dict[str, Any]) -> None:
+        """A message with what the middleware says of it."""
         self.lost.take(info["publication_sequence_number"])
         self._take(data)
 
