@@ -51,6 +51,7 @@ class Reading:
     state: str  # of the node: running, paused, inactive ...
     factor: float  # asked for
     other_publishers: int
+    fault: str = ""  # why the run has ended, if it has
     lost: int = 0  # messages of the command topics that did not arrive
     uncertain: Sequence[str] = ()  # command topics of which more may be lost
 
@@ -112,6 +113,8 @@ class Health:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )
+        if now.fault:
+            level, message = Level.ERROR, f"the run has ended: {now.fault}"
         reached = 0.0
         if last is not None and now.steady_ns > last.steady_ns:
             reached = (now.simulated_ns - last.simulated_ns) / (now.steady_ns - last.steady_ns)

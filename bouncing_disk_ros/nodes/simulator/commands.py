@@ -92,8 +92,7 @@ class Commands:
         try:
             changes = validate_programme(request)
             session, instant = self._open(request.field)
-            latest = session.simulation.latest_target
-            points = schedule_programme(request, changes, instant, latest)
+            points = schedule_programme(request, changes, instant, session.latest_target)
         except InputError as error:
             self._refuse(error)
             return False
