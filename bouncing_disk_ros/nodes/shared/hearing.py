@@ -5,6 +5,7 @@ The messages are those of rclpy or objects with the same fields (`bag.Bag.decode
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -139,29 +140,28 @@ class Hearing:
             if node.rpartition("/")[0] == self._prefix:
                 tasks[task] = {value.key: value.value for value in status.values}
                 words = status.message if task == "real time" else words
-        try:
-            simulated, p50, p99, most, residual = (
-                float(tasks[task][key]) for task, key in _REPORTED
-            )
-        except (KeyError, ValueError):  # of another node, or not running yet
-            return
-        clock, energy = tasks["real time"], tasks["energy"]
-        self.record.health.append(
-            Health(
-                time_to_ns(msg.header.stamp) / NS,
-                simulated,
-                p50,
-                p99,
-                most,
-                residual,
-                running=words.startswith("running"),
-                behind=float(clock.get("behind (s)", "nan")),
-                skipped=int(clock.get("samples skipped", 0)),
-                refused=int(tasks.get("inputs", {}).get("refused", 0)),
-                asked=clock.get("real_time_factor asked", ""),
-                energy=Energy(*(float(energy.get(f"{n} (J)", "nan")) for n in Energy._fields)),
-            )
-        )
+        with contextlib.suppress(KeyError, ValueError):  # of another node, or not running yet
+            self.record.health.append(_health(msg, tasks, words))
+
+
+def _health(msg: Any, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health:
+    """The report of a simulator; KeyError or ValueError where it is none."""
+    simulated, p50, p99, most, residual = (float(tasks[task][key]) for task, key in _REPORTED)
+    clock, energy = tasks["real time"], tasks["energy"]
+    return Health(
+        time_to_ns(msg.header.stamp) / NS,
+        simulated,
+        p50,
+        p99,
+        most,
+        residual,
+        running=words.startswith("running"),
+        behind=float(clock.get("behind (s)", "nan")),
+        skipped=int(clock.get("samples skipped", 0)),
+        refused=int(tasks.get("inputs", {}).get("refused", 0)),
+        asked=clock.get("real_time_factor asked", ""),
+        energy=Energy(*(float(energy.get(f"{n} (J)", "nan")) for n in Energy._fields)),
+    )
 
 
 def _shown(values: Mapping[str, Any]) -> str:
