@@ -83,7 +83,9 @@ setup(
             "ruff",
             "types-PyYAML",
         ],
-        "prove": ["python-flint"],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
+        "prove": [
+            "python-flint"
+        ],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [

@@ -25,7 +25,10 @@ TABLES = {
     "executables",
     "folders",
     "kernel_cache",
+    "limits",
     "parameters",
+    "parsing",
+    "regular_file",
     "study_tables",
     "tables",
     "topics",
@@ -66,6 +69,7 @@ MAY_IMPORT = {
 }  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
+    "parsing": {"yaml"},
     "core": {"numpy", "numba"},
     "analysis": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
