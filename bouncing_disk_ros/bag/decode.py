@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.message_type import MessageType
+from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.topic import Form
 from bouncing_disk_ros.errors import InputError, closest
 
@@ -60,6 +61,21 @@ def decoder(form: Form) -> Decode:
 
 
 # --- other messages -------------------------------------------------------------------------------
+def check_installed(form: Form) -> None:
+    """InputError unless messages of a form have just the fields of the type installed here.
+
+    Raises BagError, InputError as `decoder` for what cannot be decoded at all.
+    """
+    decoder(form)
+    from rosbags.typesys import get_types_from_msg
+
+    ours = MessageType(form.type, schema_of(form.type).text, get_types_from_msg).types
+    theirs = MessageType(form.type, form.definition, get_types_from_msg).types
+    if any(name not in theirs or theirs[name][1] != row[1] for name, row in ours.items()):
+        allowed = "the fields of the type that is installed here"
+        raise InputError(f"definition of {form.type}", "other fields in the bag", allowed)
+
+
 def field_names(message: Any, prefix: str = "") -> list[str]:
     """Dotted names of the fields of a message; times and lists of messages count as one."""
     names = []

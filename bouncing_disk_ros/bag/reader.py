@@ -226,6 +226,10 @@ class Bag:
             self._decoders[name] = decode.decoder(topic.form)
         return self._decoders[name]
 
+    def check_installed(self, name: str) -> None:
+        """InputError when a topic's definition has other fields than the type installed here."""
+        decode.check_installed(self._topic(name).form)
+
     def close(self) -> None:
         """Let go of the bag (its files are open only while they are read)."""
 

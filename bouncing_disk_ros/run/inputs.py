@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import bouncing_disk_ros
 from bouncing_disk_ros.core.engine import joined as joined  # re-exported for readers of records
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
@@ -15,8 +16,32 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.records import KINDS, Record
 
 
+def restored(record: Record) -> Simulation:
+    """The simulation of a snapshot record; InputError when it is none that this build can read."""
+    try:
+        return Simulation.restore(record["state"])
+    except (ValueError, KeyError, TypeError) as error:
+        given = f"of version {record.get('version', 'unknown')} ({error})"
+        allowed = f"snapshots that version {bouncing_disk_ros.__version__} can read"
+        hint = "It is damaged, or of another build: replay it with the version that recorded it."
+        raise InputError("snapshot", given, allowed, hint) from None
+
+
 def apply(simulation: Simulation, record: Record) -> None:
-    """Apply one record at the instant reached; snapshots and pauses do nothing."""
+    """Apply one record at the instant reached; snapshots and pauses do nothing.
+
+    Raises InputError for an input that the simulation does not take.
+    """
+    try:
+        _apply(simulation, record)
+    except InputError:
+        raise
+    except ValueError as error:
+        field = f"input record {record['index']} ({record['kind']})"
+        raise InputError(field, str(error), "an input that the run can take") from None
+
+
+def _apply(simulation: Simulation, record: Record) -> None:
     match record["kind"]:
         case "motion":
             points = [(int(at), Motion(*values)) for at, values in record["points"]]
@@ -55,7 +80,7 @@ def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np
     for record in records:
         if simulation is None:
             if record["kind"] == "snapshot":
-                simulation = Simulation.restore(record["state"])
+                simulation = restored(record)
             continue
         rows += advance_to(simulation, record["time_ns"])
         apply(simulation, record)

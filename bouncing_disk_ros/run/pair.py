@@ -27,7 +27,7 @@ CLOSE_STEPS = 40
 """After the two part: samples over so many periods of the platform, so many in each."""
 SPEED_SECONDS = 2.0
 """The rotor speed is the mean over this long at the end."""
-EVENTS_PER_SLICE = 20_000
+EVENTS_PER_SLICE = 2000
 
 
 class Trace(NamedTuple):
