@@ -4,6 +4,8 @@
 SHELL := /bin/sh
 PYTHON ?= python3
 BIN := .venv/bin
+SEED ?= $(shell date +%s)
+EXAMPLES ?= 20
 
 # A sourced ROS workspace or another virtual environment would win over .venv: none of it reaches the commands below.
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD
@@ -42,6 +44,8 @@ figures: run-environment   ## compute every figure of the paper and docs/figures
 
 soak: test-environment   ## run for long: memory, lateness, lost rows; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak
+	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
+	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference
 
 interop: interop-environment   ## check against foreign tools: another DDS, Foxglove, rerun, ros2
 	$(BIN)/pytest -m interop test/interop

@@ -141,7 +141,7 @@ class SteppedSimulator:
     @property
     def motion(self) -> Motion:
         """The newest accepted motion of the platform."""
-        return self._run.session.simulation.latest_target
+        return self._run.session.latest_target
 
     @property
     def _run(self) -> Any:

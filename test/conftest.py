@@ -25,11 +25,15 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parent.parent
 
-hypothesis.settings.register_profile("default", deadline=None)
+# Not `derandomize`: its examples change with the version of Python. pyproject.toml has the seed.
+hypothesis.settings.register_profile("suite", deadline=None, database=None, print_blob=True)
+# EXAMPLES times as many, with another seed for each run: `make soak`
 hypothesis.settings.register_profile(
-    "ci", deadline=None, derandomize=True, database=None, print_blob=True
+    "soak",
+    parent=hypothesis.settings.get_profile("suite"),
+    max_examples=100 * int(os.environ.get("EXAMPLES", "1")),
 )
-hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
+hypothesis.settings.load_profile("soak" if "EXAMPLES" in os.environ else "suite")
 
 
 def differing_modules() -> list[str]:

@@ -21,6 +21,7 @@ HALF_PI_1 = float.fromhex("0x1.921fb54400000p+0")
 HALF_PI_2 = float.fromhex("0x1.0b4611a600000p-34")
 HALF_PI_3 = float.fromhex("0x1.3198a2e037073p-69")
 _HALF_PI_HIGH = math.pi / 2
+_QUARTER_PI = math.pi / 4
 _HALF_PI_LOW = float.fromhex("0x1.1a62633145c07p-54")
 _FEW_TURNS = 1.0e6  # below it k < 2²⁰
 ROUNDER = 1.5 * 2.0**52  # adding and subtracting it rounds to the nearest whole number
@@ -110,10 +111,19 @@ def _reduced(x: float) -> tuple[float, int]:
     k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     if abs(x) < _FEW_TURNS:
         r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
-    else:
-        p, e = two_product(k, _HALF_PI_HIGH)
-        r = ((x - p) - e) - k * _HALF_PI_LOW
+    else:  # the product x·2/π is rounded: k may be one off, which the second look puts right
+        r = _remainder(x, k)
+        k += 1.0 if r > _QUARTER_PI else (-1.0 if r < -_QUARTER_PI else 0.0)
+        r = _remainder(x, k)
     return r, int(k) & 3
+
+
+@kernel
+def _remainder(x: float, k: float) -> float:
+    """x − kπ/2, rounded once."""
+    p, e = two_product(k, _HALF_PI_HIGH)
+    high, low = two_sum(x - p, -e)
+    return high + (low - k * _HALF_PI_LOW)
 
 
 @kernel

@@ -30,6 +30,7 @@ FLIES = 3
 
 GRAVITY = 1.0 / math.pi
 """g in the map's units."""
+_SEARCHES = 64  # of `first_impact` for one flight: far more than any needs
 TAU, W, DELAY, KIND = range(4)
 """Columns of what `axial_orbit` writes."""
 
@@ -50,12 +51,25 @@ def axial_motion(forcing: float) -> SteadyMotion:
 
 
 @kernel
+def landing(
+    motion: Record, s: float, c: float, jet: Jet, g: float, u: float, start: float
+) -> tuple[float, float]:
+    """Delay and w_A of the impact that ends a flight from the platform; nan if it is not found."""
+    d, w = start, 1.0
+    for _ in range(_SEARCHES):
+        d, w = first_impact(motion, 0.0, s, c, jet, g, 0.0, u, d, math.inf)
+        if not w > 0.0:
+            return d, w
+    return math.nan, math.nan
+
+
+@kernel
 def launched_impact(
     motion: Record, disk: Record, tau: float, s: float, c: float, jet: Jet
 ) -> tuple[float, float]:
     """Delay and w_A of the first impact after a launch with gap = 0 and u = 0 at τ (rule 2)."""
-    start = load_returns(motion, disk, 0.0, tau, math.inf)
-    return first_impact(motion, 0.0, s, c, jet, disk.g, 0.0, 0.0, start, math.inf)
+    start = load_returns(motion, disk, 0.0, tau, math.inf).zero
+    return landing(motion, s, c, jet, disk.g, 0.0, start)
 
 
 @kernel
@@ -96,7 +110,7 @@ def next_impact(
     u = -restitution * w
     kind, at, waited = after_impact(motion, disk, tau, jet, u)
     if kind == FLIES:
-        d, w1 = first_impact(motion, 0.0, s, c, jet, GRAVITY, 0.0, u, 0.0, math.inf)
+        d, w1 = landing(motion, s, c, jet, GRAVITY, u, 0.0)
         return MAP_IMPACT, phase_after(tau, d)[1], w1, d
     if kind == MAP_REST:
         return MAP_REST, math.nan, math.nan, math.inf

@@ -22,12 +22,13 @@ from bouncing_disk_ros.core.axial_map import (
     MAP_IMPACT,
     MAP_REST,
     MapDisk,
+    landing,
     launched_impact,
 )
 from bouncing_disk_ros.core.clock import phase_after
 from bouncing_disk_ros.core.contact import load, slide, slip_sign
 from bouncing_disk_ros.core.events import after_sliding, after_sticking
-from bouncing_disk_ros.core.flight import first_impact, gap_after, separation_phase
+from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.impact import (
     BOUNCES,
     COMPLETES,
@@ -36,7 +37,7 @@ from bouncing_disk_ros.core.impact import (
     chatter_verdict,
     speed_after,
 )
-from bouncing_disk_ros.core.layout import SEPARATION, SLIP
+from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS
 from bouncing_disk_ros.core.platform import (
     Record,
     SteadyMotion,
@@ -47,6 +48,7 @@ from bouncing_disk_ros.core.platform import (
 
 SPEED, TURNED = KIND + 1, KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""
+_MOST_EVENTS = 100_000  # of one ride on the platform: far more than any has
 Collision = tuple[int, float, float, float, float, float]  # kind, τ, w, α̇, delay, angle turned
 
 
@@ -83,12 +85,12 @@ def ride(motion: Record, disk: Record, tau: float, omega: float) -> tuple[float,
     b = angular_jet(motion, sine, cosine, 0.0)
     a, _ = load(motion, disk.g, axial_jet(motion, sine, cosine, 0.0))
     sign = slip_sign(disk, a, omega - b[1], b[2])
-    while True:
+    for _ in range(_MOST_EVENTS):
         state = Riding(tau, sine, cosine, sign, omega)
         if sign == 0.0:
-            kind, d, value = after_sticking(state, motion, disk, 0.0, math.inf)
+            kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
         else:
-            kind, d, value = after_sliding(state, motion, disk, 0.0, math.inf)
+            kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
             rotation = slide(motion, disk, 0.0, sine, cosine, sign, omega, d)
             turned += rotation[0]
             omega = rotation[1]
@@ -104,10 +106,11 @@ def ride(motion: Record, disk: Record, tau: float, omega: float) -> tuple[float,
         b = end
         if kind == SLIP:
             sign = value
-        else:
+        elif kind == SLIP_ENDS:
             a = disk.g + axial_jet(motion, sine, cosine, 0.0)[2]
             sign = slip_sign(disk, a, 0.0, b[2])
             omega = b[1] if sign == 0.0 else omega
+    return math.nan, math.nan, math.nan
 
 
 @kernel
@@ -128,7 +131,7 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
     if u > 0.0:
         end, waited, sign = chatter_verdict(motion, disk, 0.0, s, c, jet, u, omega)
         if end == BOUNCES:
-            d, w1 = first_impact(motion, 0.0, s, c, jet, disk.g, 0.0, u, 0.0, math.inf)
+            d, w1 = landing(motion, s, c, jet, disk.g, u, 0.0)
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
         tau = phase_after(tau, waited)[1]
         if end == COMPLETES:

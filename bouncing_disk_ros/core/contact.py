@@ -9,9 +9,16 @@ its first root.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
-from bouncing_disk_ros.core.flight import gap_after, never_leaves, separation_phase
+from bouncing_disk_ros.core.bounds import Bounds, bounds_from
+from bouncing_disk_ros.core.flight import (
+    SEARCH_STEPS,
+    gap_after,
+    never_leaves,
+    separation_phase,
+)
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
@@ -69,13 +76,21 @@ def watched(
 
 
 @kernel
-def _curvature(which: int, motion: Record, disk: Record) -> float:
+def _curvature(which: int, over: Bounds, disk: Record) -> float:
     """Bound of the second derivative of a watched function."""
     if which in (LOAD, UNLOAD):
-        return motion.s4
+        return over.s4
     if which == SLIPPING:
-        return disk.grip * motion.s3 + motion.b3
-    return disk.grip * motion.s4 + motion.b4
+        return disk.grip * over.s3 + over.b3
+    return disk.grip * over.s4 + over.b4
+
+
+class Search(NamedTuple):
+    """What a search for a zero found: `zero` is inf if there is none up to `reached`."""
+
+    zero: float
+    reached: float  # the horizon, or less where the steps of one search were used up; s
+    steps: int
 
 
 @kernel
@@ -89,30 +104,41 @@ def first_zero(
     slip: Slip,
     begin: float,
     horizon: float,
-) -> float:
-    """Delay after `begin` at which a watched function falls through zero; inf past `horizon`.
+) -> Search:
+    """Delay after `begin` at which a watched function falls through zero.
 
     A value that touches zero and rises again is no event. The function must not be negative at
     `begin`.
     """
-    k = _curvature(which, motion, disk)
     d = begin
-    while d <= horizon:
+    over = bounds_from(motion, elapsed, d)
+    k = _curvature(which, over, disk)
+    touching = 1e-9  # rad
+    for i in range(SEARCH_STEPS):
+        if d > horizon:
+            return Search(math.inf, horizon, i)
+        if d >= over.until:
+            over = bounds_from(motion, elapsed, d)
+            k = _curvature(which, over, disk)
         f, f1 = watched(which, sign, motion, disk, elapsed, tau, slip, d)
         if f <= 0.0:
             if f1 < 0.0:
-                return d
+                return Search(d, d, i)
             f = 0.0
         if k == 0.0 and f1 >= 0.0:
-            return math.inf
+            if over.until == math.inf:
+                return Search(math.inf, horizon, i)
+            d = over.until
+            continue
         if f == 0.0 and f1 == 0.0:
-            d += 1e-9 / motion.omega_max
+            d += touching / motion.omega_max
+            touching *= 2.0
             continue
         step = parabola_root(f, f1, k)
         if f1 < 0.0 and step <= 4.0 * ROUNDING * (d + step):
-            return d + step
-        d = max(d + step, d * (1.0 + 4.0 * ROUNDING))
-    return math.inf
+            return Search(d + step, d + step, i)
+        d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)
+    return Search(math.inf, min(d, horizon), SEARCH_STEPS)
 
 
 @kernel
@@ -122,76 +148,89 @@ def period_of(motion: Record) -> float:
 
 
 @kernel
-def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> float:
-    """Delay of the next separation (a falls through 0); inf if none before `horizon`."""
+def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> Search:
+    """Delay of the next separation (a falls through 0)."""
     if motion.kind == STEADY:
         leave = separation_phase(motion, disk.g)
         if leave < 0.0:
-            return math.inf
-        return wrapped(leave - tau) / motion.omega
+            return Search(math.inf, horizon, 0)
+        return Search(wrapped(leave - tau) / motion.omega, horizon, 0)
     if disk.g > motion.s2:
-        return math.inf
+        return Search(math.inf, horizon, 0)
     return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
-def load_returns(motion: Record, disk: Record, elapsed: float, tau: float, horizon: float) -> float:
+def load_returns(
+    motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
+) -> Search:
     """After a launch with u = 0: delay until a rises through 0; before it the gap cannot close."""
     if motion.kind == STEADY:
         leave = separation_phase(motion, disk.g)
         if leave < 0.0:
-            return 0.0
+            return Search(0.0, 0.0, 0)
         # launched at τ_sep, or later in the interval (τ_sep, π − τ_sep) where a < 0
         ahead = wrapped(math.pi - leave - tau)
-        return min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
+        returns = min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
+        return Search(returns, returns, 0)
     return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
 def stick_fails(
     motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
-) -> tuple[float, float]:
-    """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ; (inf, 0) if never."""
+) -> tuple[Search, float]:
+    """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there."""
     weakest = disk.g - motion.s2
     if motion.b2 + abs(disk.lag) <= disk.grip * weakest:
-        return math.inf, 0.0
+        return Search(math.inf, horizon, 0), 0.0
+    within = horizon
     if motion.kind == STEADY:
-        horizon = min(horizon, 1.0625 * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
-    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, min(horizon, up))
-    if down < up:
-        return down, -1.0
-    return up, 1.0
+        within = min(horizon, 1.0625 * period_of(motion))
+    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, up.reached)
+    steps = up.steps + down.steps
+    if down.zero < up.zero:
+        return Search(down.zero, down.reached, steps), -1.0
+    if up.zero <= down.reached:
+        return Search(up.zero, up.reached, steps), 1.0
+    reached = horizon if down.reached >= within else down.reached
+    return Search(math.inf, reached, steps), 0.0
 
 
 @kernel
 def slip_ends(
     motion: Record, disk: Record, elapsed: float, tau: float, sign: float, w: float, horizon: float
-) -> tuple[float, int]:
+) -> tuple[Search, int]:
     """Delay at which sliding with sign·w_T = w reaches w_T = 0, and whole periods to skip.
 
     A slip that begins at w = 0 is searched only from where its drive turns against it: until then
     it grows.
     """
+    never = Search(math.inf, horizon, 0)
     if disk.grip == 0.0:
-        return math.inf, 0
-    begin = 0.0
+        return never, 0
     sine, cosine = sincos(tau)
     s1 = axial_jet(motion, sine, cosine, elapsed)[1]
     b1 = angular_jet(motion, sine, cosine, elapsed)[1]
     slip = (w, b1, sine, cosine)
+    within = horizon
     if motion.kind == STEADY:
         skip = _periods_without_root(motion, disk, sign, w + disk.grip * s1 + sign * b1)
         if skip > 0:
-            return math.inf, skip
+            return never, skip
+    turns = Search(0.0, 0.0, 0)
     if w == 0.0:
         reach = min(horizon, 1.0625 * period_of(motion)) if motion.kind == STEADY else horizon
-        begin = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
+        turns = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
+        if turns.zero == math.inf:
+            return (never if turns.reached >= reach else turns), 0
     if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
-        horizon = min(
-            horizon, begin + 1.0625 * period_of(motion)
-        )  # higher after each period: now or never
-    return first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, begin, horizon), 0
+        # higher after each period: now or never
+        within = min(horizon, turns.zero + 1.0625 * period_of(motion))
+    end = first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, turns.zero, within)
+    reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
+    return Search(end.zero, reached, turns.steps + end.steps), 0
 
 
 @kernel

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, two_sum
+from bouncing_disk_ros.core.bounds import frequency_at
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_FRICTION,
@@ -62,9 +63,11 @@ def book_impact(
 ) -> None:
     """One impact: w = |w_A|, slip the mean of w_T before and after, climb and spin of the platform.
 
-    `push` and `twist` are the impulses over m and over m a_g².
+    `push` and `twist` are the impulses over m and over m a_g². What the flight before it exchanged
+    between kinetic and potential energy is work of nobody, but part of the scale of the residual.
     """
     e = disk.restitution
+    books[0, THROUGHPUT] += disk.mass * (climb * climb + w * w)
     book(books, W_AXIAL, disk.mass * push * climb)
     book(books, L_AXIAL, 0.5 * disk.mass * (1.0 - e * e) * w * w)
     book(books, W_ANGULAR, disk.inertia * twist * spin)
@@ -135,8 +138,11 @@ def _drift(motion: Record, g: float, elapsed: float, tau: float, t: float, spin:
 
     For cross-fades, and for slips so short that the closed form is a difference of near equals.
     """
-    panels = math.ceil(motion.omega_max * t / _PANEL) + 1
-    if motion.kind != STEADY:
+    if motion.kind == STEADY:
+        panels = math.ceil(motion.omega * t / _PANEL) + 1
+    else:
+        f = max(frequency_at(motion, elapsed), frequency_at(motion, elapsed + t))
+        panels = math.ceil(TWO_PI * f * t / _PANEL) + 1
         panels = max(panels, math.ceil(8.0 * t / motion.duration))
     width = t / panels
     total = 0.0

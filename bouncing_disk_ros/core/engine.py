@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -27,10 +28,12 @@ from bouncing_disk_ros.core.model import (
     Motion,
     Phase,
     Sample,
+    SimulationError,
 )
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
+_BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
 
 
@@ -102,7 +105,10 @@ class Engine:
         s["initial_energy"] = self._observed["energy"]
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
-        """Resolve the events up to target_ns; their number and whether the budget ran out."""
+        """Resolve the events up to target_ns; the work done and whether the budget ran out.
+
+        Raises SimulationError for a run that cannot go on.
+        """
         used = 0
         while True:
             n, events, status = stepper.advance(
@@ -119,19 +125,38 @@ class Engine:
             used += events
             if n:
                 rows.append(self._written(n))
+            if status == stepper.FAULTY:
+                raise SimulationError(self._fault())
             if status != stepper.FULL:
                 return used, status == stepper.BEHIND
+
+    def _fault(self) -> str:
+        s = self.state[0]
+        values = ", ".join(f"{n} {float(s[n])!r}" for n in ("gap", "u", "omega", "angle", "tau"))
+        return f"no next event after simulated time {int(s['ns'])} ns: {values}"
+
+    @property
+    def in_chatter(self) -> bool:
+        """Whether the next event is the end of a chatter in closed form."""
+        return bool(self.state["event"][0] == CHATTER_ENDS)
 
     def look_again(self) -> None:
         """Forget the next event: the boundary that bounded its search has changed."""
         self.state["event"] = UNKNOWN
 
+    def cut_chatter(self, time_ns: int, budget: int, rows: Rows) -> bool:
+        """Resolve a chatter bounce by bounce up to time_ns; True when the budget ran out first."""
+        if not self.in_chatter:
+            return False
+        self.look_again()
+        behind = self.step(time_ns, time_ns, budget, rows)[1]
+        self.look_again()  # what is known of the next event holds up to time_ns only
+        return behind
+
     def halt(self, time_ns: int, rows: Rows) -> None:
         """Carry the state to time_ns, where all that is due earlier has been resolved."""
-        if self.state["event"][0] == CHATTER_ENDS:  # cut short by the input: bounce by bounce
-            self.look_again()
-            while self.step(time_ns, time_ns, _MANY, rows)[1]:
-                pass
+        while self.cut_chatter(time_ns, _MANY, rows):
+            pass
         arguments = (self.state, self.m, self.k, self._books, self._buffer, self._open_row)
         n = stepper.halt(*arguments, time_ns)
         if n:
@@ -190,9 +215,9 @@ class Engine:
         initial = float(state["initial_energy"][0])
         gains = sum(v if name.startswith("work") else -v for name, v in sums.items())
         residual = (energy - initial) - gains
-        return Energy(
-            kinetic, energy - kinetic, initial, **sums, residual=residual, throughput=throughput
-        )
+        potential = energy - kinetic
+        throughput += kinetic + abs(potential) + abs(initial)
+        return Energy(kinetic, potential, initial, **sums, residual=residual, throughput=throughput)
 
     def _written(self, n: int) -> NDArray[np.void]:
         """Copy of the first n rows; as bytes: a structured copy leaves the padding undefined."""
@@ -205,12 +230,17 @@ class Engine:
         """Copies of state and books, carried to time_ns."""
         state, books, row = self.state.copy(), self._books.copy(), self._open_row.copy()
         arguments = (state, self.m, self.k, books, np.zeros(64, IMPACT_DTYPE), row)
-        if state["event"][0] == CHATTER_ENDS:  # in the midst of a chatter: bounce by bounce
+        status = stepper.DONE
+        if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
+            left = _BOUNCES_SHOWN
             status = stepper.FULL
-            while status != stepper.DONE:
-                status = stepper.advance(*arguments, time_ns, time_ns, _MANY)[2]
+            while status == stepper.FULL:
+                _, used, status = stepper.advance(*arguments, time_ns, time_ns, left)
+                left -= used
         stepper.halt(*arguments, time_ns)
+        if status != stepper.DONE:  # the rest of the bounces is below all that can be shown
+            state["gap"] = state["u"] = 0.0
         return state, books
 
     def snapshot(self) -> dict[str, Any]:
@@ -224,12 +254,19 @@ class Engine:
         }
 
     @classmethod
-    def restore(cls, disk: Disk, values: dict[str, Any]) -> Self:
-        """Inverse of `snapshot`."""
-        engine = cls(disk, 0.0)
+    def restore(cls, disk: Disk, report_speed: float, values: Any) -> Self:
+        """Inverse of `snapshot`. What follows from other numbers is computed again."""
+        names = ("state", "motion", "books", "open_row")
+        if not isinstance(values, Mapping) or set(names) - set(values):
+            raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
+        engine = cls(disk, report_speed)
         engine.state = checkpoint.record(values["state"], STATE_DTYPE)
+        checkpoint.check_state(engine.state[0])
+        engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
+        engine.look_again()
         engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
-        engine.k = checkpoint.record(values["disk"], DISK_DTYPE)
-        engine._books = np.array(values["books"])
+        checkpoint.check_motion(engine.m[0])
+        platform.derive(engine.m)
+        engine._books = checkpoint.table("books", values["books"], 2, len(BOOKS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine

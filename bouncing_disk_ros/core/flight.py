@@ -10,9 +10,20 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, arcsine, kernel, sincos_excess
+from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, blend_jet, relative_blend
-from bouncing_disk_ros.core.roots import ROUNDING, one_root_ahead, polished, safe_step
+from bouncing_disk_ros.core.roots import (
+    ROUNDING,
+    one_root_ahead,
+    polished,
+    safe_step,
+    slope_after,
+)
+
+SEARCH_STEPS = 4096
+"""Steps of one search: the work of a call is bounded whatever the motion."""
+_BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 once the scale is right
 
 
 @kernel
@@ -122,39 +133,77 @@ def first_impact(
     start: float,
     horizon: float,
 ) -> tuple[float, float]:
+    """`search_impact` without the number of its steps."""
+    d, w, _ = search_impact(motion, elapsed, s, c, jet, g, gap, u, start, horizon)
+    return d, w
+
+
+@kernel
+def search_impact(
+    motion: Record,
+    elapsed: float,
+    s: float,
+    c: float,
+    jet: Jet,
+    g: float,
+    gap: float,
+    u: float,
+    start: float,
+    horizon: float,
+) -> tuple[float, float, int]:
     """Delay and w_A < 0 of the first impact later than `start`; (inf, 0) if none before `horizon`.
 
     s, c and jet are sin τ, cos τ and the platform's position with its derivatives at the start of
     the flight. Steps are safe ones, but for the stretch above everything the platform can reach,
     which is left out at once, and for the last, where the slope proves that one root lies ahead.
     At a graze the sign of the computed gap at its computed minimum decides: a gap below zero that
-    already grows again is no impact.
+    already grows again is no impact. After SEARCH_STEPS steps (d, 1): no impact up to d, the search
+    goes on from there. (d, nan): no convergence. The third value is the number of steps.
     """
     begin, end = above_platform(motion.top, jet[0] + gap, jet[1] + u, g)
-    k = g + motion.s2
     d = start
-    if start == 0.0 and gap == 0.0 and u > 0.0 and begin <= 2.0 * u / k < end:
+    over = bounds_from(motion, elapsed, d)
+    k = g + over.s2
+    if start == 0.0 and gap == 0.0 and u > 0.0 and begin <= 2.0 * u / k < min(end, over.until):
         d = end  # a safe step already ends above the platform
     h, h1, h2, h3, h4 = gap, u, -(g + jet[2]), -jet[3], -jet[4]
     if d > 0.0:
         h, h1, h2, h3, h4 = gap_after(motion, elapsed, s, c, g, gap, u, d)
-    while d <= horizon:
+    for i in range(SEARCH_STEPS):
+        if d > horizon:
+            return math.inf, 0.0, i
         if h <= 0.0 and h1 < 0.0:
-            return d, h1
+            return d, h1, i
         h = max(h, 0.0)
-        if one_root_ahead(h, h1, k):
-            return _impact_ahead(motion, elapsed, s, c, g, gap, u, d, (h, h1, h2, h3, h4), horizon)
-        if h == 0.0 and h1 == 0.0:
-            step = 1e-9 / motion.omega_max
-        else:
-            step = safe_step(h, h1, -h2, k, motion.s3)
-            if h1 < 0.0 and step <= 4.0 * ROUNDING * d:
-                return d + step, h1
-        d = max(d + step, d * (1.0 + 4.0 * ROUNDING))
-        if begin <= d < end:
-            d = end
+        if d >= over.until:
+            over = bounds_from(motion, elapsed, d)
+            k = g + over.s2
+        if _proven(motion, elapsed, g, d, h, h1, k, over.until):
+            jet = (h, h1, h2, h3, h4)
+            d, w = _impact_ahead(motion, elapsed, s, c, g, gap, u, d, jet, horizon)
+            return d, w, i
+        step = 1e-9 / motion.omega_max
+        if h != 0.0 or h1 != 0.0:
+            step = safe_step(h, h1, -h2, k, over.s3)
+        if h1 < 0.0 and step <= 4.0 * ROUNDING * d:
+            return d + step, h1, i
+        d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)
+        d = end if begin <= d < end else d
         h, h1, h2, h3, h4 = gap_after(motion, elapsed, s, c, g, gap, u, d)
-    return math.inf, 0.0
+    return d, 1.0, SEARCH_STEPS
+
+
+@kernel
+def _proven(
+    motion: Record, elapsed: float, g: float, d: float, h: float, h1: float, k: float, until: float
+) -> bool:
+    """Whether `one_root_ahead` holds, with bounds over all of the stretch that it speaks of."""
+    if not one_root_ahead(h, h1, k):
+        return False
+    end = d - 2.0 * h / h1
+    if end <= until:
+        return True
+    return one_root_ahead(h, h1, g + bounds_between(motion, elapsed, d, end).s2)
 
 
 @kernel
@@ -172,28 +221,31 @@ def _impact_ahead(
 ) -> tuple[float, float]:
     """The root that is proven to lie ahead, by steps of fifth order, and the slope there.
 
-    (inf, 0) past the horizon, where the gap is not even evaluated: a cross-fade ends there. Its
-    derivatives grow with 1/duration, so that the series serves only for a part of a short one;
-    `one_root_ahead` keeps the root within 0.89 … 1.18 of Newton's step, and a step of the series
-    that differs from that by more than a quarter is not taken: Newton's is.
+    (inf, 0) past the horizon, where the gap is not even evaluated: a cross-fade ends there. The
+    root lies within 2h/|h₁| (`one_root_ahead`), and that bracket shrinks with each sign seen. The
+    series of the inverse function holds only over a part of a period (or of a short cross-fade):
+    a step that differs from Newton's by more than a quarter is not taken, Newton's is, which
+    converges here; what leaves the bracket is replaced by its middle. (d, nan): no convergence.
     """
-    fading = motion.kind != STEADY
     rate = motion.omega_max
-    if fading:  # of the blend's fifth derivative to the bound of its fourth
+    if motion.kind != STEADY:  # of the blend's fifth derivative to the bound of its fourth
         rate = max(rate, 2.0 / motion.duration)
     bound = motion.s4 * rate
-    for _ in range(24):
+    low, high = d, d - 2.0 * jet[0] / jet[1]
+    for _ in range(_BRACKET_STEPS):
         step, slope = polished(jet)
-        if fading:
-            newton = -jet[0] / jet[1]
-            if not abs(step - newton) <= 0.25 * abs(newton):
-                step = newton
+        newton = -jet[0] / jet[1]
+        if not abs(step - newton) <= 0.25 * abs(newton):  # so is nan
+            step, slope = newton, slope_after(jet, newton)
+        slack = 8.0 * ROUNDING * high
+        if not low - slack <= d + step <= high + slack:
+            step, slope = 0.5 * (low + high) - d, math.nan
         d += step
         if d > horizon:
             jet = gap_after(motion, elapsed, s, c, g, gap, u, horizon)
             if jet[0] > 0.0:
                 return math.inf, 0.0
-            d = horizon
+            d = high = horizon
             continue
         x = step * step
         fall = abs(jet[1])
@@ -202,7 +254,13 @@ def _impact_ahead(
         if short and bound * x * x < 16.0 * ROUNDING * abs(slope):
             return d, slope
         jet = gap_after(motion, elapsed, s, c, g, gap, u, d)
-    return d, jet[1]
+        if jet[0] > 0.0:
+            low = max(low, d)
+        else:
+            high = min(high, d)
+        if high - low <= 4.0 * ROUNDING * high or abs(step) <= 2.0 * ROUNDING * d:
+            return d, jet[1]
+    return d, math.nan
 
 
 @kernel

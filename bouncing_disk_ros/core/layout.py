@@ -14,6 +14,8 @@ NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
 
 # Pending events.
 UNKNOWN, NOTHING, IMPACT, SEPARATION, SLIP, SLIP_ENDS, CHATTER_ENDS, SKIP = range(8)
+WAYPOINT = 8  # no event up to there: the search goes on from it
+FAULT = 9  # the state is not finite, or a root was not found: the run ends
 STILLED = 2.0  # value of a CHATTER_ENDS whose bounces are too short to have a duration
 
 STATE_DTYPE = np.dtype(

@@ -13,6 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 
+class SimulationError(RuntimeError):
+    """The state of a run is not finite, or a root could not be found: the run cannot go on."""
+
+
 class Phase(IntEnum):
     """Phase of motion of the disk."""
 
@@ -101,7 +105,9 @@ class Energy(NamedTuple):
     loss_impact_friction: float
     loss_sliding: float
     residual: float  # kinetic + potential − initial − works + losses: 0 but for rounding
-    throughput: float  # sum of the magnitudes of all that was booked, the scale of the residual
+    # the scale of the residual: magnitudes of all that was booked, of what flights exchanged
+    # between kinetic and potential energy, and of the energies themselves
+    throughput: float
 
 
 class MotionInForce(NamedTuple):

@@ -168,14 +168,14 @@ def steady_motion(
     )  # fmt: skip
 
 
-def _amplitude_bounds(begin: float, change: float, duration: float) -> list[float]:
-    return [max(begin, begin + change)] + [
-        abs(change) * b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)
-    ]
+def _amplitude_bounds(begin: float, change: float, duration: float) -> tuple[float, ...]:
+    rates = (abs(change) * b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1))
+    return (max(begin, begin + change), *rates)
 
 
-def _derivative_bounds(
-    z: list[float], q1: float, q2: float, q3: float, q4: float
+@kernel
+def derivative_bounds(
+    z: Jet, q1: float, q2: float, q3: float, q4: float
 ) -> tuple[float, float, float]:
     """Bounds of the second to fourth derivatives of A sin χ from those of A (z) and χ (q)."""
     y1 = q1
@@ -189,7 +189,8 @@ def _derivative_bounds(
     )
 
 
-def _set_bounds(m: NDArray[np.void]) -> None:
+def derive(m: NDArray[np.void]) -> None:
+    """Fill in what follows from the other fields of a motion's record: bounds, ω, sin θ, cos θ."""
     r = m[0]
     duration = float(r["duration"]) if r["kind"] == FADE else math.inf
     spread = [b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)]
@@ -197,8 +198,9 @@ def _set_bounds(m: NDArray[np.void]) -> None:
     dw, dlag = TWO_PI * abs(r["df"]), abs(r["dlag"])
     a = _amplitude_bounds(float(r["a"]), float(r["da"]), duration)
     p = _amplitude_bounds(float(r["p"]), float(r["dp"]), duration)
-    s = _derivative_bounds(a, w, dw * spread[0], dw * spread[1], dw * spread[2])
-    b = _derivative_bounds(
+    bounds = getattr(derivative_bounds, "py_func", derivative_bounds)  # without compiling it
+    s = bounds(a, w, dw * spread[0], dw * spread[1], dw * spread[2])
+    b = bounds(
         p,
         w + dlag * spread[0],
         dw * spread[0] + dlag * spread[1],
@@ -224,7 +226,7 @@ def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np
         tau,
     )
     m["a"], m["p"], m["f"], m["lag"] = motion
-    _set_bounds(m)
+    derive(m)
     return m
 
 
@@ -238,5 +240,5 @@ def fade(
     m["dp"] = target.angular_amplitude - start.angular_amplitude
     m["df"] = target.frequency - start.frequency
     m["dlag"] = math.remainder(target.phase_lag - start.phase_lag, TWO_PI)
-    _set_bounds(m)
+    derive(m)
     return m

@@ -54,6 +54,8 @@ def resolve(
         set_clock(state, ns, sub, cycles, tau)
         return _impact(state, motion, disk, books, -value, rows, n, open_row)
     carry(state, motion, disk, books, d, ns, sub, cycles, tau)
+    if state.phase == FLIGHT and state.gap < 0.0:
+        state.gap = 0.0  # a waypoint within rounding of an impact
     end_contact(state, motion, disk, kind, value)
     return n
 

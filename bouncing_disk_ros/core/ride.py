@@ -54,9 +54,9 @@ def ride(
     for _ in range(events):
         phase = state.phase
         if phase == STICKING:
-            kind, d, value = after_sticking(state, motion, disk, 0.0, math.inf)
+            kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
         else:
-            kind, d, value = after_sliding(state, motion, disk, 0.0, math.inf)
+            kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
         tau = phase_after(state.tau, motion.omega * d)[1]
         if kind == SEPARATION:
             tau = separation_phase(motion, disk.g)

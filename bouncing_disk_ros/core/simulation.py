@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Self
 
 import numpy as np
@@ -19,8 +20,11 @@ from bouncing_disk_ros.core.model import (
     Motion,
     MotionInForce,
     Sample,
+    SimulationError,
 )
 from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
+
+_EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
 
 
 class Simulation:
@@ -30,6 +34,11 @@ class Simulation:
     pattern of calls of `advance`, on every x86-64. Arguments are trusted to be in range (see
     `parameters`). Not safe for use by two threads at once.
     """
+
+    _SNAPSHOT = (
+        *("time_ns", "motion_index", "disk", "chatter_report_speed", "initial", "initial_motion"),
+        *("start", "target", "pending", "kicks", "held", "engine"),
+    )
 
     def __init__(
         self,
@@ -106,7 +115,8 @@ class Simulation:
         """Simulate up to and including until_ns; an instant that is past does nothing.
 
         Returns the rows of the impacts (IMPACT_DTYPE) and whether the budget of events ran out
-        first: then time_ns lags behind and the call is to be repeated.
+        first: then time_ns lags behind and the call is to be repeated. Raises SimulationError for
+        a run that cannot go on, each time.
         """
         parts, self._held = self._held, []
         behind = False
@@ -115,7 +125,12 @@ class Simulation:
             target = min(until_ns, boundary)
             if target < self._time_ns:
                 break
-            used, behind = self._engine.step(target, boundary, max_events, parts)
+            try:
+                used, behind = self._engine.step(target, boundary, max_events, parts)
+            except SimulationError:
+                if parts:  # first the impacts before it; the next call raises
+                    return joined(parts), True
+                raise
             max_events -= used
             if behind:
                 reached = int(self._engine.state["ns"][0])
@@ -163,48 +178,60 @@ class Simulation:
         It replaces every cross-fade that has not begun; one that has begun runs out.
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
-        self._finish()
+        self._settle()
         free = int(self._engine.m["end_ns"][0]) if self._engine.fading else self._time_ns
         self._pending = plan_fades(points, self._target, free, crossfade_ns)
         self._engine.look_again()
-        self._finish()
+        self._follow()
 
     def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
         if at_ns < self._time_ns:
             raise ValueError(f"kick at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
-        self._finish()
+        self._settle()
         add_kick(self._kicks, Kick(at_ns, axial_impulse, angular_impulse))
         self._engine.look_again()
-        self._finish()
+        self._follow()
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy is booked."""
-        self._finish()
+        self._settle()
         self._engine.halt(self._time_ns, self._held)
         self._engine.change_disk(disk, self._report_speed)
         self._disk = disk
         self._engine.resume()
-        self._finish()
+        self._follow()
 
     def set_chatter_report_speed(self, speed: float) -> None:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
-        self._finish()
+        self._settle()
         self._report_speed = speed
         self._engine.k["report_speed"] = speed
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""
-        self._finish()
+        self._settle()
         self._engine.halt(self._time_ns, self._held)
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
         self._pending, self._kicks = [], []
         self._engine.place(self._time_ns, self._initial, self._initial_motion)
         self._note_motion(self._initial_motion, self._initial_motion)
-        self._finish()
+        self._follow()
 
-    def _finish(self) -> None:
+    def settle(self, max_events: int, *, cut_chatter: bool) -> bool:
+        """Resolve all that is due at time_ns; False when the budget ran out first: call it again.
+
+        `cut_chatter`: a chatter too, bounce by bounce, as `set_disk` and `reset` need it.
+        """
+        rows, behind = self.advance(self._time_ns, max_events)
+        parts = [rows] if len(rows) else []
+        if cut_chatter and not behind:
+            behind = self._engine.cut_chatter(self._time_ns, max_events, parts)
+        self._held = parts + self._held
+        return not behind
+
+    def _settle(self) -> None:
         """Resolve all that is due at time_ns; rows wait for the next call of `advance`."""
         while True:
             rows, behind = self.advance(self._time_ns)
@@ -212,6 +239,13 @@ class Simulation:
                 self._held.append(rows)
             if not behind:
                 return
+
+    def _follow(self) -> None:
+        """Resolve what an input causes at its own instant, within one budget of events."""
+        with suppress(SimulationError):  # the next call of `advance` raises it again
+            rows, _ = self.advance(self._time_ns, _EVENTS_AT_ONCE)
+            if len(rows):
+                self._held.append(rows)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything the run depends on, JSON-able; `restore` continues it bit-identically."""
@@ -233,18 +267,29 @@ class Simulation:
 
     @classmethod
     def restore(cls, snapshot: Mapping[str, Any]) -> Self:
-        """Continue from a snapshot; ValueError if it is of another format."""
+        """Continue from a snapshot; ValueError, one line, for one that does not fit."""
         checkpoint.check_format(snapshot)
+        if missing := set(cls._SNAPSHOT) - set(snapshot):
+            raise ValueError(f"checkpoint without {', '.join(sorted(missing))}")
         run = cls(
-            Motion(*snapshot["initial_motion"]),
-            Disk(*snapshot["disk"]),
-            InitialState(*snapshot["initial"]),
-            chatter_report_speed=snapshot["chatter_report_speed"],
+            checkpoint.motion("initial_motion", snapshot["initial_motion"]),
+            checkpoint.disk("disk", snapshot["disk"]),
+            checkpoint.initial("initial", snapshot["initial"]),
+            chatter_report_speed=checkpoint.number(
+                "chatter_report_speed", snapshot["chatter_report_speed"], low=0.0
+            ),
         )
-        run._time_ns, run._motion_index = snapshot["time_ns"], snapshot["motion_index"]
-        run._start, run._target = Motion(*snapshot["start"]), Motion(*snapshot["target"])
-        run._pending = [Fade(b, e, Motion(*m)) for b, e, m in snapshot["pending"]]
-        run._kicks = [Kick(*k) for k in snapshot["kicks"]]
-        run._held = [checkpoint.record(r, IMPACT_DTYPE) for r in snapshot["held"]]
-        run._engine = Engine.restore(run._disk, snapshot["engine"])
+        run._time_ns = checkpoint.instant("time_ns", snapshot["time_ns"])
+        run._motion_index = checkpoint.whole("motion_index", snapshot["motion_index"], low=0)
+        run._start = checkpoint.motion("start", snapshot["start"])
+        run._target = checkpoint.motion("target", snapshot["target"])
+        run._pending = checkpoint.items("pending", snapshot["pending"], checkpoint.pending_fade)
+        run._kicks = checkpoint.items("kicks", snapshot["kicks"], checkpoint.queued_impulse)
+        checkpoint.in_order("pending", [t for f in run._pending for t in f[:2]])
+        checkpoint.in_order("kicks", [run._time_ns, *(kick.at_ns for kick in run._kicks)])
+        run._held = checkpoint.items(
+            "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
+        )
+        run._engine = Engine.restore(run._disk, run._report_speed, snapshot["engine"])
+        checkpoint.whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
         return run

@@ -13,6 +13,7 @@ from bouncing_disk_ros.core.events import find_next
 from bouncing_disk_ros.core.layout import (
     BOOK,
     DISK,
+    FAULT,
     FLIGHT,
     MOTION,
     SLIDING,
@@ -27,7 +28,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 from bouncing_disk_ros.core.resolve import resolve
 
-DONE, FULL, BEHIND = 0, 1, 2
+DONE, FULL, BEHIND, FAULTY = 0, 1, 2, 3
 ROWS = from_dtype(IMPACT_DTYPE)[::1]
 OBSERVED = np.dtype(
     [(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")]
@@ -50,20 +51,24 @@ def advance(
 ) -> tuple[int, int, int]:
     """Resolve the events up to until_ns; boundary_ns bounds the search for the next one.
 
-    Returns (rows written, events resolved, status): DONE, FULL (no room for the rows of one more
-    event) or BEHIND (the budget of events is used up).
+    Returns (rows written, work done in events, status): DONE, FULL (no room for the rows of one
+    more event), BEHIND (the budget is used up: a call may pass it by one search) or FAULTY (the
+    state is not finite, or a root was not found).
     """
-    n = 0
-    for i in range(budget):
+    n = work = 0
+    while work < budget:
         if state[0].event == UNKNOWN:
-            find_next(state[0], motion[0], disk[0], boundary_ns)
+            work += find_next(state[0], motion[0], disk[0], boundary_ns) - 1
+        if state[0].event == FAULT:
+            return n, work, FAULTY
         ns = state[0].event_ns
         if ns > until_ns or (ns == until_ns and state[0].event_sub > 0.0):
-            return n, i, DONE
+            return n, work, DONE
         if n + 2 > len(rows):
-            return n, i, FULL
+            return n, work, FULL
         n = resolve(state[0], motion[0], disk[0], books, rows, n, open_row)
-    return n, budget, BEHIND
+        work += 1
+    return n, work, BEHIND
 
 
 @entry(_INT(STATE, MOTION, DISK, BOOK, ROWS, ROWS, _INT))

@@ -50,6 +50,7 @@ class Reading:
     state: str  # of the node: running, paused, inactive ...
     factor: float  # asked for
     other_publishers: int
+    fault: str = ""  # why the run has ended, if it has
 
 
 class Ticks:
@@ -109,6 +110,8 @@ class Health:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )
+        if now.fault:
+            level, message = Level.ERROR, f"the run has ended: {now.fault}"
         reached = 0.0
         if last is not None and now.steady_ns > last.steady_ns:
             reached = (now.simulated_ns - last.simulated_ns) / (now.steady_ns - last.steady_ns)

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.engine import joined
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.run.clock import NS, Grid
-from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
 from bouncing_disk_ros.topics import MAX_ROWS
 
 MAX_SAMPLES = 100
 """Samples (and speeds) handed over in one slice of work; the rest are counted."""
-EVENTS_PER_CALL = 10_000
-"""Event budget of one call of the core: a few milliseconds."""
 BUDGET_NS = 20_000_000
 """Wall time of one slice: between slices services, commands and signals are heard."""
 
@@ -78,18 +76,27 @@ class Loop:
         session, left = self.session, MAX_SAMPLES
         while session.time_ns < until_ns:
             goal = min(until_ns, self._horizon(left))
-            session.advance(goal, EVENTS_PER_CALL)
+            session.advance(goal, EVENTS_AT_ONCE)
             if session.gathered >= MAX_ROWS:
                 self.flush()
             if left > 0 and session.time_ns == goal:
                 left -= self._hand_over_samples()
-            if self._clock() >= deadline:
+            if session.fault or self._clock() >= deadline:
                 break
         self.skipped += self._states.skip_to(session.time_ns) if left <= 0 else 0
         if left <= 0:
             self._speeds.skip_to(session.time_ns)
         self.flush()
         return session.time_ns >= until_ns
+
+    def resolve_waiting(self, budget_ns: int = BUDGET_NS) -> bool:
+        """Let waiting inputs act, for at most a wall time; True when none waits any more."""
+        deadline = self._clock() + budget_ns
+        while not self.session.resolve_waiting():
+            if self.session.fault or self._clock() >= deadline:
+                break
+        self.flush()
+        return not self.session.waiting
 
     def _horizon(self, left: int) -> int:
         """Where the next call of the core may end: a grid instant, or far on past the limit."""

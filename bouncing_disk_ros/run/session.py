@@ -1,23 +1,39 @@
-"""A session: one simulation, its parameters, whether it is held, and the record of its inputs."""
+"""A session: one simulation, its parameters, whether it is held, and the record of its inputs.
+
+An input acts once all that is due at its instant is resolved. That takes no time worth mentioning,
+but where a nanosecond holds more impacts than one slice of work can resolve: there the input waits.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
 import bouncing_disk_ros
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.clock import nanoseconds
-from bouncing_disk_ros.run.inputs import apply_parameters
+from bouncing_disk_ros.run.inputs import DISK_FIELDS, apply_parameters
 from bouncing_disk_ros.run.records import Record
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""
+
+EVENTS_AT_ONCE = 4_000
+"""Event budget of one attempt to resolve the instant of an input, and of one call of the core: some
+milliseconds."""
+
+
+class WaitingInput(NamedTuple):
+    """An accepted input whose instant is not resolved yet."""
+
+    act: Callable[[], None]
+    cuts_chatter: bool  # it changes the state itself: see Simulation.settle
+    target: Motion | None  # the newest accepted motion after it; None: as before
 
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
@@ -62,10 +78,13 @@ class Session:
             chatter_report_speed=float(values["chatter_report_speed"]),
         )
         self.held = held
+        self.fault = ""  # why the simulation cannot go on, if it cannot
         self.accepted = 0
         self.gathered = 0
         self._rows: list[NDArray[Any]] = []
         self._record = record
+        self._waiting: list[WaitingInput] = []
+        self._input_ns: int | None = None  # the instant that the first waiting input acts at
         self._index = 0
         self._since_snapshot = 0
         self.snapshot()
@@ -80,13 +99,62 @@ class Session:
         """The instant at which an input without a stamp acts: held, or the next unsimulated one."""
         return self.time_ns if self.held else self.time_ns + 1
 
+    @property
+    def waiting(self) -> int:
+        """Accepted inputs that have not acted because their instant is not resolved yet."""
+        return len(self._waiting)
+
+    @property
+    def latest_target(self) -> Motion:
+        """The newest accepted target: of waiting inputs, pending cross-fades or the motion."""
+        targets = [item.target for item in self._waiting if item.target is not None]
+        return targets[-1] if targets else self.simulation.latest_target
+
     def advance(self, until_ns: int, max_events: int = 1_000_000) -> bool:
-        """Simulate up to an instant; True when the event budget ran out before it."""
-        rows, behind = self.simulation.advance(until_ns, max_events)
+        """Simulate up to an instant; True when the event budget ran out before it.
+
+        After a `fault` it is always True: the simulation stands still.
+        """
+        if self.fault:
+            return True
+        try:
+            rows, behind = self.simulation.advance(until_ns, max_events)
+        except SimulationError as error:
+            self.fault = str(error)
+            return True
+        self._gather(rows)
+        return bool(behind)
+
+    def resolve_waiting(self, max_events: int = EVENTS_AT_ONCE) -> bool:
+        """Let the waiting inputs act, in order; False when the budget ran out before the last."""
+        while self._waiting:
+            first = self._waiting[0]
+            if self._input_ns is None:  # samples at the instant reached are out: one ns later
+                self._input_ns = self.time_ns if self.held else self.time_ns + 1
+            if self.advance(self._input_ns, max_events) or not self._settle(first, max_events):
+                return False
+            self._waiting.pop(0)
+            self._input_ns = None
+            first.act()
+        return True
+
+    def _settle(self, first: WaitingInput, max_events: int) -> bool:
+        try:
+            return self.simulation.settle(max_events, cut_chatter=first.cuts_chatter)
+        except SimulationError as error:
+            self.fault = str(error)
+            return False
+
+    def _submit(
+        self, act: Callable[[], None], cuts_chatter: bool = False, target: Motion | None = None
+    ) -> None:
+        self._waiting.append(WaitingInput(act, cuts_chatter, target))
+        self.resolve_waiting()
+
+    def _gather(self, rows: NDArray[Any]) -> None:
         if len(rows):
             self._rows.append(rows)
             self.gathered += len(rows)
-        return bool(behind)
 
     def take_rows(self) -> list[NDArray[Any]]:
         """The rows gathered since the last call, in order, one array for each advance."""
@@ -96,46 +164,60 @@ class Session:
     def command(self, points: Sequence[tuple[int, Motion]]) -> None:
         """An accepted programme: replaces every cross-fade that has not begun."""
         crossfade_ns = self._crossfade_ns()
-        self._make_room()
-        now = self.time_ns
-        self.simulation.command(points, crossfade_ns)
-        shown = [[at, list(motion)] for at, motion in points]
-        self._note("motion", now, points=shown, crossfade_ns=crossfade_ns)
+        target = points[-1][1] if points else self.simulation.motion_in_force.target
+
+        def act() -> None:
+            now = self.time_ns
+            self.simulation.command(points, crossfade_ns)
+            shown = [[at, list(motion)] for at, motion in points]
+            self._note("motion", now, points=shown, crossfade_ns=crossfade_ns)
+
+        self._submit(act, target=target)
 
     def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """An accepted kick at an instant not before `input_ns`."""
-        self._make_room()
-        now = self.time_ns
-        self.simulation.kick(at_ns, axial_impulse, angular_impulse)
-        self._note(
-            "impulse",
-            now,
-            at_ns=at_ns,
-            axial_impulse=axial_impulse,
-            angular_impulse=angular_impulse,
-        )
+
+        def act() -> None:
+            now = self.time_ns
+            at = max(at_ns, now)
+            self.simulation.kick(at, axial_impulse, angular_impulse)
+            impulses = {"axial_impulse": axial_impulse, "angular_impulse": angular_impulse}
+            self._note("impulse", now, at_ns=at, **impulses)
+
+        self._submit(act)
 
     def set_parameters(self, values: Mapping[str, Value]) -> None:
         """Checked parameters, in force from here on (initial ones from the next reset on)."""
-        self._make_room()
-        self.values.update(values)
-        disk = disk_of(self.values)
-        apply_parameters(self.simulation, values, disk)
-        self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
+
+        def act() -> None:
+            self.values.update(values)
+            disk = disk_of(self.values)
+            apply_parameters(self.simulation, values, disk)
+            self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
+
+        self._submit(act, cuts_chatter=bool(DISK_FIELDS & values.keys()))
 
     def hold(self, held: bool) -> None:
         """Pause or resume; the state does not change."""
-        if held != self.held:
-            self._make_room()  # while held, inputs act at this instant: all before it is resolved
-            self.held = held
-            self._note("pause", self.time_ns, paused=held)
+        if held == self.held and not self._waiting:
+            return
+
+        def act() -> None:
+            if held != self.held:
+                self.held = held
+                self._note("pause", self.time_ns, paused=held)
+
+        self._submit(act)  # while held, inputs act at this instant: all before it is resolved
 
     def reset(self) -> None:
         """Back to the initial state and motion of the parameters; time and cycles go on."""
-        self._make_room()
         initial, motion = initial_of(self.values), motion_of(self.values)
-        self.simulation.reset(initial, motion)
-        self._note("reset", self.time_ns, initial=initial._asdict(), motion=motion._asdict())
+
+        def act() -> None:
+            self.simulation.reset(initial, motion)
+            self._note("reset", self.time_ns, initial=initial._asdict(), motion=motion._asdict())
+
+        self._submit(act, cuts_chatter=True, target=motion)
 
     def snapshot(self) -> None:
         """Put the full state on record."""
@@ -148,13 +230,6 @@ class Session:
             version=bouncing_disk_ros.__version__,
             parameters=dict(self.values),
         )
-
-    def _make_room(self) -> None:
-        """Samples at the instant reached are out already: an input acts one nanosecond later."""
-        if not self.held:
-            instant = self.time_ns + 1
-            while self.advance(instant):
-                pass
 
     def _crossfade_ns(self) -> int:
         seconds = float(self.values["crossfade_duration"])

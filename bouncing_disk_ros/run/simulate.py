@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.engine import joined
 from bouncing_disk_ros.core.model import Motion, Sample
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.clock import FAR_NS, Grid, TimeMap, nanoseconds
 from bouncing_disk_ros.run.presets import load_preset
@@ -59,7 +59,8 @@ def simulate(
     impulse in N·m·s). `sample_rate` in Hz; None takes no samples. `preset` and further keywords
     are parameters of the table (see docs/parameters.md).
 
-    Raises InputError on anything that the simulator node would refuse.
+    Raises InputError on anything that the simulator node would refuse, FailedError where the state
+    leaves the range of numbers.
 
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]
@@ -70,7 +71,7 @@ def simulate(
     session = Session(whole, records.append, held=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
     if programme:
-        session.command(_points(programme, arrival, session.simulation.latest_target))
+        session.command(_points(programme, arrival, session.latest_target))
     for at, axial, angular in sorted(kicks, key=lambda kick: kick[0]):
         request = KickRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="kicks")
         _, axial, angular = rule_kick(request, arrival)
@@ -116,5 +117,6 @@ def _run(session: Session, end_ns: int, sample_rate: float | None) -> NDArray[np
 
 
 def _advance(session: Session, until_ns: int) -> None:
-    while session.advance(until_ns):
-        pass
+    while not session.resolve_waiting() or session.advance(until_ns):
+        if session.fault:
+            raise FailedError(session.fault)

@@ -16,7 +16,7 @@ from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
-MAX_LINES = 250
+MAX_LINES = 400
 
 TABLES = {
     "angles",

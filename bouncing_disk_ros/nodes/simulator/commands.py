@@ -62,7 +62,7 @@ class Commands:
         """Judge a programme and apply it; False when it was refused."""
         try:
             session, instant = self._open(request.field)
-            points = rule_programme(request, instant, session.simulation.latest_target)
+            points = rule_programme(request, instant, session.latest_target)
         except InputError as error:
             self._refuse(error)
             return False

@@ -17,6 +17,9 @@ from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.rulings import Instant
 from bouncing_disk_ros.run.session import Session
 
+_STEP_NS = 100_000_000
+"""Wall time after which the answer to a long `~/step` does not wait for its end."""
+
 
 class Run:
     """From configure to cleanup. It moves while the node is active and it is not paused.
@@ -33,6 +36,8 @@ class Run:
         self.session = Session(values, self._outputs.record, held=True)
         self.loop = Loop(self.session, self._outputs)
         self._steps = Steps()
+        self._step_until: int | None = None  # simulated time at which a step under way ends
+        self._fault_logged = False
         self._active = False
         self._paused = bool(values["start_paused"])
         self._next_snapshot = 0
@@ -61,8 +66,9 @@ class Run:
         if session.held and not held:
             self._anchor()
             self._next_snapshot = time.monotonic_ns() + self._snapshot_ns
+        self._step_until = None
         session.hold(held)
-        self.show()
+        self._follow()
 
     @property
     def _snapshot_ns(self) -> int:
@@ -75,30 +81,44 @@ class Run:
 
     def tick(self, now_ns: int) -> None:
         """Simulate all that is due at a reading of the steady clock, at most one slice of work."""
-        if self.session.held:
-            return
-        free = self._times.factor == 0.0
-        self.loop.slice(FAR_NS if free else self._times.due(now_ns))
-        if now_ns >= self._next_snapshot:
-            self._next_snapshot = now_ns + self._snapshot_ns
-            self.session.snapshot()
-        self.show()
+        if self.loop.resolve_waiting() and not self.session.held:
+            free = self._times.factor == 0.0
+            self.loop.slice(FAR_NS if free else self._times.due(now_ns))
+            if now_ns >= self._next_snapshot and not self.session.fault:
+                self._next_snapshot = now_ns + self._snapshot_ns
+                self.session.snapshot()
+        elif self._step_until is not None and self.loop.slice(self._step_until):
+            self._step_until = None
+        self._follow()
 
     def advance_to(self, until_ns: int) -> None:
-        """Simulate up to an instant at once, whatever the clock says (for steps and tests)."""
-        while not self.loop.slice(until_ns) and not self._stopping():
+        """Simulate up to an instant at once, whatever the clock says (for tests)."""
+        while not self._slice(until_ns) and not self._stopping() and not self.session.fault:
             pass
-        self.show()
+        self._follow()
+
+    def _slice(self, until_ns: int) -> bool:
+        """One slice of work; True when no input waits and the instant was reached."""
+        return self.loop.resolve_waiting() and self.loop.slice(until_ns)
 
     def show(self) -> None:
         """Publish motion, phase and clock as they are now."""
         self._outputs.state(self.session, not self.session.held)
+
+    def _follow(self) -> None:
+        """Publish what work brought about; say once why a run has ended, if it has."""
+        self.show()
+        if self.session.fault and not self._fault_logged:
+            self._fault_logged = True
+            self._node.get_logger().error(f"the run has ended: {self.session.fault}")
 
     # --- inputs -----------------------------------------------------------------------------------
     def open(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant at which an input arrives; InputError unless active."""
         if not self._active:
             raise inactive(self._node, field, "inactive")
+        if self.session.fault:
+            raise ended(self._node, field)
         self.loop.settle()
         session, times = self.session, self._times
         if session.held and not times.clock_is_simulated:  # real time passes, simulated time stands
@@ -109,7 +129,7 @@ class Run:
     def applied(self) -> None:
         """Publish what an input brought about."""
         self.loop.flush()
-        self.show()
+        self._follow()
 
     def set_parameters(self, values: Mapping[str, Value]) -> None:
         """Checked parameters, in force from here on."""
@@ -129,18 +149,32 @@ class Run:
         return ("paused" if paused else "running") + self._at
 
     def step(self) -> str:
-        """Simulate `step_periods` periods; only while paused."""
+        """Simulate `step_periods` periods; only while paused. A long step goes on in the ticks."""
         session, _ = self.open("~/step")
         if not session.held:
             raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
         periods = int(self._values["step_periods"])
         frequency = session.simulation.motion_in_force.target.frequency
-        self.advance_to(self._steps.next_end(session.time_ns, frequency, periods))
-        return f"{periods} period(s), now{self._at}"
+        end = self._steps.next_end(session.time_ns, frequency, periods)
+        deadline = time.monotonic_ns() + _STEP_NS
+        while not self._slice(end) and not session.fault:
+            if time.monotonic_ns() >= deadline:
+                self._step_until = end
+                break
+        self._follow()
+        if session.fault:
+            raise ended(self._node, "~/step")
+        if self._step_until is None:
+            return f"{periods} period(s), now{self._at}"
+        return (
+            f"{periods} period(s) under way, now{self._at}, until {end / NS:.9f} s; "
+            "pause again to end it here"
+        )
 
     def reset(self) -> str:
         """Back to the initial state and motion; paused stays paused."""
         session, _ = self.open("~/reset")
+        self._step_until = None
         session.reset()
         self.loop.restart_speed()
         if not session.held:
@@ -154,12 +188,16 @@ class Run:
 
     @property
     def _state(self) -> str:
+        if self.session.fault:
+            return "ended by a fault"
+        if self._step_until is not None:
+            return "stepping"
         return "inactive" if not self._active else "paused" if self.session.held else "running"
 
     @property
     def summary(self) -> str:
         """What it is doing, for the log."""
-        motion = self.session.simulation.latest_target
+        motion = self.session.latest_target
         shown = ", ".join(f"{name} {value:g}" for name, value in motion._asdict().items())
         return f"{self._state}{self._at}: {shown}"
 
@@ -177,11 +215,19 @@ class Run:
             rows=session.simulation.rows_total,
             skipped=self.loop.skipped,
             accepted=session.accepted,
-            energy=session.simulation.energy(),
+            energy=None if session.fault else session.simulation.energy(),
             state=self._state,
             factor=factor,
             other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
+            fault=session.fault,
         )
+
+
+def ended(node: Node, field: str) -> InputError:
+    """The refusal of an input by a run that a fault has ended."""
+    name = node.get_fully_qualified_name()
+    hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
+    return InputError(field, "an input after the run has ended", "inputs while it goes on", hint)
 
 
 def inactive(node: Node, field: str, state: str) -> InputError:

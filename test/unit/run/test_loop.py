@@ -117,41 +117,41 @@ def test_a_free_run_without_events_ends_its_slice() -> None:
 
 def test_speeds_span_their_interval_and_leave_a_reset_out() -> None:
     loop, heard = made(rotor_speed_rate=10.0, initial_angular_velocity=2.0, friction=0.0)
-    loop.slice(NS)
+    loop.slice(NS, budget_ns=60 * NS)
     spans = [(first.time_ns, second.time_ns) for first, second in heard.speeds]
     assert spans == [(k * NS // 10, (k + 1) * NS // 10) for k in range(10)]
-    loop.slice(NS + NS // 20)
+    loop.slice(NS + NS // 20, budget_ns=60 * NS)
     loop.session.reset()
     loop.restart_speed()
-    loop.slice(2 * NS)
+    loop.slice(2 * NS, budget_ns=60 * NS)
     first, second = heard.speeds[10]
     assert (first.time_ns, second.time_ns) == (NS + NS // 20 + 1, NS + NS // 10)
 
 
 def test_samples_stay_true_and_none_is_lost_when_inputs_fall_on_the_grid() -> None:
     loop, heard = made(state_rate=100.0)
-    loop.slice(NS - 1)
+    loop.slice(NS - 1, budget_ns=60 * NS)
     for _ in range(3):  # the inputs act at NS, NS + 1 and NS + 2
         loop.settle()
         loop.session.command([(loop.session.input_ns, Motion(0.03, 0.1, 3.0, 0.0))])
-    loop.slice(NS + NS // 100)
+    loop.slice(NS + NS // 100, budget_ns=60 * NS)
     assert heard.times == grid(100, NS + NS // 100)
 
 
 def test_an_instant_passed_over_is_counted_and_the_loop_goes_on() -> None:
     loop, heard = made(state_rate=100.0)
     loop.session.advance(NS)  # behind the loop's back
-    assert loop.slice(NS + NS // 100)
+    assert loop.slice(NS + NS // 100, budget_ns=60 * NS)
     assert heard.times == [0, NS, NS + NS // 100] or heard.times == [0, NS + NS // 100]
     assert loop.skipped + len(heard.samples) == 102
 
 
 def test_new_rates_start_at_once() -> None:
     loop, heard = made(state_rate=10.0)
-    loop.slice(NS)
+    loop.slice(NS, budget_ns=60 * NS)
     loop.session.set_parameters({"state_rate": 1000.0})
     loop.set_rates()
-    loop.slice(NS + 3_000_000)
+    loop.slice(NS + 3_000_000, budget_ns=60 * NS)
     assert heard.times[-3:] == [NS + 1_000_000, NS + 2_000_000, NS + 3_000_000]
 
 

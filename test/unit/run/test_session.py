@@ -160,3 +160,62 @@ def test_joined_rows_keep_the_layout() -> None:
     assert joined.dtype == IMPACT_DTYPE
     assert list(joined["index"]) == [1.0, 1.0, 0.0]
     assert len(inputs.joined([])) == 0
+
+
+# --- inputs whose instant takes long --------------------------------------------------------------
+def dense() -> tuple[Session, list[Record]]:
+    """A disk of ε = 1 that bounces a million times in a nanosecond: no slice resolves one."""
+    return started(
+        axial_amplitude=0.0,
+        angular_amplitude=0.0,
+        restitution=1.0,
+        initial_with_platform=False,
+        initial_axial_velocity=5e-15,
+        friction=0.0,
+    )
+
+
+def test_an_input_waits_until_its_instant_is_resolved() -> None:
+    session, records = dense()
+    session.advance(1, 10)
+    before = len(records)
+    session.set_parameters({"restitution": 0.5})
+    session.command([(5 * NS, Motion(0.03, 0.1, 3.0, 0.0))])
+    assert session.waiting == 2
+    assert len(records) == before
+    assert session.latest_target == Motion(0.03, 0.1, 3.0, 0.0)
+    while not session.resolve_waiting(1_000_000):
+        pass
+    assert session.waiting == 0
+    kinds = [record["kind"] for record in records[before:]]
+    assert kinds == ["parameters", "motion"]
+    assert [record["time_ns"] for record in records[before:]] == [1, 2]
+    again = inputs.replay(through_json(records), until_ns=2)
+    assert again.tobytes() == inputs.joined(session.take_rows()).tobytes()
+
+
+def test_a_pause_waits_in_its_place() -> None:
+    session, _ = dense()
+    session.advance(1, 10)
+    session.hold(True)
+    assert not session.held
+    session.hold(False)
+    session.hold(True)
+    assert session.waiting == 3
+    while not session.resolve_waiting(1_000_000):
+        pass
+    assert session.held
+
+
+def test_a_run_whose_state_is_not_finite_stands_still() -> None:
+    session, records = started()
+    session.advance(NS)
+    session.simulation._engine.state["u"] = float("nan")
+    session.simulation._engine.look_again()
+    assert session.advance(2 * NS)
+    assert "u nan" in session.fault
+    stood, count = session.time_ns, len(records)
+    session.reset()
+    assert session.advance(3 * NS)
+    assert session.time_ns == stood
+    assert len(records) == count

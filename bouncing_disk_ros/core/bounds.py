@@ -1,0 +1,124 @@
+"""Bounds of the platform's derivatives over a piece of a motion: what certifies each search step.
+
+A steady motion has one set of bounds for all times. A cross-fade is cut into panels of at most one
+period of the moment, over which the frequency at most doubles: so the steps of a search follow the
+frequency of the moment, not the highest of the whole fade.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
+from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds
+
+_FEWEST_PANELS = 16.0
+_SECOND_PEAK = 0.5 - math.sqrt(3.0) / 6.0  # where |b''| is largest, 10/√3; and at 1 minus that
+
+
+class Bounds(NamedTuple):
+    """Bounds of |s̈|, |s⃛|, |s⁗| and |β̈|, |β⃛|, |β⁗|, valid up to the delay `until` (s)."""
+
+    s2: float
+    s3: float
+    s4: float
+    b2: float
+    b3: float
+    b4: float
+    until: float
+
+
+@kernel
+def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
+    """Bounds from the delay d on, to the end of the panel of a cross-fade that holds d.
+
+    `elapsed` is that of delay 0 in the cross-fade, in s.
+    """
+    if motion.kind == STEADY:
+        return _whole(motion)
+    end = d + span_from(motion, elapsed + d, motion.duration / _FEWEST_PANELS, 1.0)
+    return bounds_between(motion, elapsed, d, end)
+
+
+@kernel
+def span_from(motion: Record, elapsed: float, longest: float, periods: float) -> float:
+    """Seconds: at most `longest`, and so many periods of the moment; the frequency doubles at most.
+
+    `elapsed` seconds into a cross-fade.
+    """
+    f = frequency_at(motion, elapsed)
+    span = min(longest, periods / f)
+    for _ in range(60):
+        if frequency_at(motion, elapsed + span) <= 2.0 * f:
+            break
+        span *= 0.5
+    return span
+
+
+@kernel
+def frequency_at(motion: Record, elapsed: float) -> float:
+    """f, `elapsed` seconds into a cross-fade, Hz; that of its end after it."""
+    x = min(max(elapsed / motion.duration, 0.0), 1.0)
+    return motion.f + motion.df * _blend(x)
+
+
+@kernel
+def _whole(motion: Record) -> Bounds:
+    return Bounds(motion.s2, motion.s3, motion.s4, motion.b2, motion.b3, motion.b4, math.inf)
+
+
+@kernel
+def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Bounds:
+    """Bounds between two delays, s."""
+    if motion.kind == STEADY:
+        return _whole(motion)
+    r = 1.0 / motion.duration
+    x0, x1 = min(max(elapsed + d, 0.0) * r, 1.0), min(max(elapsed + end, 0.0) * r, 1.0)
+    b1, b2, b3, b4 = _blend_bounds(x0, x1, r)
+    low, high = _blend(x0), _blend(x1)
+    w = TWO_PI * _largest(motion.f, motion.df, low, high)
+    dw, turn = TWO_PI * abs(motion.df), abs(motion.dlag)
+    a = _largest(motion.a, motion.da, low, high)
+    p = _largest(motion.p, motion.dp, low, high)
+    z, y = abs(motion.da), abs(motion.dp)
+    s2, s3, s4 = derivative_bounds(
+        (a, z * b1, z * b2, z * b3, z * b4), w, dw * b1, dw * b2, dw * b3
+    )
+    q2, q3, q4 = dw * b1 + turn * b2, dw * b2 + turn * b3, dw * b3 + turn * b4
+    c2, c3, c4 = derivative_bounds((p, y * b1, y * b2, y * b3, y * b4), w + turn * b1, q2, q3, q4)
+    return Bounds(s2 * ROOM, s3 * ROOM, s4 * ROOM, c2 * ROOM, c3 * ROOM, c4 * ROOM, end)
+
+
+@kernel
+def _largest(begin: float, change: float, low: float, high: float) -> float:
+    """Bound of a value that fades, also as it is rounded where it comes near 0."""
+    largest = max(begin + change * low, begin + change * high)
+    return largest + 2e-15 * max(begin, begin + change)
+
+
+@kernel
+def _blend(x: float) -> float:
+    return x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+
+
+@kernel
+def _second(x: float) -> float:
+    return abs(60.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
+
+
+@kernel
+def _blend_bounds(x0: float, x1: float, r: float) -> tuple[float, float, float, float]:
+    """Largest |b'|, |b''|, |b'''|, |b''''| in time for σ in [x0, x1]; r = 1/duration."""
+    x = min(max(0.5, x0), x1)
+    b1 = 30.0 * x * x * (1.0 - x) * (1.0 - x)
+    b2 = max(_second(x0), _second(x1))
+    if x0 <= _SECOND_PEAK <= x1 or x0 <= 1.0 - _SECOND_PEAK <= x1:
+        b2 = 10.0 / math.sqrt(3.0)
+    b3 = max(abs(1.0 - 6.0 * x0 * (1.0 - x0)), abs(1.0 - 6.0 * x1 * (1.0 - x1)))
+    b3 = 60.0 * max(b3, 0.5)  # |b'''| = 30 in the middle
+    b4 = 360.0 * max(abs(2.0 * x0 - 1.0), abs(2.0 * x1 - 1.0))
+    # with what σ itself is rounded by, where a derivative is next to 0
+    b1, b2, b4 = b1 + 1e-15, b2 + 1e-13, b4 + 1e-12
+    return b1 * r, b2 * r * r, b3 * r * r * r, b4 * r * r * r * r
