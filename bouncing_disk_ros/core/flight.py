@@ -208,6 +208,19 @@ def _proven(
 
 
 @kernel
+def _step_within(jet: Jet, d: float, low: float, high: float) -> tuple[float, float]:
+    """A step towards the root between low and high, and the slope after it; nan if not known."""
+    step, slope = polished(jet)
+    newton = -jet[0] / jet[1]
+    if not abs(step - newton) <= 0.25 * abs(newton):  # so is nan
+        step, slope = newton, slope_after(jet, newton)
+    slack = 8.0 * ROUNDING * high
+    if not low - slack <= d + step <= high + slack:
+        return 0.5 * (low + high) - d, math.nan
+    return step, slope
+
+
+@kernel
 def _impact_ahead(
     motion: Record,
     elapsed: float,
@@ -234,13 +247,7 @@ def _impact_ahead(
     bound = motion.s4 * rate
     low, high = d, d - 2.0 * jet[0] / jet[1]
     for i in range(_BRACKET_STEPS):
-        step, slope = polished(jet)
-        newton = -jet[0] / jet[1]
-        if not abs(step - newton) <= 0.25 * abs(newton):  # so is nan
-            step, slope = newton, slope_after(jet, newton)
-        slack = 8.0 * ROUNDING * high
-        if not low - slack <= d + step <= high + slack:
-            step, slope = 0.5 * (low + high) - d, math.nan
+        step, slope = _step_within(jet, d, low, high)
         d += step
         if d > horizon:
             jet = gap_after(motion, elapsed, s, c, g, gap, u, horizon)
