@@ -15,13 +15,16 @@ The rooms, from the top; imports point down only:
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
 
 Beside them the tables that every room but `core` may read: `parameters`, `topics`, `errors`,
-`executables`, `environment` with `folders` and `kernel_cache`.
+`executables`, `input_limits`, `environment` with `folders`, `kernel_cache` and `safe_path`.
 
 Importing the package is cheap: what is named below is loaded when first used.
 """
 
 from __future__ import annotations
 
+import bouncing_disk_ros.safe_path  # noqa: F401 (before anything else is looked for)
+
+# isort: split
 import importlib
 from typing import TYPE_CHECKING
 

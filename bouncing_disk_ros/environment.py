@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import socket
 import sys
+from pathlib import Path
 
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.folders import (
@@ -54,6 +55,32 @@ def check_middleware() -> None:
         raise InputError("RMW_IMPLEMENTATION", wanted, " or ".join(sorted(found)), hint)
 
 
+def check_security() -> None:
+    """Raise InputError unless the variables of ROS 2 security say something that it understands.
+
+    It takes ROS_SECURITY_ENABLE=1 for off and ROS_SECURITY_STRATEGY=enforce for permissive, without
+    a word: nodes would run open where someone believes them closed.
+    """
+    for name, words in (
+        ("ROS_SECURITY_ENABLE", ("true", "false")),
+        ("ROS_SECURITY_STRATEGY", ("Enforce", "Permissive")),
+    ):
+        given = os.environ.get(name, "")
+        if given and given not in words:
+            raise InputError(name, given, " or ".join(words), "ROS 2 takes no other spelling")
+    if security_is_on():
+        store = os.environ.get("ROS_SECURITY_KEYSTORE", "")
+        if not Path(store, "enclaves").is_dir() or not store:
+            allowed = "a keystore: a folder with enclaves/ in it"
+            hint = "Make one with `ros2 security`, or unset ROS_SECURITY_ENABLE (docs/security.md)"
+            raise InputError("ROS_SECURITY_KEYSTORE", store, allowed, hint)
+
+
+def security_is_on() -> bool:
+    """Return whether nodes are to be authenticated and encrypted (SROS2)."""
+    return os.environ.get("ROS_SECURITY_ENABLE") == "true"
+
+
 def prepare() -> None:
     """Make the process ready for rclpy, or end it with one line on stderr and exit code 2.
 
@@ -65,6 +92,7 @@ def prepare() -> None:
         use_matplotlib_folder()
         check_domain()
         check_middleware()
+        check_security()
     except InputError as error:
         sys.stderr.write(f"{PACKAGE}: {error.line}\n")
         raise SystemExit(int(ExitCode.BAD_INPUT)) from None

@@ -6,7 +6,9 @@ An `InputError` is one clear line: what was given, what is allowed, what to do.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+import reprlib
+from array import array
+from collections.abc import Callable, Iterable
 from enum import IntEnum
 
 
@@ -24,37 +26,70 @@ class InputError(ValueError):
     """Something given from outside that cannot be used; nothing was changed by it.
 
     `field` names what was given, `given` is the value, `allowed` says what would be accepted and
-    `hint` what to do about it (may be empty).
+    `hint` what to do about it (may be empty, or a function that gives it). The line is made only
+    when it is read: an error that is only counted costs little.
     """
 
-    def __init__(self, field: str, given: object, allowed: str, hint: str = "") -> None:
+    def __init__(
+        self, field: str, given: object, allowed: str, hint: str | Callable[[], str] = ""
+    ) -> None:
         self.field = field
         self.given = given
         self.allowed = allowed
-        self.hint = hint
-        super().__init__(self.line)
+        self._hint = hint
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
+        return type(self), (self.field, self.given, self.allowed, self._hint)
+
+    @property
+    def hint(self) -> str:
+        """What to do about it."""
+        return self._hint if isinstance(self._hint, str) else self._hint()
 
     @property
     def line(self) -> str:
         """The whole message, one line."""
-        text = f"{self.field}: got {shown(self.given)}, allowed: {self.allowed}"
-        if self.hint:
-            text += f". {self.hint}"
+        text = f"{cut(self.field)}: got {shown(self.given)}, allowed: {cut(self.allowed, LONGEST)}"
+        if hint := self.hint:
+            text += f". {cut(hint, LONGEST)}"
         return " ".join(text.split())
+
+    def __str__(self) -> str:
+        return self.line
 
 
 class FailedError(Exception):
     """One line for the user about what went wrong that is not the input; exit code FAILED."""
 
 
-def shown(value: object, limit: int = 120) -> str:
-    """A value as it appears in a message: short, on one line."""
-    text = repr(value) if isinstance(value, (str, bytes)) else str(value)
-    text = " ".join(text.split())
+LONGEST = 2000
+"""Characters of what is allowed, and of a hint, in the line of an error."""
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 3, 40, 60
+
+
+def cut(text: str, limit: int = 120) -> str:
+    """A text of at most `limit` characters; one that is longer ends with an ellipsis."""
     return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def shown(value: object, limit: int = 120) -> str:
+    """A value as it appears in a message: short, on one line.
+
+    The work does not grow with the value: it is cut before it is made a text.
+    """
+    if isinstance(value, (str, bytes, bytearray)):
+        text = repr(value[: limit + 1])
+    elif isinstance(value, int) and value.bit_length() > 200:
+        text = f"an integer of {value.bit_length()} bits"  # str() refuses more than 4300 digits
+    elif isinstance(value, (list, tuple, dict, set, frozenset, array)):
+        text = _SHORT.repr(value)
+    else:
+        text = str(value)
+    return cut(" ".join(text.split()), limit)
 
 
 def closest(name: str, names: Iterable[str]) -> str:
     """A hint with the nearest known name, or an empty string."""
-    match = difflib.get_close_matches(name, list(names), n=1)
+    match = difflib.get_close_matches(name[:100], list(names), n=1)
     return f"Did you mean {match[0]}?" if match else ""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -32,6 +33,7 @@ class McapFile:
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self.start_ns: int | None = None
+        self._size = 0  # of the whole file, once it is closed
         self._period = options.chunk_period
         self.due = math.inf  # when the open chunk is to be closed, by the steady clock
 
@@ -68,17 +70,19 @@ class McapFile:
 
     def write(
         self, channel: int, log_time_ns: int, data: bytes, publish_time_ns: int, sequence: int
-    ) -> None:
-        """Add one message to the open chunk."""
+    ) -> bool:
+        """Add one message to the open chunk; whether the chunk is full and written."""
         if self.start_ns is None:
             self.start_ns = log_time_ns
         stream = self._stream
         position = stream.position
         self._writer.add_message(channel, log_time_ns, data, publish_time_ns, sequence)
-        if stream.position != position:  # the chunk was full
+        if stream.position != position:
             self.due = math.inf
-        elif self.due == math.inf:
+            return True
+        if self.due == math.inf:
             self.due = time.monotonic() + self._period
+        return False
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """Add an attachment."""
@@ -95,9 +99,14 @@ class McapFile:
 
     # --- end --------------------------------------------------------------------------------------
     @property
+    def chunks(self) -> int:
+        """Chunks in the file."""
+        return len(self._stream.index.chunks)
+
+    @property
     def size(self) -> int:
         """Bytes in the file; the open chunk is not counted."""
-        return self._stream.position
+        return self._size or self._stream.position
 
     @property
     def counts(self) -> dict[str, int]:
@@ -138,12 +147,19 @@ class McapFile:
                     raise
                 index.drop_last_chunk()
 
-    def give_up_chunk(self) -> bool:
-        """Forget the newest chunk, to make room on a full disk; False when there is none."""
-        if not self._stream.index.chunks:
-            return False
-        self._stream.index.drop_last_chunk()
-        return True
+    def abandon_with(
+        self, notes: Callable[[], Mapping[str, Mapping[str, str]]], also: Callable[[], object]
+    ) -> None:
+        """`abandon`, and give up chunks until what is written `also` has room. Raises OSError."""
+        while True:
+            self.abandon(notes())
+            try:
+                also()
+                return
+            except OSError:
+                if not self._stream.index.chunks:
+                    raise
+                self._stream.index.drop_last_chunk()
 
     def _ending(self, notes: Mapping[str, Mapping[str, str]]) -> bytes:
         """Notes, index and footer as bytes; the index is left as it was when writing fails."""
@@ -162,4 +178,5 @@ class McapFile:
 
     def close(self) -> None:
         """Close the file as it is."""
+        self._size = os.fstat(self._stream.file.fileno()).st_size
         self._stream.file.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from mcap.writer import CompressionType
 
@@ -16,7 +17,7 @@ COMPRESSIONS = {
 
 
 class WriteError(Exception):
-    """The disk took no more. The bag is closed; what it holds can be read. One line."""
+    """Nothing more can be written. The bag is closed; what it holds can be read. One line."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,19 @@ class Options:
     chunk_period: float = 1.0
     max_size: int = 0
     max_duration: float = 0.0
+    max_chunks: int = 25_000
+    """A file's index is held in memory, 2 kB for each chunk: a new file bounds it (50 MB)."""
 
     def __post_init__(self) -> None:
         if self.compression not in COMPRESSIONS:
             raise InputError("compression", self.compression, ", ".join(COMPRESSIONS))
+
+
+def write_error(folder: Path, error: Exception, lost: int) -> WriteError:
+    """The line for the user: why nothing more can be written, and how much is lost by it."""
+    if isinstance(error, OSError):
+        why = error.strerror or str(error)
+    else:
+        why = f"an error of the recorder itself, {type(error).__name__}: {error}"
+    what = f"; {lost} messages that were received are not in it" if lost else ""
+    return WriteError(f"{folder}: recording ended: {why}{what}. What is there can be read")

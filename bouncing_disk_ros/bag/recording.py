@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from bouncing_disk_ros.bag.options import WriteError
+from bouncing_disk_ros.bag.options import WriteError, write_error
 from bouncing_disk_ros.bag.writer import Writer
 
 PATIENCE = 0.1
@@ -27,7 +27,10 @@ class _Item(NamedTuple):
 
 
 class Recording:
-    """Puts messages into a bag; `error` is what ended it. One thread may call the methods."""
+    """Puts messages into a bag; `error` is what ended it. One thread may call the methods.
+
+    Whatever goes wrong in the thread that writes ends the recording, with the bag closed.
+    """
 
     def __init__(self, writer: Writer, capacity: int) -> None:
         self.writer = writer
@@ -114,3 +117,11 @@ class Recording:
             action()
         except WriteError as error:
             self.error = error
+        except Exception as error:  # noqa: BLE001 (the thread must not die of it in silence)
+            self.error = self._ended_by(error)
+
+    def _ended_by(self, error: Exception) -> WriteError:
+        try:
+            return self.writer.fail(error)
+        except Exception as second:  # noqa: BLE001 (the file is unfinished, and can be recovered)
+            return write_error(self.writer.folder, second, self.accepted.total())

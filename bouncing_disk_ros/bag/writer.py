@@ -13,6 +13,7 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -22,13 +23,13 @@ from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, sign
 from bouncing_disk_ros.bag.latched import Latched
 from bouncing_disk_ros.bag.mcap_file import McapFile
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
-from bouncing_disk_ros.bag.options import Options, WriteError
+from bouncing_disk_ros.bag.options import Options, WriteError, write_error
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 
 
 class Writer:
-    """Writes one bag. Raises InputError when the folder cannot be made, WriteError when it is full.
+    """Writes one bag. InputError: the folder cannot be made; WriteError: the disk is full.
 
     `notes` are texts that go into metadata.yaml (custom_data) and into every file.
     """
@@ -53,7 +54,7 @@ class Writer:
         self._channels: dict[str, int] = {}
         self._file: McapFile | None = None
         self._splits = self.options.max_size > 0 or self.options.max_duration > 0
-        self._closed = False
+        self._finished_size, self._closed = 0, False
         try:
             self.folder.mkdir(parents=True)
             self._begin_file()
@@ -110,11 +111,13 @@ class Writer:
         try:
             if self._latched and file.start_ns is None:
                 self._repeat_latched(file, log_time_ns)
-            file.write(self._channels[topic], log_time_ns, data, sent, number)
+            is_written = file.write(self._channels[topic], log_time_ns, data, sent, number)
         except OSError as error:
-            self._fail(error)
+            raise self.fail(error) from None
         if topic in self._latched:
             self._latched[topic].take(data, sent, number)
+        if is_written:
+            self._bound_index()
         if time.monotonic() >= file.due:
             self.tick()
 
@@ -128,6 +131,12 @@ class Writer:
         """Close a chunk that is old enough; call it now and then while nothing is written."""
         if time.monotonic() >= self._open_file().due:
             self._guarded(lambda: self._open_file().close_chunk())
+            self._bound_index()
+
+    def _bound_index(self) -> None:
+        """Go on in a new file when the index of this one has become large."""
+        if self._open_file().chunks >= self.options.max_chunks:
+            self.split()
 
     def split(self) -> None:
         """Finish the file and go on in a new one."""
@@ -137,8 +146,7 @@ class Writer:
     @property
     def size(self) -> int:
         """Bytes written so far, in all files."""
-        done = sum((self.folder / row.path).stat().st_size for row, _ in self._finished)
-        return done + (self._file.size if self._file is not None else 0)
+        return self._finished_size + (self._file.size if self._file else 0)
 
     # --- files ------------------------------------------------------------------------------------
     def _open_file(self) -> McapFile:
@@ -150,7 +158,7 @@ class Writer:
         try:
             action()
         except OSError as error:
-            self._fail(error)
+            raise self.fail(error) from None
 
     def _file_for(self, log_time_ns: int) -> McapFile:
         """The file that a message goes into: a new one when the open one is full."""
@@ -188,6 +196,7 @@ class Writer:
 
     def _keep(self, file: McapFile) -> None:
         file.close()
+        self._finished_size += file.size
         self._finished.append(file.filled)
         self._file = None
 
@@ -205,39 +214,30 @@ class Writer:
             return
         self._guarded(self._finish_file)
         self._closed = True
-        try:
-            metadata.write(self.folder, self._metadata(self._finished))
-        except OSError as error:
-            raise self._error(error) from None
+        self._guarded(self._write_metadata)
 
-    def _fail(self, error: OSError) -> None:
-        """Close the bag on a disk that takes no more, so that it can be read; raise WriteError."""
+    def fail(self, error: Exception) -> WriteError:
+        """Close the bag after an error, so that what it holds can be read; the line to tell."""
+        if not self._closed:
+            self._end_early("the disk took no more" if isinstance(error, OSError) else repr(error))
+        return write_error(self.folder, error, self.lost_on_disk.total())
+
+    def _end_early(self, why: str) -> None:
         file, self._closed = self._file, True
+        self.notes["ended"] = why
+        with contextlib.suppress(Exception):  # then it is unfinished, and still readable
+            if file is None:
+                self._write_metadata()
+            else:
+                write = partial(self._write_metadata, file)
+                file.abandon_with(partial(self._last_notes, file), write)
         if file is not None:
-            with contextlib.suppress(OSError):
-                self._rescue(file)
-            if self._file is not None:  # cannot even be cut: unfinished, and still readable
-                self._keep(file)
+            self._keep(file)
         self.lost_on_disk = self._given - sum((Counter(n) for _, n in self._finished), Counter())
-        raise self._error(error) from None
 
-    def _rescue(self, file: McapFile) -> None:
-        self.notes["ended"] = "the disk took no more"
-        while True:
-            file.abandon(self._last_notes(file))
-            try:
-                metadata.write(self.folder, self._metadata([*self._finished, file.filled]))
-                break
-            except OSError:
-                if not file.give_up_chunk():
-                    raise
-        self._keep(file)
-
-    def _error(self, error: OSError) -> WriteError:
-        lost = self.lost_on_disk.total()
-        what = f"; {lost} messages that were received are not in it" if lost else ""
-        why = error.strerror or str(error)
-        return WriteError(f"{self.folder}: recording ended: {why}{what}. What is there can be read")
+    def _write_metadata(self, *unfinished: McapFile) -> None:
+        files = [*self._finished, *(file.filled for file in unfinished)]
+        metadata.write(self.folder, self._metadata(files))
 
     def __enter__(self) -> Writer:
         return self

@@ -1,6 +1,7 @@
 """Pairs of x_to_msg and msg_to_x: core values on one side, standard ROS messages on the other.
 
-Every function raises `InputError` on content it does not know; none loops over impact rows.
+Every function raises `InputError` on content it does not know, and nothing else; none loops over
+impact rows. The other half of the commands is in `serialized`, which reads their bytes.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from sensor_msgs.msg import JointState, PointCloud2, PointField
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Sample
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.rulings import KickRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, MOTION_NAMES, WORLD_FRAME
 
 _FIELD_TYPES = {"f4": PointField.FLOAT32, "f8": PointField.FLOAT64, "u4": PointField.UINT32,
@@ -29,8 +30,11 @@ MOTION_COLUMNS = (*MOTION_NAMES, "forcing_phase", "cycles", "simulated_time")
 """joint_names of platform/motion: the motion, and where the forcing stood."""
 
 
+_ROW_LIMITS = {"index": 2.0**53, "time": 1e10, "kind": len(ImpactKind)}
 LAST_STAMP_NS = 2**31 * NS - 1
 """The last stamp a message can carry; a free run may pass it."""
+LARGEST = 1e18
+"""The largest number that makes sense in platform/motion (cycles of a century at 10 MHz: 3e16)."""
 
 
 def ns_to_time(stamp_ns: int) -> Time:
@@ -63,27 +67,6 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
 
 
-def msg_to_programme(msg: JointTrajectory) -> ProgrammeRequest:
-    """The programme asked by a message of platform/command, not judged yet."""
-    points = tuple(
-        PointRequest(
-            tuple(point.positions),
-            time_to_ns(point.time_from_start),
-            tuple(
-                name for name in ("velocities", "accelerations", "effort") if getattr(point, name)
-            ),
-        )
-        for point in msg.points
-    )
-    return ProgrammeRequest(tuple(msg.joint_names), points, time_to_ns(msg.header.stamp))
-
-
-def value_to_programme(name: str, value: float) -> ProgrammeRequest:
-    """One value now (platform/<name>) as the programme it stands for."""
-    point = PointRequest((value,), 0)
-    return ProgrammeRequest((name,), (point,), field=f"platform/{name}", is_value=True)
-
-
 def kick_to_msg(request: KickRequest) -> WrenchStamped:
     """A kick as the message of disk/impulse."""
     msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns), frame_id=WORLD_FRAME))
@@ -91,14 +74,6 @@ def kick_to_msg(request: KickRequest) -> WrenchStamped:
     force.x, force.y, force.z = request.force
     torque.x, torque.y, torque.z = request.torque
     return msg
-
-
-def msg_to_kick(msg: WrenchStamped) -> KickRequest:
-    """The kick asked by a message of disk/impulse, not judged yet."""
-    force, torque = msg.wrench.force, msg.wrench.torque
-    return KickRequest(
-        (force.x, force.y, force.z), (torque.x, torque.y, torque.z), time_to_ns(msg.header.stamp)
-    )
 
 
 # --- impacts --------------------------------------------------------------------------------------
@@ -139,7 +114,7 @@ def impacts_to_msg(rows: NDArray[np.void], stamp_ns: int) -> PointCloud2:
 def impacts_from_msg(cloud: PointCloud2) -> NDArray[np.void]:
     """The rows of a message of disk/impacts as IMPACT_DTYPE, a read-only view without a copy.
 
-    Raises InputError when the cloud has another layout.
+    Raises InputError when the cloud has another layout, or rows that count or time cannot follow.
     """
     given = [(f.name, f.offset, f.datatype, f.count) for f in cloud.fields]
     wanted = [(f.name, f.offset, f.datatype, f.count) for f in IMPACT_FIELDS]
@@ -156,7 +131,18 @@ def impacts_from_msg(cloud: PointCloud2) -> NDArray[np.void]:
                          f"{IMPACT_DTYPE.itemsize} bytes")  # fmt: skip
     rows = np.frombuffer(cloud.data, dtype=IMPACT_DTYPE)
     rows.flags.writeable = False
+    _check_rows(rows)
     return rows
+
+
+def _check_rows(rows: NDArray[np.void]) -> None:
+    """InputError where an index, a time or a kind is none."""
+    for name, limit in _ROW_LIMITS.items():
+        column = rows[name]
+        wrong = ~((column >= 0) & (column < limit))  # NaN is neither
+        if wrong.any():
+            given = column[wrong][0]
+            raise InputError(f"cloud {name}", given, f"numbers from 0 to below {limit:g}")
 
 
 # --- states ---------------------------------------------------------------------------------------
@@ -189,6 +175,14 @@ def msg_to_motion(msg: JointTrajectory) -> MotionInForce:
         given = ", ".join(msg.joint_names) + f"; {len(msg.points)} points"
         raise InputError("platform/motion", given, ", ".join(MOTION_COLUMNS) + "; 2 points")
     begin, end = (tuple(point.positions) for point in msg.points)
+    if not len(begin) == len(end) == len(MOTION_COLUMNS):
+        given = f"{len(begin)} and {len(end)} positions"
+        raise InputError("platform/motion", given, f"{len(MOTION_COLUMNS)} of each point")
+    for number in (*begin, *end):
+        if not abs(number) <= LARGEST:  # nor is NaN
+            raise InputError("platform/motion", number, f"numbers up to {LARGEST:g}")
+    if not min(begin[2], end[2]) > 0.0:
+        raise InputError("platform/motion frequency", min(begin[2], end[2]), "> 0 Hz")
     begin_ns = round(begin[6] * NS)
     interval_ns = time_to_ns(msg.points[1].time_from_start)
     return MotionInForce(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
@@ -11,12 +12,16 @@ import rclpy
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException, ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bouncing_disk_ros.environment import security_is_on
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.refusals import RefusalLog
 
 AnyNode = TypeVar("AnyNode", bound=Node)
 SPIN_SECONDS = 0.2
@@ -56,11 +61,16 @@ def run_node(
     """
     try:
         init([name, *ros])
-        node = make()
+        with warnings.catch_warnings():  # of what rclpy cannot undo where it could make no node
+            warnings.filterwarnings("ignore", "Failed to fini", RuntimeWarning)
+            node = make()
     except InputError as error:
         return bad_input(name, error.line)
     except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
         return bad_input(name, str(error))
+    except rclpy_implementation.RCLError as error:
+        return _no_node(name, _told(error))
+    guard_services(node, RefusalLog(node.get_logger().warning).note)
     stop.running = True
     try:
         return work(node, stop)
@@ -80,10 +90,35 @@ def init(argv: Sequence[str]) -> None:
     try:
         rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 (rclpy raises several private types here)
-        why = re.sub(r",? at /\S+", "", str(error)).removeprefix("failed to initialize rcl: ")
+        if security_is_on():
+            raise _no_security(_told(error)) from None
         given = " ".join(argv[1:])
-        raise InputError("arguments", given, "ROS 2 arguments after --ros-args", why) from None
+        raise InputError(
+            "arguments", given, "ROS 2 arguments after --ros-args", _told(error)
+        ) from None
     set_logger_level("rcl", LoggingSeverity.UNSET)
+
+
+def _told(error: Exception) -> str:
+    """What rcl says of an error, without the places in its sources."""
+    return re.sub(r",? at /\S+", "", str(error)).removeprefix("failed to initialize rcl: ")
+
+
+def _no_security(why: str) -> InputError:
+    """The error of a middleware that cannot be secured as the environment asks."""
+    if "security libraries" in why:
+        why = "This Fast DDS is built without security (that of the pip wheels is); a ROS 2 "
+        why += "installation has it"
+    hint = f"{' '.join(why.split()).rstrip('.')}. See docs/security.md, or unset it."
+    return InputError("ROS_SECURITY_ENABLE", "true", "an enclave that this process can use", hint)
+
+
+def _no_node(name: str, why: str) -> int:
+    """Say on stderr why the middleware made no node; the exit code."""
+    if security_is_on():
+        return bad_input(name, _no_security(why).line)
+    bad_input(name, f"the middleware cannot make the node: {why}")
+    return ExitCode.FAILED
 
 
 def bad_input(name: str, line: str) -> int:

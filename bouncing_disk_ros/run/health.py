@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
 
 LAG_WARN = 0.1
@@ -51,6 +52,8 @@ class Reading:
     factor: float  # asked for
     other_publishers: int
     fault: str = ""  # why the run has ended, if it has
+    lost: int = 0  # messages of the command topics that did not arrive
+    uncertain: Sequence[str] = ()  # command topics of which more may be lost
 
 
 class Ticks:
@@ -83,13 +86,13 @@ class Health:
 
     def __init__(self) -> None:
         self.refused = 0
-        self.last_refusal = "none"
+        self._last_refusal: InputError | None = None
         self._last: Reading | None = None
 
-    def refuse(self, line: str) -> None:
+    def refuse(self, error: InputError) -> None:
         """Count a refused input and remember why."""
         self.refused += 1
-        self.last_refusal = line
+        self._last_refusal = error
 
     def report(self, now: Reading, ticks: Mapping[str, float]) -> list[Status]:
         """The rows of /diagnostics for this reading."""
@@ -98,7 +101,7 @@ class Health:
             self._real_time(now, last, ticks),
             self._impacts(now, last),
             self._energy(now),
-            self._inputs(now),
+            self._inputs(now, last),
         ]
 
     @staticmethod
@@ -148,14 +151,22 @@ class Health:
         values["residual / throughput"] = f"{relative:.3g}"
         return Status("energy", level, f"residual {relative:.2g} of throughput", values)
 
-    def _inputs(self, now: Reading) -> Status:
+    def _inputs(self, now: Reading, last: Reading | None) -> Status:
         level, message = Level.OK, f"{now.accepted} accepted, {self.refused} refused"
+        newly_lost = now.lost - (0 if last is None else last.lost)
+        if newly_lost > 0:
+            level = Level.WARN
+            message += f"; {newly_lost} commands were lost on the way: send them more slowly"
         if now.other_publishers:
             level = Level.WARN
             message += "; another node publishes platform/motion here: give each its own namespace"
+        lost = str(now.lost)
+        if now.uncertain:
+            lost = f"at least {lost}: several publishers on {', '.join(now.uncertain)}"
         values = {
             "accepted": str(now.accepted),
             "refused": str(self.refused),
-            "last refusal": self.last_refusal,
+            "last refusal": "none" if self._last_refusal is None else self._last_refusal.line,
+            "commands lost on the way": lost,
         }
         return Status("inputs", level, message, values)

@@ -5,12 +5,16 @@ Pure functions: nothing changes here. Times are whole nanoseconds; a stamp of 0 
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.input_limits import COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, scaled
 from bouncing_disk_ros.topics import MOTION_NAMES, MOTION_UNITS
@@ -19,8 +23,7 @@ MAX_IMPULSE = 1e12
 """Largest impulse accepted, N·s or N·m·s: beyond it the numbers mean nothing."""
 
 
-@dataclass(frozen=True)
-class PointRequest:
+class PointRequest(NamedTuple):
     """One point as it was asked; `extras` are fields that were given and are not supported."""
 
     positions: tuple[float, ...]
@@ -28,8 +31,7 @@ class PointRequest:
     extras: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ProgrammeRequest:
+class ProgrammeRequest(NamedTuple):
     """A programme of platform motions as it was asked."""
 
     names: tuple[str, ...]
@@ -39,8 +41,7 @@ class ProgrammeRequest:
     is_value: bool = False  # one value of a topic of its own, not a point of a programme
 
 
-@dataclass(frozen=True)
-class KickRequest:
+class KickRequest(NamedTuple):
     """A kick as it was asked: forces and torques about x, y, z hold impulses."""
 
     force: tuple[float, float, float]
@@ -68,6 +69,13 @@ class Instant:
         return scaled(self.now_ns - effect_ns, 1.0 / self.times.slope)
 
 
+_ROWS = {name: TABLE[name] for name in MOTION_NAMES}
+_BOUNDS = {name: (row.low or 0.0, row.high or math.inf) for name, row in _ROWS.items()}
+_ALLOWED = {name: row.allowed for name, row in _ROWS.items()}
+Changes = tuple[Mapping[str, float], ...]
+"""What each point of a programme changes: values of the motion by name."""
+
+
 def rule_programme(
     request: ProgrammeRequest, instant: Instant, latest: Motion
 ) -> tuple[tuple[int, Motion], ...]:
@@ -76,15 +84,31 @@ def rule_programme(
     Names left out inherit `latest`, the newest accepted target. Points older than the tolerance are
     left out while later ones remain; an empty result cancels what is pending.
     """
+    return schedule_programme(request, validate_programme(request), instant, latest)
+
+
+def validate_programme(request: ProgrammeRequest) -> Changes:
+    """Validate all of a programme that does not depend on when it arrives; sizes first."""
+    if len(request.names) > COMMAND_NAMES:
+        raise too_many(f"{request.field} joint_names", len(request.names), COMMAND_NAMES)
+    if len(request.points) > COMMAND_POINTS:
+        raise too_many(f"{request.field} points", len(request.points), COMMAND_POINTS)
     _check_names(request)
-    targets = [_target(request, i, latest) for i in range(len(request.points))]
+    changes = _changes(request)
     _check_increasing(request)
-    if not targets:
+    return changes
+
+
+def schedule_programme(
+    request: ProgrammeRequest, changes: Changes, instant: Instant, latest: Motion
+) -> tuple[tuple[int, Motion], ...]:
+    """The points of a validated programme at the instant of its arrival, as `rule_programme`."""
+    if not changes:
         _check_age(request.field, request.stamp_ns, 0, instant)
         return ()
     accepted: list[tuple[int, Motion]] = []
     earliest = instant.now_ns
-    for point, target in zip(request.points, targets, strict=True):
+    for point, values in zip(request.points, changes, strict=True):
         effect = instant.effect(request.stamp_ns, point.after_ns)
         if instant.age(effect) > instant.tolerance_ns:
             continue
@@ -95,7 +119,7 @@ def rule_programme(
                 f"{point.after_ns / NS:g} s",
                 "at most a century",
             )
-        accepted.append((effect, target))
+        accepted.append((effect, latest._replace(**values)))
         earliest = effect + 1
     if not accepted:
         _check_age(request.field, request.stamp_ns, request.points[-1].after_ns, instant)
@@ -104,18 +128,34 @@ def rule_programme(
 
 def rule_kick(request: KickRequest, instant: Instant) -> tuple[int, float, float]:
     """An accepted kick: instant, axial impulse (N·s), angular impulse (N·m·s)."""
+    validate_impulse(request)
+    return schedule_impulse(request, instant)
+
+
+def validate_impulse(request: KickRequest) -> None:
+    """Validate all of an impulse that does not depend on when it arrives."""
     for kind, vector in (("force", request.force), ("torque", request.torque)):
         for axis, value in zip("xyz", vector, strict=True):
-            field = f"{request.field} wrench.{kind}.{axis}"
             if not math.isfinite(value) or abs(value) > MAX_IMPULSE:
-                raise InputError(field, value, f"a finite impulse up to {MAX_IMPULSE:g}")
+                allowed = f"a finite impulse up to {MAX_IMPULSE:g}"
+                raise InputError(f"{request.field} wrench.{kind}.{axis}", value, allowed)
             if axis != "z" and value != 0.0:
-                raise InputError(field, value, "0", "The disk moves along and about z only.")
+                raise InputError(f"{request.field} wrench.{kind}.{axis}", value, "0",
+                                 "The disk moves along and about z only.")  # fmt: skip
+
+
+def schedule_impulse(request: KickRequest, instant: Instant) -> tuple[int, float, float]:
+    """A validated impulse at the instant of its arrival, as `rule_kick`."""
     effect = instant.effect(request.stamp_ns, 0)
     _check_age(request.field, request.stamp_ns, 0, instant)
     if effect > FAR_NS:
         raise InputError(f"{request.field} header.stamp", request.stamp_ns, "at most a century on")
     return max(effect, instant.now_ns), request.force[2], request.torque[2]
+
+
+def too_many(field: str, count: int, most: int) -> InputError:
+    """The error of more elements than are accepted."""
+    return InputError(field, f"{count} of them", f"at most {most}")
 
 
 def _check_names(request: ProgrammeRequest) -> None:
@@ -124,7 +164,7 @@ def _check_names(request: ProgrammeRequest) -> None:
     for name in request.names:
         if name not in MOTION_NAMES:
             raise InputError(field, name, "any of " + ", ".join(MOTION_NAMES),
-                             closest(name, MOTION_NAMES))  # fmt: skip
+                             partial(closest, name, MOTION_NAMES))  # fmt: skip
         if name in seen:
             raise InputError(field, ", ".join(request.names), "each name once")
         seen.add(name)
@@ -132,30 +172,40 @@ def _check_names(request: ProgrammeRequest) -> None:
         raise InputError(field, "no names", "at least one of " + ", ".join(MOTION_NAMES))
 
 
-def _target(request: ProgrammeRequest, i: int, latest: Motion) -> Motion:
-    """The full target of one point, every value checked."""
-    point, names = request.points[i], request.names
-    field = f"{request.field} points[{i}]"
+def _changes(request: ProgrammeRequest) -> Changes:
+    """What each point changes, every value checked."""
+    names = request.names
+    bounds = [_BOUNDS[name] for name in names]
+    changes = []
+    for i, point in enumerate(request.points):
+        if len(point.positions) != len(names) or point.extras:
+            raise _wrong_shape(request, i)
+        values = {}
+        for name, value, (low, high) in zip(names, point.positions, bounds, strict=True):
+            if type(value) is not float or not low <= value <= high:
+                value = _checked_value(request, i, name, value)
+            values[name] = math.remainder(value, math.tau) if name == "phase_lag" else value
+        changes.append(values)
+    return tuple(changes)
+
+
+def _wrong_shape(request: ProgrammeRequest, i: int) -> InputError:
+    point, field = request.points[i], f"{request.field} points[{i}]"
     if point.extras:
-        raise InputError(f"{field}.{point.extras[0]}", "values", "none",
-                         "A cross-fade needs positions and time_from_start only.")  # fmt: skip
-    if len(point.positions) != len(names):
-        given = f"{len(point.positions)} values"
-        raise InputError(f"{field}.positions", given, f"{len(names)}, one for each joint name")
-    values: dict[str, float] = {}
-    for name, position in zip(names, point.positions, strict=True):
-        where = request.field if request.is_value else f"{field} {name}"
-        values[name] = _checked_value(where, name, position)
-    return latest._replace(**values)
+        return InputError(f"{field}.{point.extras[0]}", "values", "none",
+                          "A cross-fade needs positions and time_from_start only.")  # fmt: skip
+    given, wanted = f"{len(point.positions)} values", len(request.names)
+    return InputError(f"{field}.positions", given, f"{wanted}, one for each joint name")
 
 
-def _checked_value(field: str, name: str, given: float) -> float:
-    try:
-        value = float(TABLE[name].checked(given))
-    except InputError as error:
-        hint = "To stop the platform, set the amplitudes to 0." if name == "frequency" else ""
-        raise InputError(f"{field} ({MOTION_UNITS[name]})", given, error.allowed, hint) from None
-    return math.remainder(value, math.tau) if name == "phase_lag" else value
+def _checked_value(request: ProgrammeRequest, i: int, name: str, given: object) -> float:
+    """What is no double, cast where that is possible; InputError for the rest."""
+    if type(given) is not float:
+        with contextlib.suppress(InputError):
+            return float(TABLE[name].checked(given))
+    where = request.field if request.is_value else f"{request.field} points[{i}] {name}"
+    hint = "To stop the platform, set the amplitudes to 0." if name == "frequency" else ""
+    raise InputError(f"{where} ({MOTION_UNITS[name]})", given, _ALLOWED[name], hint)
 
 
 def _check_increasing(request: ProgrammeRequest) -> None:

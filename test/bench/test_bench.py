@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, beside, ceiling, many, node, per_impact, studies, widths
+from bench import bags, beside, ceiling, many, node, per_impact, refusals, studies, widths
 from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
@@ -27,6 +27,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     folders = (tmp_path / f"cache-{i}" for i in itertools.count())
     rows = node.measure_starts(start, lambda: next(folders))
     rows += node.measure_rates(start)
+    rows += refusals.measure(start)
     rows += ceiling.measure()
     per, notes = per_impact.measure(tmp_path)
     rows += per

@@ -66,6 +66,23 @@ def test_every_executable_explains_itself(name: str) -> None:
     assert "usage" in done.stdout.lower()
 
 
+def test_no_module_of_the_current_folder_is_run(tmp_path: Path) -> None:
+    for name in ("yaml", "tempfile", "hashlib", "argparse", "numpy", "mcap", "rclpy", "optional"):
+        (tmp_path / f"{name}.py").write_text(f"print('hostile {name}')")
+    home = Path(bouncing_disk_ros.__file__).resolve().parents[1]
+    done = subprocess.run(
+        [sys.executable, "-m", "bouncing_disk_ros", "bag_report", "no_bag"],
+        env=environment({"PYTHONPATH": str(home), "PYTHONSAFEPATH": None}),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "hostile" not in done.stdout + done.stderr
+
+
 # a wrong ROS setting ------------------------------------------------------------------------------
 
 NEED_NO_ROS = {"bag_recover", "bag_report", "replay"}
@@ -88,6 +105,21 @@ def test_a_wrong_setting_is_one_line_and_code_2(
     assert (code, process.stdout) == (2, "")
     assert process.stderr.startswith(f"bouncing_disk_ros: {variable}: got {value!r}, allowed: ")
     assert process.stderr.count("\n") == 1
+
+
+def test_security_that_cannot_be_had_is_one_line_and_code_2(start: Starter, tmp_path: Path) -> None:
+    """On any machine: the wheels have no security, and a ROS installation finds no such enclave."""
+    (tmp_path / "keystore" / "enclaves").mkdir(parents=True)
+    settings: dict[str, str | None] = {
+        "ROS_SECURITY_ENABLE": "true",
+        "ROS_SECURITY_STRATEGY": "Enforce",
+        "ROS_SECURITY_KEYSTORE": str(tmp_path / "keystore"),
+    }
+    for enclave in ([], ["--ros-args", "--enclave", "/nobody"]):
+        code, process = start.finish("recorder", str(tmp_path / "run"), *enclave, env=settings)
+        assert (code, process.stdout) == (2, "")
+        (line,) = process.stderr.splitlines()
+        assert line.startswith("recorder: ROS_SECURITY_ENABLE: got 'true', allowed: an enclave")
 
 
 # no place for files -------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ Assertions on time use simulated stamps and instants of the record, never the ti
 from __future__ import annotations
 
 import math
+import re
 import signal
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -17,7 +18,7 @@ from rcl_interfaces.srv import DescribeParameters
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
@@ -26,6 +27,7 @@ from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.session import motion_of
 from support.processes import Process, Starter
 from support.ros_peer import Peer
+from support.wrong_commands import WRONG, wrench
 
 
 @pytest.fixture
@@ -143,72 +145,22 @@ def test_an_empty_programme_cancels_what_is_pending(start: Starter, peer: Peer) 
     assert msg_to_motion(peer.latest("platform/motion")).target.frequency == 3.0
 
 
-def trajectory(
-    names: list[str], *points: tuple[list[float], int], **fields: Any
-) -> JointTrajectory:
-    msg = JointTrajectory(joint_names=names)
-    for positions, sec in points:
-        point = JointTrajectoryPoint(positions=positions)
-        point.time_from_start.sec = sec
-        for field, value in fields.items():
-            setattr(point, field, value)
-        msg.points.append(point)
-    return msg
-
-
-def old(msg: Any) -> Any:
-    msg.header.stamp.sec = 1
-    return msg
-
-
-def wrench(axis: str, value: float) -> WrenchStamped:
-    msg = WrenchStamped()
-    setattr(msg.wrench.force, axis, value)
-    return msg
-
-
-NAN, INF = math.nan, math.inf
-WRONG: list[tuple[str, Any, str]] = [
-    ("platform/command", trajectory(["frequency"], ([NAN], 0)), "frequency (Hz): got nan"),
-    ("platform/command", trajectory(["frequency"], ([INF], 0)), "frequency (Hz): got inf"),
-    ("platform/command", trajectory(["frequency"], ([0.0], 0)), "frequency (Hz): got 0.0"),
-    ("platform/command", trajectory(["axial_amplitude"], ([-1.0], 0)), "(m): got -1.0"),
-    ("platform/command", trajectory(["amplitude"], ([1.0], 0)), "joint_names: got 'amplitude'"),
-    ("platform/command", trajectory(["frequency"] * 2, ([1.0, 2.0], 0)), "each name once"),
-    ("platform/command", trajectory(["frequency"], ([1.0, 2.0], 0)), "got '2 values', allowed: 1"),
-    ("platform/command", trajectory([], ([], 0)), "joint_names: got 'no names'"),
-    ("platform/command", trajectory(["frequency"], ([1.0], 2), ([2.0], 1)), "increasing"),
-    ("platform/command", trajectory(["frequency"], ([1.0], -1)), "allowed: >= 0 s"),
-    ("platform/command", trajectory(["frequency"], ([1.0], 0), velocities=[1.0]), "velocities"),
-    ("platform/command", trajectory(["frequency"], ([1.0], 0), effort=[1.0]), "effort"),
-    ("platform/command", old(trajectory(["frequency"], ([1.0], 0))), "header.stamp"),
-    (
-        "platform/axial_amplitude",
-        Float64(data=-0.5),
-        "refused: platform/axial_amplitude (m): got -0.5",
-    ),
-    ("platform/frequency", Float64(data=NAN), "platform/frequency (Hz): got nan"),
-    ("disk/impulse", wrench("z", NAN), "wrench.force.z: got nan"),
-    ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
-    ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
-]
-
-
 def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
     start: Starter, peer: Peer
 ) -> None:
     process = simulator(start)
     peer.settle()
-    for count, (topic, msg, reason) in enumerate(WRONG, start=1):
+    for topic, msg, _ in WRONG:
         peer.publish(topic, msg)
-        peer.spin_until(lambda: len(refusals(process)) == count)  # noqa: B023
-        assert topic in refusals(process)[-1]
-        assert reason in refusals(process)[-1]
-    peer.next_diagnostics()
-    peer.next_diagnostics()
-    _, _, values = peer.diagnostic("inputs")
-    assert values["refused"] == str(len(WRONG))
-    assert "header.stamp" in values["last refusal"]
+
+    def told() -> int:
+        """Refusals on the log: one for each line, and those that a line counts besides."""
+        more = [re.search(r"\(and (\d+) more", line) for line in refusals(process)]
+        return len(more) + sum(int(match[1]) for match in more if match)
+
+    peer.spin_until(lambda: refused(peer)[0] == told() == len(WRONG))
+    assert any(reason in refused(peer)[1] for _, _, reason in WRONG)
+    assert len(refusals(process)) < len(WRONG)  # one a second for each reason
     assert {record["kind"] for record in peer.records} <= {"snapshot", "pause"}
     motions = [msg_to_motion(msg) for msg in peer.heard["platform/motion"]]
     assert {motion.start for motion in motions} == {motion.target for motion in motions}
@@ -219,6 +171,12 @@ def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
     ended_well_but_warned(process)
 
 
+def refused(peer: Peer) -> tuple[int, str]:
+    """How many inputs the newest diagnostics count as refused, and why the last was."""
+    values = peer.diagnostic("inputs")[2]
+    return int(values["refused"]), values["last refusal"]
+
+
 def refusals(process: Process) -> list[str]:
     return [line for line in process.stderr.splitlines() if "refused:" in line]
 
@@ -226,6 +184,26 @@ def refusals(process: Process) -> list[str]:
 def ended_well_but_warned(process: Process) -> None:
     assert process.end() == 0
     assert "Traceback" not in process.output
+
+
+def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> None:
+    process = simulator(start)
+    peer.settle()
+    peer.publish("platform/axial_amplitude", Float64(data=0.03))
+    peer.wait_for_record("motion")
+    process.send(signal.SIGSTOP)
+    for number in range(400):  # more than reader and writer hold
+        peer.publish("platform/axial_amplitude", Float64(data=0.03 + 1e-6 * number))
+    process.send(signal.SIGCONT)
+
+    def counted() -> tuple[int, str]:
+        values = peer.diagnostic("inputs")[2]
+        return int(values["accepted"]) - 1, values["commands lost on the way"]  # 1: it was let go
+
+    peer.spin_until(lambda: counted()[0] + int(counted()[1]) == 401)
+    assert int(counted()[1]) > 0
+    process.wait_for("inputs: .*; [0-9]+ commands were lost on the way: send them more slowly")
+    ended_well_but_warned(process)
 
 
 # --- pause, step, reset ---------------------------------------------------------------------------

@@ -76,8 +76,12 @@ class Peer:
         names = [name for name in self.heard if name not in ("/diagnostics", "/clock")]
         self.spin_until(lambda: all(self.node.count_publishers(name) for name in names))
 
-    def publish(self, name: str, msg: Any) -> None:
-        """Publish on a command topic, once somebody listens."""
+    def spin_once(self) -> None:
+        """Run what is due."""
+        self._executor.spin_once(timeout_sec=0.0)
+
+    def publisher(self, name: str) -> Any:
+        """The publisher of a command topic, once somebody listens."""
         topic = TOPICS[name]
         if name not in self._publishers:
             self._publishers[name] = self.node.create_publisher(
@@ -85,7 +89,11 @@ class Peer:
             )
         publisher = self._publishers[name]
         self.spin_until(lambda: publisher.get_subscription_count() > 0)
-        publisher.publish(msg)
+        return publisher
+
+    def publish(self, name: str, msg: Any) -> None:
+        """Publish on a command topic, once somebody listens."""
+        self.publisher(name).publish(msg)
 
     def command(self, *points: tuple[float, dict[str, float]], stamp_ns: int = 0) -> None:
         """Publish a programme: (seconds after the stamp, {name: value}), the same names in each."""

@@ -37,8 +37,9 @@ class Talker:
         self.nodes: list[Node] = []
         self.node = self.new_node("talker")
 
-    def new_node(self, name: str) -> Node:
-        node = rclpy.create_node(name, context=self.context, use_global_arguments=False)
+    def new_node(self, name: str, **options: Any) -> Node:
+        """Another node; `options` are those of rclpy's Node."""
+        node = rclpy.create_node(name, context=self.context, use_global_arguments=False, **options)
         self.nodes.append(node)
         return node
 

@@ -24,8 +24,13 @@ TABLES = {
     "errors",
     "executables",
     "folders",
+    "input_limits",
     "kernel_cache",
+    "limits",
     "parameters",
+    "safe_path",
+    "parsing",
+    "regular_file",
     "study_tables",
     "tables",
     "topics",
@@ -68,6 +73,7 @@ MAY_IMPORT = {
 }  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
+    "parsing": {"yaml"},
     "core": {"numpy", "numba"},
     "proof": {"numpy", "flint"},
     "analysis": {"numpy", "numba"},

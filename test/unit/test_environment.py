@@ -44,6 +44,31 @@ def test_middleware_must_be_installed(clean: pytest.MonkeyPatch, tmp_path: Path)
         assert hint in caught.value.line
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("ROS_SECURITY_ENABLE", "1"), ("ROS_SECURITY_ENABLE", "True"), ("ROS_SECURITY_STRATEGY", "x")],
+)
+def test_security_is_not_left_off_by_a_spelling(
+    clean: pytest.MonkeyPatch, name: str, text: str
+) -> None:
+    environment.check_security()
+    clean.setenv(name, text)
+    with pytest.raises(InputError, match=f"{name}: got '{text}', allowed: .* no other spelling"):
+        environment.check_security()
+
+
+def test_security_needs_a_keystore(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    clean.setenv("ROS_SECURITY_ENABLE", "false")
+    environment.check_security()
+    clean.setenv("ROS_SECURITY_ENABLE", "true")
+    for store in ("", str(tmp_path)):
+        clean.setenv("ROS_SECURITY_KEYSTORE", store)
+        with pytest.raises(InputError, match="a keystore: a folder with enclaves/ in it"):
+            environment.check_security()
+    (tmp_path / "enclaves").mkdir()
+    environment.check_security()
+
+
 def test_prepare_ends_with_one_line_and_code_2(
     clean: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
+import time
+from array import array
+from functools import partial
+
 from bouncing_disk_ros.errors import ExitCode, InputError, closest, shown
 from bouncing_disk_ros.tables import EXIT_MEANINGS
 
@@ -27,6 +32,47 @@ def test_texts_are_quoted_so_that_an_empty_one_is_seen() -> None:
 
 def test_long_values_are_cut() -> None:
     assert len(shown("x" * 1000)) == 120
+
+
+def test_a_value_is_cut_before_it_is_made_a_text() -> None:
+    nested: list[object] = [1.0]
+    for _ in range(100):
+        nested = [nested, nested]  # as a text it would have 2^100 numbers
+    huge = 10**5000  # str() refuses it
+    for value in (
+        nested,
+        {"a": nested},
+        huge,
+        "x" * 10**7,
+        b"x" * 10**7,
+        array("d", [0.0] * 10**6),
+    ):
+        began = time.perf_counter()
+        assert len(shown(value)) <= 120
+        assert len(InputError("field", value, "less").line) < 200
+        assert time.perf_counter() - began < 0.1
+    assert shown(huge) == "an integer of 16610 bits"
+
+
+def test_the_line_is_made_when_it_is_read() -> None:
+    asked = []
+
+    def hint() -> str:
+        asked.append(1)
+        return "Do this."
+
+    error = InputError("name", "x", "y", hint)
+    assert not asked
+    assert error.line == str(error) == "name: got 'x', allowed: y. Do this."
+    assert asked
+
+
+def test_errors_cross_processes() -> None:
+    error = pickle.loads(
+        pickle.dumps(InputError("name", "x", "y", partial(closest, "ab", ["abc"])))
+    )
+    assert error.line == "name: got 'x', allowed: y. Did you mean abc?"
+    assert error.given == "x"
 
 
 def test_closest_knows_the_nearest_name_or_says_nothing() -> None:

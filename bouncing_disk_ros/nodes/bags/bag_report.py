@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.start import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
@@ -128,7 +128,9 @@ def read(given: argparse.Namespace) -> Report:
         math.inf if end is None else end,
         given.rows,
     )
-    with bag.open(given.bag) as run:
+    with walking(NAME) as watch:
+        run = bag.open(given.bag, watch)
+    with run:
         reader = BagRun(run, wish)
         steps = tqdm(reader.read(), NAME, reader.total, leave=False, disable=None, unit=" messages")
         for _ in steps:

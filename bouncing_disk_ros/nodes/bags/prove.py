@@ -92,8 +92,7 @@ class _Prover:
 
     def _prove_run(self, run: Run) -> Iterator[float]:
         """Prove from the first snapshot to the last record and the last impact."""
-        from bouncing_disk_ros.run.inputs import apply
-        from bouncing_disk_ros.run.replay import restored
+        from bouncing_disk_ros.run.inputs import apply, restored
 
         index = -1
         for record in run.records:

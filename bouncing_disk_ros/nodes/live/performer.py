@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
@@ -13,9 +13,9 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Motion, MotionInForce
-from bouncing_disk_ros.errors import ExitCode, FailedError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.tool import options, wait_for
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import TABLE, Spec, Value
 from bouncing_disk_ros.ros.conversions import msg_to_motion, programme_to_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
@@ -27,6 +27,15 @@ ASKED = ("real_time_factor", "crossfade_duration", "publish_clock")
 """Parameters of the simulator that decide when a stamp acts."""
 PATIENCE = 5.0
 """Seconds by which a simulator may be late before it counts as not obeying."""
+
+
+def answered(values: Sequence[Any]) -> list[Value] | None:
+    """The values of ASKED in an answer that a node has given; None where they cannot be."""
+    try:
+        given = [parameter_value_to_python(value) for value in values]
+        return [TABLE[name].checked(one) for name, one in zip(ASKED, given, strict=True)]
+    except (RuntimeError, ValueError):  # an unknown type; a wrong value, another number of them
+        return None
 
 
 class Performer(Node):
@@ -49,7 +58,10 @@ class Performer(Node):
             self.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
 
     def _on_motion(self, msg: JointTrajectory) -> None:
-        self._motion, self._stamp_ns = msg_to_motion(msg), time_to_ns(msg.header.stamp)
+        try:
+            self._motion, self._stamp_ns = msg_to_motion(msg), time_to_ns(msg.header.stamp)
+        except InputError as error:  # of another node: that of the simulator will come
+            self.get_logger().warning(error.line, once=True)
 
     def _on_phase(self, msg: String) -> None:
         self._phase = msg.data
@@ -124,7 +136,7 @@ class Performer(Node):
         future = client.call_async(GetParameters.Request(names=list(ASKED)))
         if not wait_for(self, stop, future.done, PATIENCE):
             return None
-        return [parameter_value_to_python(value) for value in future.result().values]
+        return answered(future.result().values)
 
     def _refuse_unsuitable(self, settings: Mapping[str, Value]) -> None:
         """Situations in which no stamp could be right."""
@@ -153,12 +165,12 @@ class Performer(Node):
         start_ns = start_of(self.programme, self._motion, earliest, fade_ns)
         request = self.programme.request
         points = tuple(
-            replace(point, after_ns=scaled(point.after_ns, 1.0 / line.slope))
+            point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
             for point in request.points
         )
         stamp_ns = line.to_ros(start_ns)
         self._publisher.publish(
-            programme_to_msg(replace(request, points=points, stamp_ns=stamp_ns))
+            programme_to_msg(request._replace(points=points, stamp_ns=stamp_ns))
         )
         after_ns, target = self.programme.targets(self._motion.target)[-1]
         end_ns = start_ns + after_ns

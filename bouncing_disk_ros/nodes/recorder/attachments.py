@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import platform
-from collections.abc import Callable, Mapping
+import stat
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,8 +18,17 @@ from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from bouncing_disk_ros.errors import InputError, cut
 from bouncing_disk_ros.folders import PACKAGE, share_directory
+from bouncing_disk_ros.input_limits import (
+    ANSWER_BYTES,
+    ASKED_NODES,
+    PRESET_BYTES,
+    REQUEST_ITEMS,
+)
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.presets import load_preset, preset_names
+from bouncing_disk_ros.run.rulings import too_many
 
 YAML = "text/yaml"
 Attach = Callable[[str, str, bytes], None]
@@ -37,65 +50,151 @@ def versions(package_version: str) -> bytes:
 class RunParameters:
     """Asks the nodes that publish a topic for their parameters, once each, and attaches them.
 
-    The attachment `parameters/<node>.yaml` is a ROS parameter file; a preset that it names follows
-    as `preset/<name>.yaml`.
+    The attachment `parameters/<node>.yaml` is a ROS parameter file. A preset that it names follows
+    as `preset/<name>.yaml` if it is one of the package, or one of `presets`, the files that the
+    user of the recorder has named: a node can name any file of this machine.
     """
 
-    def __init__(self, node: Node, topic: str, attach: Attach) -> None:
+    def __init__(
+        self, node: Node, topic: str, attach: Attach, presets: Sequence[Path] = ()
+    ) -> None:
         self._node, self._topic, self._attach = node, topic, attach
+        self._presets = {path.expanduser().resolve(): path for path in presets}
         self._asked: set[str] = set()
         self._waiting: dict[str, tuple[Client, Client]] = {}
+        self._told: set[str] = set()
 
+    # --- asking -----------------------------------------------------------------------------------
     def look(self) -> None:
         """Ask those that are new, once their services are there."""
         for info in self._node.get_publishers_info_by_topic(self._topic):
             name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-            if name not in self._asked:
+            if name not in self._asked and len(self._asked) < ASKED_NODES:
                 self._asked.add(name)
-                self._waiting[name] = (
-                    self._node.create_client(ListParameters, f"{name}/list_parameters"),
-                    self._node.create_client(GetParameters, f"{name}/get_parameters"),
-                )
+                self._prepare(name)
         for name, (names, values) in list(self._waiting.items()):
             if names.service_is_ready() and values.service_is_ready():
                 del self._waiting[name]
                 self._ask(name, names, values)
 
-    def _ask(self, name: str, names: Client, values: Client) -> None:
-        def on_names(future: Any) -> None:
-            found = sorted(future.result().result.names)
-            request = GetParameters.Request(names=found)
-            values.call_async(request).add_done_callback(
-                lambda answer: self._on_values(name, found, answer.result().values)
+    def _prepare(self, name: str) -> None:
+        def make() -> None:
+            self._waiting[name] = (
+                self._node.create_client(ListParameters, f"{name}/list_parameters"),
+                self._node.create_client(GetParameters, f"{name}/get_parameters"),
             )
 
-        names.call_async(ListParameters.Request()).add_done_callback(on_names)
+        self._attempt(name, make)
 
-    def _on_values(self, name: str, names: list[str], values: Any) -> None:
-        pairs = {
-            key: plain(parameter_value_to_python(value))
-            for key, value in zip(names, values, strict=False)
-        }
-        file = f"parameters{name}.yaml"
-        self._attach(file, YAML, dumped({name: {"ros__parameters": pairs}}))
-        if preset := pairs.get("preset"):
-            self._attach_preset(str(preset))
+    def _ask(self, name: str, names: Client, values: Client) -> None:
+        def on_names(answer: Any) -> None:
+            found = sorted(answer.result().result.names)
+            if len(found) > REQUEST_ITEMS:
+                raise too_many("list_parameters", len(found), REQUEST_ITEMS)
+            request = GetParameters.Request(names=found)
+            values.call_async(request).add_done_callback(partial(on_values, found))
 
-    def _attach_preset(self, name: str) -> None:
-        path = Path(name).expanduser()
-        if "/" not in name and path.suffix not in (".yaml", ".yml"):
-            path = share_directory() / "config" / f"{name}.yaml"
+        def on_values(found: list[str], answer: Any) -> None:
+            self._attempt(name, lambda: self._on_values(name, found, answer.result().values))
+
+        asked = names.call_async(ListParameters.Request())
+        asked.add_done_callback(lambda answer: self._attempt(name, lambda: on_names(answer)))
+
+    def _on_values(self, name: str, names: list[str], values: Sequence[Any]) -> None:
+        pairs = answered(names, values)
+        self._attach(f"parameters{name}.yaml", YAML, dumped({name: {"ros__parameters": pairs}}))
+        preset = pairs.get("preset")
+        if isinstance(preset, str) and preset:
+            self._attach_preset(preset)
+
+    def _attempt(self, name: str, action: Callable[[], object]) -> None:
+        """Do something with another node's name or answer, which may be anything."""
         try:
-            self._attach(f"preset/{path.name}", YAML, path.read_bytes())
-        except OSError as error:
-            self._node.get_logger().warning(f"preset {name} is not attached: {error}")
+            action()
+        except Exception as error:  # noqa: BLE001 (told, and the recording goes on)
+            self._tell(f"the parameters of {cut(name)} are not attached: {cut(str(error), 300)}")
+
+    # --- presets ----------------------------------------------------------------------------------
+    def _attach_preset(self, name: str) -> None:
+        try:
+            path = self._allowed(name)
+            self._attach(f"preset/{path.name}", YAML, preset_bytes(path))
+        except InputError as error:
+            why = error.hint or error.line
+            self._tell(f"preset {cut(name)!r}: its values are attached, its file is not. {why}")
+
+    def _allowed(self, name: str) -> Path:
+        """The file of a preset that a node has named, or InputError."""
+        if name in preset_names():
+            return share_directory() / "config" / f"{name}.yaml"
+        path = Path(name).expanduser().resolve()
+        if path in self._presets:
+            return path
+        hint = "Only presets of the package are, and files that this recorder's presets name."
+        raise InputError("preset", name, "a preset of the package", hint)
+
+    def _tell(self, line: str) -> None:
+        """Log a line, once."""
+        if line not in self._told and len(self._told) < ASKED_NODES:
+            self._told.add(line)
+            self._node.get_logger().warning(line)
+
+
+def answered(names: Sequence[str], values: Sequence[Any]) -> dict[str, Any]:
+    """The parameters in an answer of a node, as YAML takes them; InputError when it is none."""
+    if len(values) != len(names):
+        raise InputError("get_parameters", f"{len(values)} values", f"{len(names)}, as asked")
+    size = sum(map(_size, names)) + sum(map(_size_of, values))
+    if size > ANSWER_BYTES:
+        raise InputError("get_parameters", f"{size} bytes", f"at most {ANSWER_BYTES} bytes")
+    try:
+        return {
+            name: plain(parameter_value_to_python(value))
+            for name, value in zip(names, values, strict=True)
+        }
+    except RuntimeError as error:  # a type that ROS does not know
+        raise InputError("get_parameters", str(error), "types 0 to 9") from None
+
+
+def _size_of(value: Any) -> int:
+    """About the bytes of a parameter's value, whichever of its fields it is in."""
+    return sum(_size(getattr(value, field)) for field in value.get_fields_and_field_types())
+
+
+def _size(content: Any) -> int:
+    if isinstance(content, str):
+        return len(content)
+    if isinstance(content, list):  # of texts, bytes or booleans
+        return sum(8 + _size(one) for one in content)
+    return 8 * len(content) if isinstance(content, array) else 8
+
+
+def preset_bytes(path: Path) -> bytes:
+    """The content of a preset's file; InputError when it cannot be read or is no preset."""
+    try:
+        content = _read(path.expanduser())
+    except OSError as error:
+        raise InputError("preset", str(path), "a readable file", f"{error.strerror}.") from None
+    if content is None or len(content) > PRESET_BYTES:
+        raise InputError("preset", str(path), f"a regular file of at most {PRESET_BYTES} bytes")
+    load_preset(str(path.expanduser().absolute()))
+    return content
+
+
+def _read(path: Path) -> bytes | None:
+    """The beginning of a regular file; None for anything else (a device, a pipe), unread."""
+    if not path.is_file():  # follows links; and says no for what is not there
+        path.stat()
+        return None
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with open(descriptor, "rb") as file:  # noqa: PTH123 (a descriptor, which it closes)
+        is_regular = stat.S_ISREG(os.fstat(descriptor).st_mode)  # it may have been exchanged
+        return file.read(PRESET_BYTES + 1) if is_regular else None
 
 
 def plain(value: Any) -> Any:
     """A parameter's value as YAML takes it."""
-    return (
-        list(value) if hasattr(value, "__iter__") and not isinstance(value, (str, bytes)) else value
-    )
+    return list(value) if isinstance(value, (array, tuple)) else value
 
 
 def own_parameters(name: str, values: Mapping[str, Value]) -> bytes:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -15,18 +17,30 @@ from std_srvs.srv import Trigger
 import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
-from bouncing_disk_ros.bag.schema import schema_of
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.errors import ExitCode, InputError, cut
+from bouncing_disk_ros.input_limits import LOOKED_TOPICS
 from bouncing_disk_ros.nodes.recorder.attachments import (
     YAML,
     RunParameters,
     own_parameters,
+    preset_bytes,
     versions,
 )
-from bouncing_disk_ros.nodes.recorder.options import MB, OPTIONS, Selection, writer_options
+from bouncing_disk_ros.nodes.recorder.options import (
+    MB,
+    OPTIONS,
+    Selection,
+    default_folder,
+    preset_files,
+    writer_options,
+)
+from bouncing_disk_ros.nodes.recorder.status import RecorderStatus
 from bouncing_disk_ros.nodes.recorder.topic import RecordedTopic, is_snapshot, offered
 from bouncing_disk_ros.nodes.shared.tool import options
+from bouncing_disk_ros.ros.diagnostics import DiagnosticsPublisher
+from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.refusals import RefusalLog
 
 LOOK_SECONDS = 0.2
 """How often the graph is looked at."""
@@ -46,12 +60,17 @@ class Recorder(Node):
         self._refused: set[str] = set()
         self._heard = 0
         self._paused = bool(self._values["start_paused"])
+        self._presets = preset_files(self._values)
+        for path in self._presets:
+            preset_bytes(path)  # InputError
         self._selection = Selection(self._values, self.resolve_topic_name)
         folder = Path(output or str(self._values["output"]) or default_folder()).expanduser()
         version = str(bouncing_disk_ros.__version__)
         writer = bag.Writer(folder, writer_options(self._values), version=version)
         self._recording = Recording(writer, round(float(self._values["queue_size"]) * MB))
-        self._began = time.monotonic()
+        self._status = RecorderStatus(self._recording, self._topics)
+        self._refusals = RefusalLog(self.get_logger().warning)
+        self._diagnostics = DiagnosticsPublisher(self)
         try:
             self._set_up(version)
         except BaseException:
@@ -65,14 +84,17 @@ class Recorder(Node):
         for name, topic in self._selection.known.items():  # heard from their first message on
             self._hear(name, topic.type)
         inputs = self.resolve_topic_name("disk/inputs")
-        self._parameters = RunParameters(self, inputs, self._attach)
+        self._run_parameters = RunParameters(self, inputs, self._attach, self._presets)
         for service, action in (
             ("~/pause", self._pause), ("~/resume", self._resume), ("~/split", self._split)
         ):  # fmt: skip
             self.create_service(Trigger, service, _answering(action))
-        self.create_timer(LOOK_SECONDS, self._look)
+        guard_services(self, self._refuse)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
+        self.create_timer(LOOK_SECONDS, self._look, clock=steady)
+        self.create_timer(1.0, self._report, clock=steady)
         if period := float(self._values["status_period"]):
-            self.create_timer(period, self._show_status)
+            self.create_timer(period, self._show_status, clock=steady)
         state = "paused, " if self._paused else ""
         self.get_logger().info(f"{state}recording to {self._recording.writer.folder}")
 
@@ -81,6 +103,7 @@ class Recorder(Node):
         """Find new topics and publishers."""
         for name, kinds in self.get_topic_names_and_types():
             is_new = name not in self._topics and name not in self._refused
+            is_new = is_new and len(self._topics) + len(self._refused) < LOOKED_TOPICS
             if is_new and self._selection.wants(name) and self.count_publishers(name):
                 self._hear(name, kinds[0])
         for topic in list(self._topics.values()):
@@ -89,20 +112,23 @@ class Recorder(Node):
                 self._register(topic, infos)
             if topic.registered:
                 self._repeat(topic, len(infos))
-        self._parameters.look()
+        self._run_parameters.look()
 
     def _hear(self, name: str, kind: str) -> None:
         known = self._selection.known.get(name)
         try:
-            schema_of(kind)
             is_ours = known is not None and known.type == kind
-            self._topics[name] = RecordedTopic(
+            topic = RecordedTopic(
                 self, name, kind, self._put, qos=known.qos if known and is_ours else None,
                 has_index=bool(known and known.name == "disk/impacts"),
             )  # fmt: skip
-        except InputError as error:
+        except Exception as error:  # noqa: BLE001 (names and types may come from anyone)
             self._refused.add(name)
-            self.get_logger().warning(f"{name} is not recorded: {error.line}")
+            self.get_logger().warning(f"{cut(name)} is not recorded: {cut(str(error), 300)}")
+            return
+        if known and known.name == "/diagnostics":
+            topic.own = self._diagnostics.sent
+        self._topics[name] = topic
 
     def _register(self, topic: RecordedTopic, infos: list[Any]) -> None:
         topic.registered = True
@@ -156,58 +182,42 @@ class Recorder(Node):
         return "a new file is begun"
 
     # --- telling ----------------------------------------------------------------------------------
-    def _losses(self) -> dict[str, str]:
-        """What is known to be lost, as notes of the bag; topics that lost nothing are left out."""
-        lost = {name: str(topic.loss) for name, topic in self._topics.items() if topic.registered}
-        notes = {"lost": json.dumps({name: text for name, text in lost.items() if text != "0"})}
-        rows = [topic.rows.lost for topic in self._topics.values() if topic.rows is not None]
-        notes["lost_impact_rows"] = str(sum(rows))
-        notes["received_but_not_recorded"] = json.dumps(dict(self._recording.unrecorded))
-        return notes
+    def _refuse(self, error: InputError) -> None:
+        """Count a request that cannot be satisfied, and log why."""
+        self._status.refused += 1
+        self._refusals.note(error)
+
+    @property
+    def _state(self) -> str:
+        return "paused" if self._paused else "recording"
 
     def _show_status(self) -> None:
-        recording = self._recording
-        self._recording.note(self._losses())
-        losses = (topic.loss for topic in self._topics.values() if topic.registered)
-        countable = sum(loss.lost for loss in losses if not loss.why_not)
-        self.get_logger().info(
-            f"{'paused' if self._paused else 'recording'}: "
-            f"{time.monotonic() - self._began:.0f} s, {recording.accepted.total()} messages, "
-            f"{recording.writer.size / MB:.1f} MB written, {recording.queued / MB:.1f} MB waiting, "
-            f"{countable} lost on the way, {recording.dropped.total()} dropped"
-        )
+        self._recording.note(self._status.losses())
+        self.get_logger().info(self._status.line(self._state))
 
-    def summary(self) -> str:
-        """What is in the bag and what is not, topic by topic (after the end)."""
-        recorded, missing = self._recording.recorded, self._recording.unrecorded
-        lines = [f"{self._recording.writer.folder}: {recorded.total()} messages"]
-        rows = [(name, topic) for name, topic in sorted(self._topics.items()) if topic.registered]
-        width = max((len(name) for name, _ in rows), default=0)
-        for name, topic in rows:
-            line = f"  {name:{width}}  {recorded[name]} recorded, lost on the way: {topic.loss}"
-            if topic.rows is not None:
-                line += f", impacts missing by their index: {topic.rows.lost}"
-            if missing[name]:
-                line += f", received but not recorded: {missing[name]}"
-            lines.append(line)
-        return "\n".join(lines)
+    def _report(self) -> None:
+        self._refusals.flush()
+        self._diagnostics.publish(self._status.report(self._state))
 
     # --- the run ----------------------------------------------------------------------------------
     def record(self, stop: Stop) -> int:
-        """Record until a signal comes or the disk takes no more; the exit code.
+        """Record until a signal comes or nothing more can be written; the exit code.
 
-        Raises FailedError when the disk ended it; what is in the bag can be read.
+        When the disk or an error ended it, that is told at once; what is in the bag can be read.
         """
         try:
             self._spin_until(lambda: stop.asked or self._recording.error is not None)
             self._take_last()
         finally:
-            self._recording.note(self._losses())
+            self._recording.note(self._status.losses())
             self._recording.close()
-        print(self.summary(), flush=True)
-        if self._recording.error is not None:
-            raise FailedError(str(self._recording.error))
-        return ExitCode.DONE
+        error = self._recording.error
+        if error is not None:
+            print(f"recorder: {error}", file=sys.stderr, flush=True)
+            self._report()
+            self._diagnostics.publisher.wait_for_all_acked(Duration(seconds=LAST_SECONDS))
+        print(self._status.summary(), flush=True)
+        return ExitCode.DONE if error is None else ExitCode.FAILED
 
     def _take_last(self) -> None:
         """Record what is still on the way."""
@@ -230,11 +240,6 @@ class Recorder(Node):
         finally:
             executor.remove_node(self)
             executor.shutdown()
-
-
-def default_folder() -> str:
-    """A name of its own for each second."""
-    return time.strftime("bag_%Y-%m-%d_%H-%M-%S")
 
 
 def _answering(action: Callable[[], str]) -> Callable[[Any, Any], Any]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
@@ -34,6 +36,9 @@ _SPECS = (
          high=1e9, read_only=True),
     Spec("repeat_latched", True, "", "begin every further file with the latched messages in force, "
          "so that it can be used alone", read_only=True),
+    Spec("presets", "", "", "files that may be attached when a simulator names one of them as its "
+         "preset, separated by blanks or commas; the presets of the package always are",
+         read_only=True),
     Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; what comes beyond is "
          "dropped and counted", low=0.001, high=1e6, read_only=True),
     Spec("start_paused", False, "", "record nothing before ~/resume", read_only=True),
@@ -55,6 +60,16 @@ def writer_options(values: Mapping[str, Value]) -> Options:
         max_size=round(float(values["max_size"]) * MB),
         max_duration=float(values["max_duration"]),
     )
+
+
+def default_folder() -> str:
+    """A name of its own for each second."""
+    return time.strftime("bag_%Y-%m-%d_%H-%M-%S")
+
+
+def preset_files(values: Mapping[str, Value]) -> list[Path]:
+    """The files that the user has named."""
+    return [Path(name) for name in str(values["presets"]).replace(",", " ").split()]
 
 
 class Selection:

@@ -1,4 +1,4 @@
-"""Commands of the simulator: subscriptions, the rulings on what arrives, and the session."""
+"""Commands of the simulator: subscriptions, validation of what arrives, and the session."""
 
 from __future__ import annotations
 
@@ -11,15 +11,21 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros import conversions
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.numbered import NumberedSubscription
+from bouncing_disk_ros.ros.serialized import (
+    impulse_from_bytes,
+    programme_from_bytes,
+    value_from_bytes,
+)
 from bouncing_disk_ros.run.rulings import (
     Instant,
     KickRequest,
     ProgrammeRequest,
     describe,
-    rule_kick,
-    rule_programme,
+    schedule_impulse,
+    schedule_programme,
+    validate_impulse,
+    validate_programme,
 )
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
@@ -29,7 +35,8 @@ class Commands:
     """Listens on the command topics from the start, so that an inactive node can say why not.
 
     `open_session` gives the session that accepts inputs now and the instant of arrival, or raises
-    InputError; `applied` is called after each accepted input, `refuse` with each InputError.
+    InputError; it is asked only when everything else about a command is right. `applied` is called
+    after each accepted input, `refuse` with each InputError.
     """
 
     def __init__(
@@ -41,28 +48,51 @@ class Commands:
     ) -> None:
         self._node, self._open = node, open_session
         self._applied, self._refuse = applied, refuse
-        self._subscribe(JointTrajectory, "platform/command", self._on_command)
-        self._subscribe(WrenchStamped, "disk/impulse", self._on_impulse)
+        self.subscriptions: list[NumberedSubscription] = []
+        self._subscribe(JointTrajectory, "platform/command", self.take_programme)
+        self._subscribe(WrenchStamped, "disk/impulse", self.take_impulse)
         for name in MOTION_NAMES:
-            self._subscribe(Float64, f"platform/{name}", partial(self._on_value, name))
+            self._subscribe(Float64, f"platform/{name}", partial(self.take_value, name))
 
-    def _subscribe(self, kind: type, name: str, callback: Callable[..., None]) -> None:
-        self._node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+    def _subscribe(self, kind: type, topic: str, take: Callable[[bytes], object]) -> None:
+        qos = TOPICS[topic].qos
+        self.subscriptions.append(NumberedSubscription(self._node, kind, topic, qos, take))
 
-    def _on_command(self, msg: JointTrajectory) -> None:
-        self.programme(conversions.msg_to_programme(msg))
-
-    def _on_value(self, name: str, msg: Float64) -> None:
-        self.programme(conversions.value_to_programme(name, msg.data))
-
-    def _on_impulse(self, msg: WrenchStamped) -> None:
-        self.kick(conversions.msg_to_kick(msg))
-
-    def programme(self, request: ProgrammeRequest) -> bool:
-        """Judge a programme and apply it; False when it was refused."""
+    # --- serialized messages: False when refused --------------------------------------------------
+    def take_programme(self, data: bytes) -> bool:
+        """A message of platform/command."""
         try:
+            request = programme_from_bytes("platform/command", data)
+        except InputError as error:
+            self._refuse(error)
+            return False
+        return self.programme(request)
+
+    def take_value(self, name: str, data: bytes) -> bool:
+        """A message of platform/<name>."""
+        try:
+            request = value_from_bytes(f"platform/{name}", name, data)
+        except InputError as error:
+            self._refuse(error)
+            return False
+        return self.programme(request)
+
+    def take_impulse(self, data: bytes) -> bool:
+        """A message of disk/impulse."""
+        try:
+            request = impulse_from_bytes("disk/impulse", data)
+        except InputError as error:
+            self._refuse(error)
+            return False
+        return self.kick(request)
+
+    # --- requests: False when refused -------------------------------------------------------------
+    def programme(self, request: ProgrammeRequest) -> bool:
+        """Validate a programme and apply it."""
+        try:
+            changes = validate_programme(request)
             session, instant = self._open(request.field)
-            points = rule_programme(request, instant, session.latest_target)
+            points = schedule_programme(request, changes, instant, session.latest_target)
         except InputError as error:
             self._refuse(error)
             return False
@@ -72,13 +102,26 @@ class Commands:
         return True
 
     def kick(self, request: KickRequest) -> bool:
-        """Judge a kick and apply it; False when it was refused."""
+        """Validate an impulse and apply it."""
         try:
+            validate_impulse(request)
             session, instant = self._open(request.field)
-            at_ns, axial, angular = rule_kick(request, instant)
+            at_ns, axial, angular = schedule_impulse(request, instant)
         except InputError as error:
             self._refuse(error)
             return False
         session.kick(at_ns, axial, angular)
         self._applied()
         return True
+
+    # --- what did not arrive ----------------------------------------------------------------------
+    def look_for_publishers(self) -> None:
+        """Look again, once a second, where several publishers made counting impossible."""
+        for subscription in self.subscriptions:
+            subscription.lost.look()
+
+    @property
+    def lost(self) -> tuple[int, list[str]]:
+        """Messages lost on the way, and the topics of which there may be more."""
+        uncertain = [one.topic for one in self.subscriptions if one.lost.lower_bound]
+        return sum(one.lost.lost for one in self.subscriptions), uncertain

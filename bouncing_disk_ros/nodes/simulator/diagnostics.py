@@ -1,39 +1,43 @@
-"""/diagnostics of the simulator: the health report once a second of the steady clock."""
+"""/diagnostics of the simulator: the health report once a second; refusals, counted and logged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.health import Health, Reading, Status
-from bouncing_disk_ros.topics import TOPICS
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.ros.diagnostics import DiagnosticsPublisher
+from bouncing_disk_ros.run.health import Health, Level, Reading
+from bouncing_disk_ros.run.refusals import RefusalLog
 
 
 class Diagnostics:
-    """Publishes a report on what `read` reads."""
+    """Publishes a report on what `read` reads, and logs what has changed in it."""
 
-    def __init__(self, node: Node, health: Health, read: Callable[[], Reading]) -> None:
-        self._node, self._health, self._read = node, health, read
-        self._full_name = node.get_fully_qualified_name().lstrip("/")
-        topic = TOPICS["/diagnostics"]
-        self._publisher = node.create_publisher(DiagnosticArray, topic.name, profile_of(topic))
+    def __init__(self, node: Node, read: Callable[[], Reading]) -> None:
+        self._node, self._read = node, read
+        self._health = Health()
+        self._refusals = RefusalLog(node.get_logger().warning)
+        self._levels: dict[str, Level] = {}
+        self._publisher = DiagnosticsPublisher(node)
 
-    def publish(self, lateness: Mapping[str, float]) -> list[Status]:
-        """Take a reading and publish the report on it."""
+    def refuse(self, error: InputError) -> None:
+        """Count a refused input; log it unless its reason was on the log a moment ago."""
+        self._health.refuse(error)
+        self._refusals.note(error)
+
+    def publish(self, lateness: Mapping[str, float]) -> None:
+        """Take a reading, publish the report on it, and log each task whose level has changed."""
+        self._refusals.flush()
         report = self._health.report(self._read(), lateness)
-        msg = DiagnosticArray(status=[self._to_msg(status) for status in report])
-        msg.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(msg)
-        return report
-
-    def _to_msg(self, status: Status) -> DiagnosticStatus:
-        return DiagnosticStatus(
-            level=bytes([status.level]),
-            name=f"{self._full_name}: {status.task}",
-            message=status.message,
-            hardware_id=self._full_name,
-            values=[KeyValue(key=key, value=value) for key, value in status.values.items()],
-        )
+        self._publisher.publish(report)
+        for status in report:
+            if self._levels.get(status.task, Level.OK) == status.level:
+                continue
+            self._levels[status.task] = status.level
+            line = f"{status.task}: {status.message}"
+            if status.level == Level.OK:  # rclpy wants a line of its own for each severity
+                self._node.get_logger().info(line)
+            else:
+                self._node.get_logger().warning(line)

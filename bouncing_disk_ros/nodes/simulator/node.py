@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -19,8 +20,9 @@ from bouncing_disk_ros.nodes.simulator.diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.run import Run, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.declare import ParameterDoor, start_values
+from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.run.clock import NS, nanoseconds
-from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
+from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.rulings import Instant
 from bouncing_disk_ros.run.session import Session
 
@@ -62,20 +64,19 @@ class SimulatorNode(LifecycleNode):
             raise
 
     def _set_up(self) -> None:
-        self._health = Health()
+        self._diagnostics = Diagnostics(self, self._read)
         self._door: ParameterDoor | None = None
         start = start_values(self)
-        self._door = ParameterDoor(self, start, self._on_parameters, self._refuse)
+        self._door = ParameterDoor(self, start, self._on_parameters, self._diagnostics.refuse)
         self._values: dict[str, Value] = self._door.values
-        self.commands = Commands(self, self._open, self._applied, self._refuse)
+        self.commands = Commands(self, self._open, self._applied, self._diagnostics.refuse)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/step", self._on_step)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._ticks = Ticks(self._tick_ns)
         self._timer: Timer | None = None
-        self._levels: dict[str, Level] = {}
-        self._diagnostics = Diagnostics(self, self._health, self._read)
+        guard_services(self, self._diagnostics.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
 
     def _autostart(self) -> None:
@@ -175,20 +176,16 @@ class SimulatorNode(LifecycleNode):
             self.run.tick(now)
 
     def _on_second(self) -> None:
-        for status in self._diagnostics.publish(self._ticks.take()):
-            if self._levels.get(status.task, Level.OK) == status.level:
-                continue
-            self._levels[status.task] = status.level
-            line = f"{status.task}: {status.message}"
-            if status.level == Level.OK:  # rclpy wants a line of its own for each severity
-                self.get_logger().info(line)
-            else:
-                self.get_logger().warning(line)
+        self.commands.look_for_publishers()
+        self._diagnostics.publish(self._ticks.take())
 
     def _read(self) -> Reading:
+        lost, uncertain = self.commands.lost
         if self.run is not None:
-            return self.run.read()
-        return Reading(time.monotonic_ns(), 0, 0, 0, 0, 0, None, "unconfigured", 0.0, 0)
+            reading = self.run.read()
+        else:
+            reading = Reading(time.monotonic_ns(), 0, 0, 0, 0, 0, None, "unconfigured", 0.0, 0)
+        return replace(reading, lost=lost, uncertain=uncertain)
 
     # --- inputs -----------------------------------------------------------------------------------
     def _open(self, field: str) -> tuple[Session, Instant]:
@@ -202,10 +199,6 @@ class SimulatorNode(LifecycleNode):
     def _applied(self) -> None:
         if self.run is not None:
             self.run.applied()
-
-    def _refuse(self, error: InputError) -> None:
-        self._health.refuse(error.line)
-        self.get_logger().warning(f"refused: {error.line}")
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """As rclpy's, but that every refusal is one clear line, and counted."""
@@ -237,6 +230,6 @@ class SimulatorNode(LifecycleNode):
             response.message = action()
             response.success = True
         except InputError as error:
-            self._refuse(error)
+            self._diagnostics.refuse(error)
             response.message = error.line
         return response

@@ -5,8 +5,10 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.loss import UNKNOWN, IndexLoss, SequenceLoss
@@ -41,6 +43,63 @@ def test_what_the_queue_cannot_hold_is_counted(tmp_path: Path) -> None:
     assert taken == [True, True, *[False] * 8]
     assert recording.recorded["/a"] == 2
     assert recording.unrecorded == {"/a": 8}
+
+
+class Broken(str):
+    """A text that cannot be written."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        raise ValueError("broken")
+
+
+@pytest.mark.parametrize("breaks", ["a task", "a message", "the end"])
+def test_an_error_of_the_thread_that_writes_ends_in_a_bag(tmp_path: Path, breaks: str) -> None:
+    writer = bag.Writer(tmp_path / "run", bag.Options(chunk_size=1000))
+    recording = Recording(writer, 10**9)
+    recording.do(lambda: writer.add_topic("/a", "std_msgs/msg/String"))
+    for number in range(20):
+        assert recording.put("/a", bytes(400), number, number, number)
+    if breaks == "a task":
+        recording.do(lambda: 1 // 0)
+    elif breaks == "a message":
+        assert recording.put("/a", bytes(400), -1, 0, 0)  # mcap has no time before 1970
+    else:
+        recording.do(lambda: recording.note({"a note": Broken()}))
+    recording.close()
+    assert recording.error is not None
+    line = str(recording.error)
+    assert "recording ended: an error of the recorder itself, " in line
+    assert "What is there can be read" in line
+    assert not recording.put("/a", bytes(400), 21, 21, 21)
+    with bag.open(tmp_path / "run") as run:
+        found = list(run.messages())
+        assert run.complete == (breaks != "the end")  # its last notes cannot be written
+        assert not run.complete or "rror" in run.notes["ended"]
+    assert [row.sequence for row in found] == list(range(len(found)))
+    assert len(found) == recording.recorded["/a"] >= 15
+    accepted = 21 if breaks == "a message" else 20
+    assert recording.unrecorded["/a"] == accepted + 1 - len(found)
+
+
+def test_a_large_index_is_closed_with_its_file(tmp_path: Path) -> None:
+    sent = list(messages(230))
+    options = bag.Options(chunk_size=500, max_chunks=10)
+    with bag.Writer(tmp_path / "run", options) as writer:
+        for topic, kind in TYPES.items():
+            writer.add_topic(topic, kind)
+        for row in sent:
+            writer.write(row.topic, row.data, *row[1:4])
+    files = sorted((tmp_path / "run").glob("*.mcap"))
+    assert len(files) > 5
+    for file in files:
+        with file.open("rb") as stream:
+            summary = make_reader(stream).get_summary()
+        assert summary is not None
+        assert len(summary.chunk_indexes) <= 10
+    with bag.open(tmp_path / "run") as run:
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
 
 
 @given(st.sets(st.integers(1, 200), min_size=1))

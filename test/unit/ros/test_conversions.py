@@ -18,9 +18,8 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Ph
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, PointRequest, ProgrammeRequest
-from bouncing_disk_ros.topics import MOTION_NAMES
 
+NAN, INF = math.nan, math.inf
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)
 
@@ -49,43 +48,6 @@ def test_stamps_come_back(stamp: int) -> None:
 def test_stamps_beyond_the_message_are_held_at_its_end() -> None:
     assert c.ns_to_time(10**19) == c.ns_to_time(2**31 * NS - 1)
     assert c.ns_to_time(-(10**19)).sec == -(2**31)
-
-
-# --- commands -------------------------------------------------------------------------------------
-@given(
-    names=st.lists(st.sampled_from(MOTION_NAMES), max_size=4),
-    points=st.lists(st.tuples(st.lists(finite, max_size=4), stamps), max_size=4),
-    stamp=stamps,
-)
-def test_programmes_come_back(
-    names: list[str], points: list[tuple[list[float], int]], stamp: int
-) -> None:
-    requests = tuple(PointRequest(tuple(values), after) for values, after in points)
-    request = ProgrammeRequest(tuple(names), requests, stamp)
-    assert c.msg_to_programme(wired(c.programme_to_msg(request))) == request
-
-
-@pytest.mark.parametrize("field", ["velocities", "accelerations", "effort"])
-def test_fields_that_are_not_supported_are_seen(field: str) -> None:
-    msg = c.programme_to_msg(ProgrammeRequest(("frequency",), (PointRequest((1.0,), 0),)))
-    setattr(msg.points[0], field, [0.0])
-    assert c.msg_to_programme(msg).points[0].extras == (field,)
-
-
-def test_one_value_is_a_programme_of_one_point() -> None:
-    request = c.value_to_programme("frequency", 2.5)
-    assert request.names == ("frequency",)
-    assert request.points == (PointRequest((2.5,), 0),)
-    assert (request.field, request.is_value) == ("platform/frequency", True)
-    assert request.stamp_ns == 0
-
-
-@given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite), stamps)
-def test_kicks_come_back(
-    force: tuple[float, float, float], torque: tuple[float, float, float], stamp: int
-) -> None:
-    request = KickRequest(force, torque, stamp)
-    assert c.msg_to_kick(wired(c.kick_to_msg(request))) == request
 
 
 # --- impacts --------------------------------------------------------------------------------------
@@ -232,3 +194,31 @@ def test_the_end_of_a_cross_fade_lies_the_mean_frequency_on() -> None:
 def test_other_trajectories_are_no_motion_in_force() -> None:
     with pytest.raises(InputError, match="platform/motion"):
         c.msg_to_motion(JointTrajectory(joint_names=["a"]))
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [(0, NAN), (3, INF), (5, 1e19), (6, -INF), (2, 0.0), (2, -3.0), (6, 1e300)],
+)
+def test_numbers_that_no_motion_has_are_refused(place: int, value: float) -> None:
+    start, target = Motion(0.01, 0.2, 3.0, 0.1), Motion(0.02, 0.3, 5.0, -0.1)
+    for point in (0, 1):
+        msg = c.motion_to_msg(MotionInForce(0, NS, start, target, 6, 1.5), 0)
+        msg.points[point].positions[place] = value
+        with pytest.raises(InputError, match="platform/motion"):
+            c.msg_to_motion(msg)
+        msg.points[point].positions = msg.points[point].positions[:place]
+        with pytest.raises(InputError, match="platform/motion"):
+            c.msg_to_motion(msg)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("index", NAN), ("index", INF), ("index", -1.0), ("index", 2.0**53), ("time", NAN),
+     ("time", 1e11), ("time", -0.5), ("kind", 3)],
+)  # fmt: skip
+def test_rows_that_count_or_time_cannot_follow_are_refused(name: str, value: float) -> None:
+    sent = rows(5)
+    sent[name][3] = value
+    with pytest.raises(InputError, match=f"cloud {name}: got"):
+        c.impacts_from_msg(c.impacts_to_msg(sent, 0))

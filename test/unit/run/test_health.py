@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
 
@@ -53,11 +54,24 @@ def test_no_run_has_no_energy() -> None:
 
 def test_refusals_are_counted_with_the_last_reason() -> None:
     health = Health()
-    health.refuse("first")
-    health.refuse("second")
+    health.refuse(InputError("first", 1, "2"))
+    health.refuse(InputError("second", 1, "2"))
     row = report(FIRST, health)["inputs"]
     assert row[2]["refused"] == "2"
-    assert row[2]["last refusal"] == "second"
+    assert row[2]["last refusal"] == "second: got 1, allowed: 2"
+
+
+def test_commands_lost_on_the_way_are_a_warning_until_no_more_are_lost() -> None:
+    health = Health()
+    row = report(replace(FIRST, lost=3), health)["inputs"]
+    assert row[0] is Level.WARN
+    assert "3 commands were lost on the way" in row[1]
+    assert row[2]["commands lost on the way"] == "3"
+    row = report(replace(FIRST, lost=3, uncertain=["platform/command"]), health)["inputs"]
+    assert row[0] is Level.OK
+    assert row[2]["commands lost on the way"] == (
+        "at least 3: several publishers on platform/command"
+    )
 
 
 def test_another_publisher_is_a_warning() -> None:

@@ -1,0 +1,104 @@
+"""Subscriptions that give serialized messages, and count those that did not arrive.
+
+The middleware drops messages in silence when a reader's queue is full; its event of lost messages
+says nothing of that. What tells is the number that each publisher gives its messages.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.topics import Qos
+
+Gids = frozenset[bytes]
+"""The identities of the publishers of a topic."""
+_TWO_ARGUMENTS = inspect.Signature(
+    [inspect.Parameter(name, inspect.Parameter.POSITIONAL_ONLY) for name in ("data", "info")]
+)
+
+
+class LostMessages:
+    """Counts the gaps in the numbers of one topic's messages.
+
+    `publishers` asks the graph. The numbers of several publishers mix: while there are several,
+    nothing can be counted, and `lower_bound` says from then on that the count may be too small.
+    """
+
+    def __init__(self, publishers: Callable[[], Gids]) -> None:
+        self.lost = 0
+        self.lower_bound = False
+        self._publishers = publishers
+        self._known: Gids = frozenset()
+        self._next: int | None = None
+        self._mixed = False
+
+    def take(self, number: int | None) -> None:
+        """A message came with this number; None: the middleware does not number them."""
+        if number == self._next and number is not None:
+            self._next = number + 1
+        elif not self._mixed:
+            self._irregular(number)
+
+    def _irregular(self, number: int | None) -> None:
+        """The first message, a gap, or another publisher."""
+        found = self._publishers()
+        self._mixed = len(found) > 1 or number is None
+        self.lower_bound |= self._mixed
+        if self._mixed:
+            return
+        assert number is not None
+        if self._next is not None and number > self._next and found <= self._known:
+            self.lost += number - self._next
+        self._known, self._next = found, number + 1
+
+    def look(self) -> None:
+        """Look again, once in a while, whether there is one publisher only."""
+        if self._mixed and len(self._publishers()) < 2:
+            self._mixed, self._next = False, None
+
+
+class NumberedSubscription:
+    """Hears a topic; `take` is given each message as bytes, and `lost` counts the others."""
+
+    def __init__(
+        self, node: Node, kind: type[Any], topic: str, qos: Qos, take: Callable[[bytes], object]
+    ) -> None:
+        self.topic = topic
+        self.lost = LostMessages(self._gids)
+        self._node, self._take = node, take
+        self._subscription: Subscription = node.create_subscription(
+            kind, topic, _Callback(self.on_message), profile_of(qos), raw=True,
+            event_callbacks=SubscriptionEventCallbacks(),
+        )  # fmt: skip
+
+    def _gids(self) -> Gids:
+        found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
+        return frozenset(bytes(info.endpoint_gid) for info in found)
+
+    def on_message(self, data: bytes, info: dict[str, Any]) -> None:
+        """A message with what the middleware says of it."""
+        self.lost.take(info["publication_sequence_number"])
+        self._take(data)
+
+
+class _Callback:
+    """A callback with the message and its number, for any executor of rclpy.
+
+    The events executor passes the two as one tuple, and crashes an ordinary callback of two.
+    """
+
+    __signature__ = _TWO_ARGUMENTS
+
+    def __init__(self, take: Callable[[bytes, dict[str, Any]], None]) -> None:
+        self._take = take
+
+    def __call__(self, *received: Any) -> None:
+        data, info = received if len(received) == 2 else received[0]
+        self._take(data, info)

@@ -1,0 +1,190 @@
+"""The command topics' messages as they come from the middleware: serialized, sizes checked first.
+
+rclpy makes a message of Python objects before anyone can say how large it is, and takes 20 to
+200 µs for a small one. Here the bytes (XCDR1, as ROS 2 sends them) are read directly into requests,
+nothing beyond a limit is read, and whatever else they hold is an InputError.
+"""
+
+from __future__ import annotations
+
+import functools
+import struct
+from typing import NamedTuple
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.input_limits import (
+    COMMAND_BYTES,
+    COMMAND_NAMES,
+    COMMAND_POINTS,
+    SHOWN_TEXT,
+)
+from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.rulings import (
+    KickRequest,
+    PointRequest,
+    ProgrammeRequest,
+    too_many,
+)
+
+_HEAD = 4
+"""Bytes before the content, which name the encoding; alignment counts from their end."""
+_UNSUPPORTED = ("velocities", "accelerations", "effort")
+
+
+class _Layouts(NamedTuple):
+    """How to read parts of messages in one order of bytes."""
+
+    order: str
+    number: struct.Struct
+    value: struct.Struct
+    beginning: struct.Struct  # stamp, length of the frame's name
+    wrench: struct.Struct
+    duration: struct.Struct
+
+
+def _layouts(order: str) -> _Layouts:
+    formats = ("I", "d", "iII", "6d", "iI")
+    return _Layouts(order, *(struct.Struct(order + one) for one in formats))
+
+
+_LAYOUTS = {b"\x00\x00": _layouts(">"), b"\x00\x01": _layouts("<")}
+"""Encoding, the first two bytes -> how to read what follows."""
+
+
+@functools.lru_cache(maxsize=64)
+def _regular_point(order: str, names: int, aligned: bool) -> struct.Struct:
+    """A point with a position for each name and nothing that is not supported.
+
+    `aligned`: its numbers follow their count at once.
+    """
+    return struct.Struct(f"{order}I{'' if aligned else '4x'}{names}d3IiI")
+
+
+def _opened(field: str, data: bytes) -> _Layouts:
+    """How to read a message; InputError when it is too large or in another encoding."""
+    if len(data) > COMMAND_BYTES:
+        raise InputError(field, f"{len(data)} bytes", f"at most {COMMAND_BYTES} bytes")
+    layouts = _LAYOUTS.get(data[:2])
+    if layouts is None:
+        raise InputError(field, data[:_HEAD], "bytes in the encoding of ROS 2 (XCDR1)")
+    return layouts
+
+
+def _cut_off(field: str, data: bytes) -> InputError:
+    return InputError(field, f"{len(data)} bytes that end too early", "a whole message")
+
+
+# --- messages -------------------------------------------------------------------------------------
+def value_from_bytes(field: str, name: str, data: bytes) -> ProgrammeRequest:
+    """One value now (std_msgs/Float64 of platform/<name>) as the programme it stands for."""
+    layouts = _opened(field, data)
+    try:
+        values = layouts.value.unpack_from(data, _HEAD)
+    except struct.error:
+        raise _cut_off(field, data) from None
+    return ProgrammeRequest((name,), (PointRequest(values, 0),), field=field, is_value=True)
+
+
+def impulse_from_bytes(field: str, data: bytes) -> KickRequest:
+    """The impulse asked by a geometry_msgs/WrenchStamped, not validated yet."""
+    layouts = _opened(field, data)
+    try:
+        sec, nanosec, length = layouts.beginning.unpack_from(data, _HEAD)
+        at = _HEAD + 12 + length
+        numbers = layouts.wrench.unpack_from(data, at + (_HEAD - at) % 8)
+    except struct.error:
+        raise _cut_off(field, data) from None
+    return KickRequest(numbers[:3], numbers[3:], sec * NS + nanosec, field)
+
+
+def programme_from_bytes(field: str, data: bytes) -> ProgrammeRequest:
+    """The programme asked by a trajectory_msgs/JointTrajectory, not validated yet."""
+    layouts = _opened(field, data)
+    try:
+        sec, nanosec, length = layouts.beginning.unpack_from(data, _HEAD)
+        names, at = _names(layouts, field, data, _HEAD + 12 + length)
+        points = _points(layouts, field, data, at, len(names))
+    except struct.error:
+        raise _cut_off(field, data) from None
+    return ProgrammeRequest(names, points, sec * NS + nanosec, field)
+
+
+# --- parts of a programme -------------------------------------------------------------------------
+def _names(layouts: _Layouts, field: str, data: bytes, at: int) -> tuple[tuple[str, ...], int]:
+    """The names, each at most a little longer than a line of the log shows it; where they end."""
+    at += -at % 4
+    (count,) = layouts.number.unpack_from(data, at)
+    if count > COMMAND_NAMES:
+        raise too_many(f"{field} joint_names", count, COMMAND_NAMES)
+    at += 4
+    names: tuple[str, ...] = ()
+    for _ in range(count):
+        at += -at % 4
+        (length,) = layouts.number.unpack_from(data, at)
+        at += 4
+        end = at + min(length - 1, SHOWN_TEXT + 1)
+        names += (data[at:end].decode(errors="replace"),) if length else ("",)
+        at += length
+    return names, at
+
+
+def _points(
+    layouts: _Layouts, field: str, data: bytes, at: int, names: int
+) -> tuple[PointRequest, ...]:
+    at += -at % 4
+    (count,) = layouts.number.unpack_from(data, at)
+    if count > COMMAND_POINTS:
+        raise too_many(f"{field} points", count, COMMAND_POINTS)
+    at += 4
+    points = _regular_points(layouts.order, data, at, names, count)
+    return points or _any_points(layouts, field, data, at, count)
+
+
+def _regular_points(
+    order: str, data: bytes, at: int, names: int, count: int
+) -> tuple[PointRequest, ...]:
+    """The points when all are regular, which is quick; else none."""
+    points = []
+    for _ in range(count):
+        regular = _regular_point(order, names, at % 8 == 0 or names == 0)
+        if at + regular.size > len(data):
+            return ()
+        found = regular.unpack_from(data, at)
+        if found[0] != names or found[-5:-2] != (0, 0, 0):
+            return ()
+        points.append(PointRequest(found[1:-5], found[-2] * NS + found[-1]))
+        at += regular.size
+    return tuple(points)
+
+
+def _any_points(
+    layouts: _Layouts, field: str, data: bytes, at: int, count: int
+) -> tuple[PointRequest, ...]:
+    points = []
+    for i in range(count):
+        positions, at = _numbers(layouts, data, at, f"{field} points[{i}].positions")
+        extras: tuple[str, ...] = ()
+        for name in _UNSUPPORTED:
+            given, at = _numbers(layouts, data, at)
+            extras += (name,) if given else ()
+        at += -at % 4
+        sec, nanosec = layouts.duration.unpack_from(data, at)
+        at += layouts.duration.size
+        points.append(PointRequest(positions, sec * NS + nanosec, extras))
+    return tuple(points)
+
+
+def _numbers(
+    layouts: _Layouts, data: bytes, at: int, field: str = ""
+) -> tuple[tuple[float, ...], int]:
+    """Numbers and where they end; without a `field` only the first, however many there are."""
+    at += -at % 4
+    (count,) = layouts.number.unpack_from(data, at)
+    at += 4
+    if not count:
+        return (), at
+    if field and count > COMMAND_NAMES:
+        raise too_many(field, count, COMMAND_NAMES)
+    at += (_HEAD - at) % 8
+    wanted = count if field else 1
+    return struct.unpack_from(f"{layouts.order}{wanted}d", data, at), at + 8 * count

@@ -1,0 +1,122 @@
+"""What a refused input costs the simulator's loop, and how late a flood of them makes it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from bench.table import Aim, Row, row
+from bouncing_disk_ros.input_limits import COMMAND_BYTES, COMMAND_POINTS
+from bouncing_disk_ros.testing import SteppedSimulator
+from bouncing_disk_ros.topics import MOTION_NAMES
+from support.processes import Starter
+from support.ros_peer import Peer
+from support.wrong_commands import NAN, old, trajectory, wrench
+
+CALLS = 2000
+ROUNDS = 15
+FLOOD_HZ = 3000.0
+SECONDS = 5  # reports of /diagnostics, one a second
+MOST = Aim(at_most=20.0)
+
+
+def long_programme(count: int) -> JointTrajectory:
+    """Points of all four names, of which only the last is wrong."""
+    msg = JointTrajectory(joint_names=list(MOTION_NAMES))
+    for second in range(count):
+        point = JointTrajectoryPoint(positions=[0.1] * 4)
+        point.time_from_start.sec = second
+        msg.points.append(point)
+    msg.points[-1].positions[0] = NAN
+    return msg
+
+
+CASES: list[tuple[str, str, Any, Aim | None]] = [
+    ("a value that is NaN", "platform/frequency", Float64(data=NAN), MOST),
+    ("a point with NaN", "platform/command", trajectory(["frequency"], ([NAN], 0)), MOST),
+    ("an unknown name", "platform/command", trajectory(["amplitude"], ([1.0], 0)), MOST),
+    ("a name of 90 kB", "platform/command", trajectory(["x" * 90_000], ([1.0], 0)), MOST),
+    ("a name of 1 MB", "platform/command", trajectory(["x" * 10**6], ([1.0], 0)), MOST),
+    ("a stamp that is too old", "platform/command", old(trajectory(["frequency"], ([1.0], 0))),
+     MOST),
+    ("an impulse that is NaN", "disk/impulse", wrench("z", NAN), MOST),
+    ("bytes that are no message", "platform/command", b"\x00\x01\x00\x00" + b"\xff" * 60, MOST),
+    ("more bytes than the limit", "platform/command", bytes(COMMAND_BYTES + 1), MOST),
+    ("the last of 10 points with NaN", "platform/command", long_programme(10), None),
+    (f"the last of {COMMAND_POINTS} points with NaN", "platform/command",
+     long_programme(COMMAND_POINTS), None),
+]  # fmt: skip
+
+
+def per_call(take: Callable[[bytes, dict[str, Any]], None], data: bytes, calls: int) -> list[float]:
+    """µs of one call, in rounds."""
+    found, number = [], 0
+    for _ in range(ROUNDS):
+        infos = [{"publication_sequence_number": number + i} for i in range(calls)]
+        number += calls
+        begin = time.perf_counter()
+        for info in infos:
+            take(data, info)
+        found.append((time.perf_counter() - begin) / calls * 1e6)
+    return found
+
+
+def measure_cost() -> list[Row]:
+    """From the middleware's take to the counted refusal, in the node itself."""
+    simulator = SteppedSimulator()
+    try:
+        takers = {one.topic: one.on_message for one in simulator.node.commands.subscriptions}
+        rows = []
+        for name, topic, msg, aim in CASES:
+            data = msg if isinstance(msg, bytes) else bytes(serialize_message(msg))
+            calls = CALLS if aim else CALLS // 100
+            rows.append(row("refusals", name, "µs", per_call(takers[topic], data, calls), aim))
+        return rows
+    finally:
+        simulator.close()
+
+
+def measure_flood(start: Starter) -> list[Row]:
+    """Lateness while NaN comes 3000 times a second, by the simulator's own reports."""
+    peer = Peer(without=("joint_states", "disk/impacts", "disk/rotor_speed", "/clock"))
+    process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    try:
+        peer.publish("platform/frequency", Float64(data=NAN))
+        publisher, wrong = peer.publisher("platform/frequency"), Float64(data=NAN)
+        reports: list[dict[str, str]] = []
+        begin, sent = time.monotonic(), 0
+        while len(reports) < SECONDS + 1:  # the first second holds the start
+            while sent < (time.monotonic() - begin) * FLOOD_HZ:
+                publisher.publish(wrong)
+                sent += 1
+            heard = len(peer.heard["/diagnostics"])
+            peer.spin_once()
+            if len(peer.heard["/diagnostics"]) > heard:
+                reports.append(peer.diagnostic("real time")[2])
+        elapsed = time.monotonic() - begin
+        peer.next_diagnostics()
+        refused = int(peer.diagnostic("inputs")[2]["refused"])
+    finally:
+        peer.close()
+    assert process.end() == 0, process.output
+    late = [float(report["lateness p99 (s)"]) * 1e3 for report in reports[1:]]
+    behind = [float(report["behind (s)"]) * 1e3 for report in reports[1:]]
+    what = f"NaN at {FLOOD_HZ:g} Hz"
+    return [
+        row("refusals", f"{what}: refused in a second", "1/s", [min(refused, sent) / elapsed]),
+        row("refusals", f"{what}: p99 of the lateness of ticks", "ms", late),
+        row("refusals", f"{what}: simulated time behind", "ms", behind),
+        row("refusals", f"{what}: lines on the log in a second", "1/s",
+            [process.stderr.count("refused:") / elapsed]),
+    ]  # fmt: skip
+
+
+def measure(start: Starter) -> list[Row]:
+    """Cost and flood."""
+    rows = measure_cost()
+    return rows + measure_flood(start)

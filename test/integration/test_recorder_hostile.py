@@ -1,0 +1,245 @@
+"""The recorder among publishers and nodes that send anything: it records bytes, and lives on."""
+
+from __future__ import annotations
+
+import signal
+import time
+from array import array
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float64MultiArray, String
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.ros.conversions import IMPACT_FIELDS
+from support.processes import PATIENCE, Process, Starter
+from support.talker import Talker, wait_until
+
+LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+HEAD = b"\x00\x01\x00\x00"
+
+
+def text(content: str) -> bytes:
+    return bytes(serialize_message(String(data=content)))
+
+
+def cloud(index: float) -> bytes:
+    """A message of disk/impacts with a row of a wrong index."""
+    import numpy as np
+
+    rows = np.zeros(1, IMPACT_DTYPE)
+    rows["index"] = index
+    msg = PointCloud2(
+        fields=IMPACT_FIELDS, width=1, height=1, point_step=rows.itemsize,
+        data=array("B", rows.tobytes()),
+    )  # fmt: skip
+    return bytes(serialize_message(msg))
+
+
+BROKEN = [HEAD + b"\xff" * 40, HEAD + b"\xff\xff\xff\x7f", b"\x00\x07\x00\x00" + bytes(8)]
+INPUTS = [
+    text('{"kind":"snapshot","index":1e400,"time_ns":0}'),
+    text('{"index":1,"time_ns":0,"kind":"snapshot","state":{"a":1e999}}'),
+    text('{"index":1,"time_ns":0,"kind":"snapshot",' + "[" * 100_000),
+    text('{"index":' + "9" * 5000 + ',"time_ns":0,"kind":"snapshot"}'),
+    text("[" * 200_000),
+    text("\x00\ud7ff"),
+    text(""),
+    *BROKEN,
+]
+CLOUDS = [cloud(float("nan")), cloud(float("inf")), cloud(-1.0), cloud(1e300), *BROKEN]
+
+
+@pytest.fixture
+def spin(talker: Talker) -> Iterator[Callable[[Callable[[], object]], None]]:
+    """Run the callbacks of the test's nodes until something holds."""
+    executor = SingleThreadedExecutor(context=talker.context)
+
+    def run(condition: Callable[[], object]) -> None:
+        for node in talker.nodes:
+            executor.add_node(node)  # those that it has already are left out
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, "the condition did not hold"
+            executor.spin_once(timeout_sec=0.02)
+
+    yield run
+    executor.shutdown()
+
+
+def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
+    options = [part for parameter in parameters for part in ("-p", parameter)]
+    process = start("recorder", str(folder), "--ros-args", *options)
+    process.wait_for("recording to")
+    return process
+
+
+def test_bytes_are_recorded_whatever_they_say(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    process = recorder(start, tmp_path / "run", "max_size:=0.05", "status_period:=0.05")
+    inputs = talker.publisher("/disk/inputs", String, LATCHED)
+    clouds = talker.publisher("/disk/impacts", PointCloud2)
+    for publisher, messages in ((inputs, INPUTS), (clouds, CLOUDS)):
+        for message in messages:
+            publisher.publish(message)
+        publisher.wait_for_all_acked()
+    inputs.publish(String(data="the last"))
+    process.wait_for(f"recording: .* {len(INPUTS) + len(CLOUDS) + 1} messages")
+    assert process.end(signal.SIGINT) == 0
+    assert not process.complaints
+    assert "impacts missing by their index: 0" in process.stdout
+    with bag.open(tmp_path / "run") as run:
+        for topic, sent in (("inputs", [*INPUTS, text("the last")]), ("impacts", CLOUDS)):
+            found = [row.data for row in run.messages(f"/disk/{topic}")]
+            assert len(found) == len(sent)
+            for data, given in zip(found, sent, strict=True):  # DDS pads short messages
+                assert data in (given, given + bytes(-len(given) % 4))
+
+
+# --- nodes that answer anything -------------------------------------------------------------------
+class Liar:
+    """A node that publishes disk/inputs and answers for its parameters as it is told."""
+
+    def __init__(self, talker: Talker, name: str, names: list[str], values: list[Any]) -> None:
+        self.asked = 0
+        self._names, self._values = names, values
+        node = talker.new_node(name, start_parameter_services=False)
+        node.create_publisher(String, "/disk/inputs", LATCHED)
+        node.create_service(ListParameters, "~/list_parameters", self._list)
+        node.create_service(GetParameters, "~/get_parameters", self._get)
+
+    def _list(self, _: Any, response: Any) -> Any:
+        response.result.names = self._names
+        self.asked += not self._names
+        return response
+
+    def _get(self, _: Any, response: Any) -> Any:
+        response.values = self._values
+        self.asked += 1
+        return response
+
+
+def value(content: str) -> ParameterValue:
+    return ParameterValue(type=4, string_value=content)
+
+
+def test_answers_of_nodes_are_validated(
+    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+) -> None:
+    secret = tmp_path / "secret.yaml"
+    secret.write_text("password: 1234")
+    named = tmp_path / "named.yaml"
+    named.write_text("/**: {ros__parameters: {restitution: 0.4}}")
+    process = recorder(start, tmp_path / "run", f"presets:={named}")
+    liars = [
+        Liar(talker, "unknown_type", ["a"], [ParameterValue(type=99)]),
+        Liar(talker, "too_few", ["a", "b"], [value("x")]),
+        Liar(talker, "too_long", ["a"], [value("x" * 200_000)]),
+        Liar(talker, "too_many", [f"n{i}" for i in range(10_000)], []),
+        Liar(talker, "reads_a_secret", ["preset"], [value(str(secret))]),
+        Liar(talker, "reads_up", ["preset"], [value("../../../../etc/passwd")]),
+        Liar(talker, "reads_zeros", ["preset"], [value("/dev/zero")]),
+        Liar(talker, "honest", ["preset"], [value("swum")]),
+        Liar(talker, "named", ["b", "preset"], [value("x"), value(str(named))]),
+    ]
+    lines = {
+        "unknown_type": "the parameters of /unknown_type are not attached: .*unexpected parameter",
+        "too_few": "the parameters of /too_few are not attached: .*got '1 values', allowed: 2",
+        "too_long": "the parameters of /too_long are not attached: .*at most 100000 bytes",
+        "too_many": "the parameters of /too_many are not attached: .*got '10000 of them'",
+        "reads_a_secret": "preset '.*secret.yaml': its values are attached, its file is not",
+        "reads_up": "preset '../../../../etc/passwd': its values are",
+        "reads_zeros": "preset '/dev/zero': its values are attached",
+    }
+    spin(lambda: all(liar.asked for liar in liars if liar is not liars[3]))
+    for line in lines.values():
+        process.wait_for(line)
+    process.wait_for("hearing /disk/inputs")
+    assert process.end(signal.SIGINT) == 0
+    assert len(process.complaints) == len(lines)
+    with bag.open(tmp_path / "run") as run:
+        attached = run.attachments
+    presets = {name for name in attached if name.startswith("preset/")}
+    assert presets == {"preset/swum.yaml", "preset/named.yaml"}
+    assert attached["preset/named.yaml"] == named.read_bytes()
+    assert not any(b"1234" in content for content in attached.values())
+    parameters = {name for name in attached if name.startswith("parameters/")}
+    kept = ("reads_a_secret", "reads_up", "reads_zeros", "honest", "named")
+    assert parameters == {f"parameters/{name}.yaml" for name in kept}
+    honest = yaml.safe_load(attached["parameters/honest.yaml"])
+    assert honest == {"/honest": {"ros__parameters": {"preset": "swum"}}}
+
+
+def test_a_named_preset_must_be_one(start: Starter, tmp_path: Path) -> None:
+    parameters = f"presets:={tmp_path}/none.yaml"
+    code, process = start.finish("recorder", f"{tmp_path}/run", "--ros-args", "-p", parameters)
+    assert code == 2
+    (line,) = process.stderr.splitlines()
+    assert line.startswith("recorder: preset: got")
+    assert not (tmp_path / "run").exists()
+
+
+# --- the end --------------------------------------------------------------------------------------
+def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
+    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+) -> None:
+    import sys
+
+    heard: list[Any] = []
+    talker.node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
+    inner = f"ulimit -f 500; exec {sys.executable} -m bouncing_disk_ros recorder {tmp_path}/run"
+    options = "--ros-args -p topics:=/large -p compression:=none -p chunk_size:=50000"
+    process = start.command(["bash", "-c", f"{inner} {options}"])
+
+    def levels() -> list[int]:
+        rows = [row for msg in heard for row in msg.status]
+        assert {row.name for row in rows} <= {"recorder: recording"}
+        return [row.level[0] for row in rows]
+
+    spin(lambda: 0 in levels())
+    publisher = talker.publisher("/large", Float64MultiArray)
+    message = Float64MultiArray(data=array("d", range(10_000)))
+
+    def is_told() -> bool:
+        if process.running:
+            publisher.publish(message)
+        return 2 in levels()
+
+    spin(is_told)
+    assert process.wait() == 1
+    last = heard[-1].status[0]
+    assert "recording ended: File too large" in last.message
+    assert process.stderr.count("recording ended: File too large") == 1
+    with bag.open(tmp_path / "run") as run:
+        assert run.complete
+        assert run.message_count > 0
+
+
+def test_own_diagnostics_are_not_recorded_and_do_not_count(
+    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+) -> None:
+    process = recorder(start, tmp_path / "run", "topics:=/diagnostics")
+    heard: list[Any] = []
+    talker.node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
+    spin(lambda: len(heard) > 1)
+    publisher = talker.publisher("/diagnostics", DiagnosticArray)
+    before = len(heard)
+    for _ in range(10):
+        publisher.publish(DiagnosticArray())
+    spin(lambda: len(heard) > before + 10)
+    publisher.wait_for_all_acked()
+    assert process.end(signal.SIGINT) == 0
+    assert "10 recorded, lost on the way: 0" in process.stdout
+    wait_until(lambda: not process.running)

@@ -1,0 +1,153 @@
+"""Requests that fit and that do not, to every service of a simulator and of a recorder.
+
+`make soak` asks ten thousand of them: test/soak/test_hostile.py.
+"""
+
+from __future__ import annotations
+
+import ast
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
+from rclpy.lifecycle import LifecycleNode
+
+import bouncing_disk_ros
+from bouncing_disk_ros.input_limits import REQUEST_ITEMS
+from support import requests
+from support.processes import Process, Starter
+from support.ros_peer import Peer
+
+SEED = 20_240_607
+COUNT = 100
+
+
+@pytest.fixture
+def peer(ros_domain: int) -> Iterator[Peer]:
+    peer = Peer()
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def clients(ros_domain: int) -> Iterator[Callable[..., requests.Clients]]:
+    """Make clients, closed at the end."""
+    made: list[requests.Clients] = []
+
+    def make(*args: Any) -> requests.Clients:
+        made.append(requests.Clients(*args))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def parameter(kind: int, name: str = "restitution", **content: Any) -> Parameter:
+    return Parameter(name=name, value=ParameterValue(type=kind, **content))
+
+
+def test_a_request_that_cannot_be_satisfied_is_answered_and_counted(
+    start: Starter, peer: Peer
+) -> None:
+    process = start("simulator", "--ros-args", "-p", "crossfade_duration:=0.1")
+    peer.settle()
+    for transition in (
+        Transition(id=Transition.TRANSITION_ACTIVATE),  # it is active
+        Transition(id=Transition.TRANSITION_CONFIGURE),
+        Transition(id=77),
+        Transition(label="cleanup"),
+        Transition(label="nonsense"),
+    ):
+        answer = peer.call(ChangeState, "change_state", ChangeState.Request(transition=transition))
+        assert not answer.success
+    process.wait_for(
+        r"refused: ~/change_state: got 'transition 3', allowed: from the state active: deactivate"
+    )
+    assert peer.call(GetState, "get_state").current_state.label == "active"
+
+    unknown, wrong = parameter(99), parameter(3, double_value=1.5)
+    right = parameter(3, double_value=0.25)
+    request = SetParameters.Request(parameters=[unknown, right, wrong])
+    results = peer.call(SetParameters, "set_parameters", request).results
+    assert [result.successful for result in results] == [False, True, False]
+    assert results[0].reason.startswith("restitution: got 'a value of type 99', allowed: types")
+    assert results[2].reason.startswith("restitution: got 1.5, allowed: a finite number")
+    assert peer.wait_for_record("parameters")["values"] == {"restitution": 0.25}
+    both = SetParametersAtomically.Request(parameters=[parameter(3, double_value=0.5), unknown])
+    result = peer.call(SetParametersAtomically, "set_parameters_atomically", both).result
+    assert not result.successful
+    assert "type 99" in result.reason
+
+    many = DescribeParameters.Request(names=["restitution"] * (REQUEST_ITEMS + 1))
+    assert peer.call(DescribeParameters, "describe_parameters", many).descriptors == []
+    peer.next_diagnostics()
+    peer.next_diagnostics()
+    assert peer.diagnostic("inputs")[2]["refused"] == "9"
+    assert [record["kind"] for record in peer.records].count("parameters") == 1
+    assert process.end() == 0
+    assert "Traceback" not in process.output
+
+
+def test_every_request_to_a_simulator_is_answered(
+    start: Starter, clients: Callable[..., requests.Clients]
+) -> None:
+    process = start("simulator", "--ros-args", "-p", "crossfade_duration:=0.1")
+    answers = clients("bouncing_disk", requests.OF_SIMULATOR).ask(SEED, COUNT)
+    assert sum(map(len, answers.values())) == COUNT
+    check_answers(answers)
+    ended_well(process)
+
+
+def test_every_request_to_a_recorder_is_answered(
+    start: Starter, tmp_path: Path, clients: Callable[..., requests.Clients]
+) -> None:
+    process = start("recorder", str(tmp_path / "run"))
+    answers = clients("recorder", requests.OF_RECORDER).ask(SEED, COUNT)
+    assert sum(map(len, answers.values())) == COUNT
+    check_answers(answers)
+    ended_well(process)
+
+
+def check_answers(answers: dict[str, list[tuple[Any, Any]]]) -> None:
+    """An answer has as many results as its request has parameters, and each refusal a reason."""
+    for request, answer in answers["set_parameters"]:
+        assert len(answer.results) == len(request.parameters)
+        assert all(result.successful or result.reason for result in answer.results)
+    for _, answer in answers["set_parameters_atomically"]:
+        assert answer.result.successful or answer.result.reason
+
+
+def ended_well(process: Process) -> None:
+    assert process.running, process.output
+    assert process.end(signal.SIGINT) == 0
+    assert "Traceback" not in process.output
+
+
+def test_no_node_hides_what_rclpy_keeps_under_the_same_name(ros_domain: int) -> None:
+    """A recorder that kept something in `_parameters` was ended by a request for a parameter."""
+    import rclpy
+
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = LifecycleNode("any", context=context)
+    theirs = set(vars(node))
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+    for file in (Path(bouncing_disk_ros.__file__).parent / "nodes").rglob("*.py"):
+        for made in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(made, ast.ClassDef) and any("Node" in ast.unparse(b) for b in made.bases):
+                ours = {
+                    one.attr
+                    for one in ast.walk(made)
+                    if isinstance(one, ast.Attribute)
+                    and isinstance(one.ctx, ast.Store)
+                    and ast.unparse(one.value) == "self"
+                }
+                assert not ours & theirs, made.name

@@ -1,0 +1,61 @@
+"""The commands of a simulator without a middleware: serialized messages in, records out."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+from rclpy.node import Node
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.clock import NS, TimeMap
+from bouncing_disk_ros.run.records import Record
+from bouncing_disk_ros.run.rulings import Instant
+from bouncing_disk_ros.run.session import Session
+
+WALL_NS = 1_700_000_000 * NS
+"""ROS time at simulated time 0."""
+
+
+class NoNode:
+    """Stands for a node: it subscribes to nothing, and logs nothing."""
+
+    def create_subscription(self, _kind: type, topic: str, *_: Any, **__: Any) -> Any:
+        return SimpleNamespace(topic_name=topic)
+
+    def get_publishers_info_by_topic(self, _topic: str) -> list[Any]:
+        return []
+
+    def get_logger(self) -> Any:
+        return SimpleNamespace(debug=lambda _line: None)
+
+
+class CommandedSession:
+    """A session that is commanded as a simulator is; real time stands at its simulated time."""
+
+    def __init__(self, **values: Value) -> None:
+        self.records: list[Record] = []
+        self.refused = 0
+        self.last: InputError | None = None
+        self.session = Session(parameters.complete(values), self.records.append)
+        node = cast("Node", NoNode())
+        self.commands = Commands(node, self._open, lambda: None, self._refuse)
+
+    def _open(self, _field: str) -> tuple[Session, Instant]:
+        times = TimeMap(0, 0, WALL_NS, 1.0, False)
+        return self.session, Instant(self.session.input_ns, times, NS // 10)
+
+    def _refuse(self, error: InputError) -> None:
+        self.refused += 1
+        self.last = error
+
+    def take(self, topic: str, data: bytes) -> bool:
+        """A message of a command topic; False when it was refused."""
+        if topic == "platform/command":
+            return self.commands.take_programme(data)
+        if topic == "disk/impulse":
+            return self.commands.take_impulse(data)
+        return self.commands.take_value(topic.removeprefix("platform/"), data)

@@ -1,0 +1,61 @@
+"""Wrong commands of every kind, each with what the line of its refusal says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+
+def trajectory(
+    names: list[str], *points: tuple[list[float], int], **fields: Any
+) -> JointTrajectory:
+    msg = JointTrajectory(joint_names=names)
+    for positions, sec in points:
+        point = JointTrajectoryPoint(positions=positions)
+        point.time_from_start.sec = sec
+        for field, value in fields.items():
+            setattr(point, field, value)
+        msg.points.append(point)
+    return msg
+
+
+def old(msg: Any) -> Any:
+    msg.header.stamp.sec = 1
+    return msg
+
+
+def wrench(axis: str, value: float) -> WrenchStamped:
+    msg = WrenchStamped()
+    setattr(msg.wrench.force, axis, value)
+    return msg
+
+
+NAN, INF = math.nan, math.inf
+WRONG: list[tuple[str, Any, str]] = [
+    ("platform/command", trajectory(["frequency"], ([NAN], 0)), "frequency (Hz): got nan"),
+    ("platform/command", trajectory(["frequency"], ([INF], 0)), "frequency (Hz): got inf"),
+    ("platform/command", trajectory(["frequency"], ([0.0], 0)), "frequency (Hz): got 0.0"),
+    ("platform/command", trajectory(["axial_amplitude"], ([-1.0], 0)), "(m): got -1.0"),
+    ("platform/command", trajectory(["amplitude"], ([1.0], 0)), "joint_names: got 'amplitude'"),
+    ("platform/command", trajectory(["frequency"] * 2, ([1.0, 2.0], 0)), "each name once"),
+    ("platform/command", trajectory(["frequency"], ([1.0, 2.0], 0)), "got '2 values', allowed: 1"),
+    ("platform/command", trajectory([], ([], 0)), "joint_names: got 'no names'"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 2), ([2.0], 1)), "increasing"),
+    ("platform/command", trajectory(["frequency"], ([1.0], -1)), "allowed: >= 0 s"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 0), velocities=[1.0]), "velocities"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 0), effort=[1.0]), "effort"),
+    ("platform/command", old(trajectory(["frequency"], ([1.0], 0))), "header.stamp"),
+    (
+        "platform/axial_amplitude",
+        Float64(data=-0.5),
+        "platform/axial_amplitude (m): got -0.5",
+    ),
+    ("platform/frequency", Float64(data=NAN), "platform/frequency (Hz): got nan"),
+    ("disk/impulse", wrench("z", NAN), "wrench.force.z: got nan"),
+    ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
+    ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
+]

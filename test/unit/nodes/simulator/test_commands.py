@@ -1,0 +1,58 @@
+"""Commands from their bytes to the session: what is wrong changes nothing, and costs little."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.clock import NS
+from support.commanded import CommandedSession
+from support.wrong_commands import WRONG, trajectory, wrench
+
+
+@pytest.mark.parametrize(("topic", "msg", "reason"), WRONG)
+def test_a_wrong_command_is_refused_with_its_reason(topic: str, msg: Any, reason: str) -> None:
+    commanded = CommandedSession()
+    before = commanded.session.simulation.snapshot()
+    assert not commanded.take(topic, serialize_message(msg))
+    assert commanded.last is not None
+    assert commanded.last.line.startswith(topic)
+    assert reason in commanded.last.line
+    assert len(commanded.records) == 1  # the snapshot at its start
+    assert commanded.session.simulation.snapshot() == before
+
+
+def test_right_commands_are_taken() -> None:
+    commanded = CommandedSession()
+    assert commanded.take("platform/frequency", serialize_message(Float64(data=2.5)))
+    assert commanded.take("disk/impulse", serialize_message(wrench("z", 0.1)))
+    programme = trajectory(["axial_amplitude", "phase_lag"], ([0.02, 1.0], 1), ([0.03, 2.0], 3))
+    assert commanded.take("platform/command", serialize_message(programme))
+    assert commanded.refused == 0
+    kinds = [record["kind"] for record in commanded.records]
+    assert kinds == ["snapshot", "motion", "impulse", "motion"]
+    (first, second) = commanded.records[-1]["points"]
+    assert second[0] - first[0] == 2 * NS
+    assert first[1] == [0.02, 0.5, 2.5, 1.0]
+
+
+def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked() -> None:
+    commanded = CommandedSession()
+    asked: list[str] = []
+
+    def closed(field: str) -> Any:
+        asked.append(field)
+        raise InputError(field, "an input while inactive", "inputs while active")
+
+    commanded.commands._open = closed
+    for topic, msg, _ in WRONG:
+        assert not commanded.take(topic, serialize_message(msg))
+    assert set(asked) == {"platform/command", "disk/impulse"}  # of the stamps that are too old
+    assert not commanded.take("disk/impulse", serialize_message(WrenchStamped()))
+    assert commanded.last is not None
+    assert "while inactive" in commanded.last.line

@@ -1,0 +1,54 @@
+"""Where modules are looked for under `python -m`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+import bouncing_disk_ros
+from bouncing_disk_ros.safe_path import leave_current_folder_out
+
+ROOT = Path(bouncing_disk_ros.__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
+    """As `python -m` has it while it looks for its module, in a folder of somebody's."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["-m"])
+    monkeypatch.setattr(sys, "path", [str(tmp_path), "/usr/lib/python3", str(tmp_path)])
+    monkeypatch.setenv("PYTHONSAFEPATH", "")
+    return monkeypatch
+
+
+def test_the_current_folder_is_left_out_here_and_in_processes(
+    search: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    leave_current_folder_out()
+    assert sys.path == ["/usr/lib/python3", str(tmp_path)]  # PYTHONPATH may name it too
+    assert os.environ["PYTHONSAFEPATH"] == "1"
+
+
+def test_where_the_package_lies_in_it_it_is_searched_last(search: pytest.MonkeyPatch) -> None:
+    search.chdir(ROOT)
+    search.setattr(sys, "path", [str(ROOT), "/usr/lib/python3"])
+    leave_current_folder_out()
+    assert sys.path == ["/usr/lib/python3", str(ROOT)]
+    assert os.environ["PYTHONSAFEPATH"] == ""
+
+
+@pytest.mark.parametrize("argv", [["script.py"], ["-c"], []])
+def test_outside_of_python_m_nothing_changes(search: pytest.MonkeyPatch, argv: list[str]) -> None:
+    search.setattr(sys, "argv", argv)
+    before = list(sys.path)
+    leave_current_folder_out()
+    assert sys.path == before
+
+
+def test_a_path_that_is_safe_already_stays(search: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    search.setattr(sys, "path", ["/usr/lib/python3", str(tmp_path)])
+    leave_current_folder_out()
+    assert sys.path == ["/usr/lib/python3", str(tmp_path)]
