@@ -25,9 +25,11 @@ from bouncing_disk_ros.run.rulings import (
     ProgrammeRequest,
     too_many,
 )
+from bouncing_disk_ros.topics import MOTION_NAMES
 
 _HEAD = 4
 """Bytes before the content, which name the encoding; alignment counts from their end."""
+_NAMES = {name.encode(): name for name in MOTION_NAMES}
 _UNSUPPORTED = ("velocities", "accelerations", "effort")
 
 
@@ -122,8 +124,9 @@ def _names(layouts: _Layouts, field: str, data: bytes, at: int) -> tuple[tuple[s
         at += -at % 4
         (length,) = layouts.number.unpack_from(data, at)
         at += 4
-        end = at + min(length - 1, SHOWN_TEXT + 1)
-        names += (data[at:end].decode(errors="replace"),) if length else ("",)
+        end = at + min(max(length - 1, 0), SHOWN_TEXT + 1)
+        name = _NAMES.get(data[at:end])
+        names += (data[at:end].decode(errors="replace") if name is None else name,)
         at += length
     return names, at
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -10,6 +11,7 @@ FAR_NS = 4 * 10**18
 """No instant of simulated time lies beyond this (126 years): it fits 64 bits with room to spare."""
 
 
+@functools.lru_cache(maxsize=256)
 def nanoseconds(seconds: float) -> int:
     """Whole nanoseconds nearest to a time in seconds."""
     return round(Fraction(seconds) * NS)

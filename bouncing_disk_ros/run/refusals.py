@@ -34,6 +34,7 @@ class RefusalLog:
     ) -> None:
         self._log, self._clock = log, clock
         self._reasons: dict[str, _Reason] = {}
+        self._of_field: dict[str, _Reason] = {}  # the same by some fields as they are
 
     def note(self, error: InputError) -> None:
         """Log a refusal, or count it when its reason was on the log a moment ago."""
@@ -54,11 +55,14 @@ class RefusalLog:
                 self._tell(reason, now)
 
     def _reason(self, field: str) -> _Reason:
-        key = _INDEX.sub("[]", field) if "[" in field else field
-        reason = self._reasons.get(key)
+        reason = self._of_field.get(field)
         if reason is None:
-            key = key if len(self._reasons) < REASONS else _OTHERS
+            key = _INDEX.sub("[]", field)
+            if key not in self._reasons and len(self._reasons) >= REASONS:
+                key = _OTHERS
             reason = self._reasons.setdefault(key, _Reason())
+            if len(self._of_field) < REASONS:
+                self._of_field[field] = reason
         return reason
 
     def _tell(self, reason: _Reason, now: float) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -50,8 +49,7 @@ class KickRequest(NamedTuple):
     field: str = "disk/impulse"
 
 
-@dataclass(frozen=True)
-class Instant:
+class Instant(NamedTuple):
     """When a command arrives: the instant at which it can act, and how stamps map."""
 
     now_ns: int
@@ -104,13 +102,14 @@ def schedule_programme(
 ) -> tuple[tuple[int, Motion], ...]:
     """The points of a validated programme at the instant of its arrival, as `rule_programme`."""
     if not changes:
-        _check_age(request.field, request.stamp_ns, 0, instant)
+        _check_age(request.field, request.stamp_ns, instant)
         return ()
     accepted: list[tuple[int, Motion]] = []
-    earliest = instant.now_ns
+    earliest, age = instant.now_ns, 0
     for point, values in zip(request.points, changes, strict=True):
         effect = instant.effect(request.stamp_ns, point.after_ns)
-        if instant.age(effect) > instant.tolerance_ns:
+        age = instant.age(effect)
+        if age > instant.tolerance_ns:
             continue
         effect = max(effect, earliest)
         if effect > FAR_NS:
@@ -122,7 +121,7 @@ def schedule_programme(
         accepted.append((effect, latest._replace(**values)))
         earliest = effect + 1
     if not accepted:
-        _check_age(request.field, request.stamp_ns, request.points[-1].after_ns, instant)
+        raise _too_old(request.field, age, instant)
     return tuple(accepted)
 
 
@@ -147,7 +146,7 @@ def validate_impulse(request: KickRequest) -> None:
 def schedule_impulse(request: KickRequest, instant: Instant) -> tuple[int, float, float]:
     """A validated impulse at the instant of its arrival, as `rule_kick`."""
     effect = instant.effect(request.stamp_ns, 0)
-    _check_age(request.field, request.stamp_ns, 0, instant)
+    _check_age(request.field, request.stamp_ns, instant)
     if effect > FAR_NS:
         raise InputError(f"{request.field} header.stamp", request.stamp_ns, "at most a century on")
     return max(effect, instant.now_ns), request.force[2], request.torque[2]
@@ -218,12 +217,16 @@ def _check_increasing(request: ProgrammeRequest) -> None:
         before = point.after_ns
 
 
-def _check_age(field: str, stamp_ns: int, after_ns: int, instant: Instant) -> None:
-    age = instant.age(instant.effect(stamp_ns, after_ns))
+def _check_age(field: str, stamp_ns: int, instant: Instant) -> None:
+    age = instant.age(instant.effect(stamp_ns, 0))
     if age > instant.tolerance_ns:
-        allowed = f"0 (now) or at most {instant.tolerance_ns / NS:g} s old (command_tolerance)"
-        raise InputError(f"{field} header.stamp", f"{age / NS:.6g} s old", allowed,
-                         "Is the sender's clock the simulator's?")  # fmt: skip
+        raise _too_old(field, age, instant)
+
+
+def _too_old(field: str, age: int, instant: Instant) -> InputError:
+    allowed = f"0 (now) or at most {instant.tolerance_ns / NS:g} s old (command_tolerance)"
+    return InputError(f"{field} header.stamp", f"{age / NS:.6g} s old", allowed,
+                      "Is the sender's clock the simulator's?")  # fmt: skip
 
 
 def describe(points: Sequence[tuple[int, Motion]]) -> str:
