@@ -94,6 +94,48 @@ def test_steps_end_at_whole_periods_without_drift(make: Make) -> None:
     assert run.session.time_ns == round(7 * NS / 3) + round(10 * NS / 3)
 
 
+def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) -> None:
+    simulator = make(frequency=1e-6, step_periods=1_000_000)  # thirty thousand years
+    run = simulator.node.run
+    assert run is not None
+    assert "under way" in run.step()
+    reached = run.session.time_ns
+    run.tick(0)
+    assert run.session.time_ns > reached  # it goes on in the ticks
+    assert simulator.kick(0.01)  # and takes inputs meanwhile
+    run.pause(True)
+    reached = run.session.time_ns
+    run.tick(0)
+    assert run.session.time_ns == reached
+
+
+def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
+    simulator = make(frequency=0.1, axial_amplitude=1e-9, real_time_factor=1.0)
+    run = simulator.node.run
+    assert run is not None
+    assert simulator.command(frequency=40_000.0)
+    run.pause(False)
+    for k in range(1, 200):  # each tick is a slice of bounded work
+        run.tick(k * 50_000_000 + run._times.steady_ns)
+    assert run.session.time_ns > NS
+    assert run.session.fault == ""
+    run.pause(True)
+    assert run.session.held
+
+
+def test_a_run_that_cannot_go_on_says_so_once_and_refuses_inputs(make: Make) -> None:
+    simulator = make(initial_height=1.0)
+    run = simulator.node.run
+    assert run is not None
+    run.session.simulation._engine.state["u"] = float("nan")
+    run.session.simulation._engine.look_again()
+    simulator.advance(1.0)
+    assert run.read().fault
+    assert not simulator.kick(0.1)
+    with pytest.raises(InputError, match="cleanup, configure"):
+        run.reset()
+
+
 def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
     simulator = make(initial_height=1.0)
     simulator.advance(0.125)
