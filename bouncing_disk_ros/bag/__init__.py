@@ -11,6 +11,8 @@ from bouncing_disk_ros.bag.options import Options, WriteError
 from bouncing_disk_ros.bag.reader import Bag
 from bouncing_disk_ros.bag.recover import recover
 from bouncing_disk_ros.bag.report import Report
+from bouncing_disk_ros.bag.scan import nothing
+from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.topic import Message, Topic
 from bouncing_disk_ros.bag.writer import Writer
 
@@ -20,6 +22,10 @@ __all__ = [
 ]  # fmt: skip
 
 
-def open(path: str | Path) -> Bag:  # noqa: A001 (as gzip.open)
-    """Open a bag to read: its folder, or one .mcap file. InputError when it cannot be read."""
-    return Bag(path)
+def open(path: str | Path, watch: Watch = nothing) -> Bag:  # noqa: A001 (as gzip.open)
+    """Open a bag to read: its folder, or one .mcap file.
+
+    `watch` is called now and then with the bytes passed and the bytes of the file, while a file
+    without an index is walked through. Raises InputError, BagError when the bag cannot be read.
+    """
+    return Bag(path, watch)

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Container, Iterator
+from array import array
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import lz4.frame
+import numpy as np
 import zstandard
 from mcap.opcode import Opcode
+from numpy.typing import NDArray
 
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag import fields
+from bouncing_disk_ros.bag.files import HEAD, PART
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.index import CHUNK_HEAD, HEAD
 
-MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Channel, sequence, log_time, publish_time before the data of a message."""
-LARGEST_CHUNK = 4 << 30
-"""A chunk that claims to be larger is taken for a damaged one."""
+_MESSAGE_HEAD = np.dtype(
+    [("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")]
+)
+"""What stands before the data of a message."""
+_INDEX_HEAD = struct.Struct("<HI")
+_AT_ONCE = 8 * PART
+"""Chunks up to this size are decompressed in one call, larger ones in parts."""
+_BATCH = 1 << 14
+"""Messages whose heads are taken together."""
 
 
 class Stored(NamedTuple):
@@ -30,39 +41,70 @@ class Stored(NamedTuple):
     data: bytes
 
 
-def unpacked(content: bytes | memoryview) -> bytes:
-    """The records within a chunk, from the content of the chunk record; BagError when damaged."""
+# --- decompressing --------------------------------------------------------------------------------
+def unpacked(content: memoryview) -> tuple[fields.ChunkHead, bytes]:
+    """Head and records of a chunk, from the content of its record; BagError when damaged.
+
+    Never makes more bytes than the head says, and that within the limit.
+    """
+    head = fields.chunk(content, len(content))
     try:
-        _, _, size, crc, name_length = CHUNK_HEAD.unpack_from(content)
-        place = CHUNK_HEAD.size + name_length
-        name = bytes(content[CHUNK_HEAD.size : place]).decode()
-        (length,) = struct.unpack_from("<Q", content, place)
-        stored = bytes(content[place + 8 : place + 8 + length])
-        if length != len(content) - place - 8 or size > LARGEST_CHUNK:
-            raise BagError("lengths do not fit")
-        data = _decompressed(name, stored, size)
-    except BagError:
-        raise
-    except Exception as error:  # noqa: BLE001 (each library has its own; whatever it is, it is damage)
+        data = _decompressed(head, content[head.records_at :])
+    except (zstandard.ZstdError, RuntimeError, EOFError, ValueError) as error:
         raise BagError(f"damaged: {error}") from None
-    if len(data) != size or (crc and zlib.crc32(data) != crc):
+    if len(data) != head.size or (head.crc and zlib.crc32(data) != head.crc):
         raise BagError("damaged: the checksum does not fit")
-    return data
+    return head, data
 
 
-def _decompressed(name: str, stored: bytes, size: int) -> bytes:
-    if name == "":
-        return stored
-    if name == "zstd":
-        if zstandard.frame_content_size(stored) not in (-1, size):
-            raise BagError("lengths do not fit")
-        return zstandard.ZstdDecompressor().decompress(stored, max_output_size=size)
-    if name == "lz4":
-        data: bytes = lz4.frame.decompress(stored)
-        return data
-    raise BagError(f"compression {name!r} is not known (none, lz4 and zstd are)")
+def _decompressed(head: fields.ChunkHead, stored: memoryview) -> bytes:
+    match head.compression:
+        case "":
+            if len(stored) != head.size:
+                raise BagError("lengths do not fit")
+            return bytes(stored)
+        case "zstd":
+            return _zstd(stored, head.size)
+        case "lz4":
+            return _lz4(stored, head.size)
+        case name:
+            raise BagError(f"compression {name!r} is not known (none, lz4 and zstd are)")
 
 
+def _zstd(stored: memoryview, size: int) -> bytes:
+    if zstandard.frame_content_size(stored) not in (-1, size):
+        raise BagError("lengths do not fit")
+    tool = zstandard.ZstdDecompressor(max_window_size=limits.CHUNK)
+    if size <= _AT_ONCE:
+        return tool.decompress(stored, max_output_size=size, allow_extra_data=False)
+    parts, made = [], 0
+    with tool.stream_reader(stored, read_across_frames=False) as stream:
+        while made <= size and (part := stream.read(PART)):
+            parts.append(part)
+            made += len(part)
+    if made > size:
+        raise BagError("it holds more than its head says")
+    return b"".join(parts)
+
+
+def _lz4(stored: memoryview, size: int) -> bytes:
+    tool = lz4.frame.LZ4FrameDecompressor()
+    parts = [tool.decompress(stored, max_length=min(size, PART) + 1)]
+    made = len(parts[0])
+    while made <= size and not tool.eof:
+        part = tool.decompress(b"", max_length=min(size - made, PART) + 1)
+        if not part:
+            break
+        parts.append(part)
+        made += len(part)
+    if made > size:
+        raise BagError("it holds more than its head says")
+    if not tool.eof or tool.unused_data:
+        raise BagError("the compressed data end too early, or too late")
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+# --- records in a chunk ---------------------------------------------------------------------------
 def records(data: bytes | memoryview) -> Iterator[tuple[int, int, int]]:
     """Opcode, place and whole length of each record in a row; BagError when they do not fit."""
     position, end = 0, len(data)
@@ -77,16 +119,105 @@ def records(data: bytes | memoryview) -> Iterator[tuple[int, int, int]]:
         raise BagError("damaged: a record runs over the end")
 
 
-def messages(data: bytes, channels: Container[int]) -> Iterator[Stored]:
-    """The messages of some channels among records, in the order of storage."""
-    head, message_head = HEAD.unpack_from, MESSAGE_HEAD.unpack_from
-    first, skip = HEAD.size, HEAD.size + MESSAGE_HEAD.size
-    position, end, wanted = 0, len(data), int(Opcode.MESSAGE)
-    while position < end:
-        opcode, length = head(data, position)
-        if opcode == wanted:
-            channel, sequence, log_time, publish_time = message_head(data, position + first)
-            if channel in channels:
-                content = data[position + skip : position + first + length]
-                yield Stored(channel, log_time, publish_time, sequence, content)
-        position += first + length
+class Inner:
+    """The records of a chunk, or messages that stand in a file in a row; BagError when damaged.
+
+    `definitions` are opcode, place and whole length of message types and channels among them.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.definitions: list[tuple[int, int, int]] = []
+        places, lengths = array("I"), array("I")
+        others = 0
+        for row in records(data):
+            opcode, position, whole = row
+            if opcode == Opcode.MESSAGE:
+                places.append(position)
+                lengths.append(whole)
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self.definitions.append(row)
+                if len(self.definitions) > limits.DEFINED:
+                    raise BagError(f"damaged: more than {limits.DEFINED} definitions")
+            elif opcode < 0x80 or (others := others + 1) > limits.RECORDS:
+                raise BagError(f"damaged: a record of kind {opcode} does not belong into a chunk")
+        self.places = np.frombuffer(places, np.uint32)
+        self._lengths = np.frombuffer(lengths, np.uint32)
+        self._heads = self._read_heads()
+        times = self._heads["log_time"], self._heads["publish_time"]
+        if any(len(one) and one.max() > limits.TIME_NS for one in times):
+            raise BagError("damaged: a message of a time beyond the year 2262")
+
+    def _read_heads(self) -> NDArray[np.void]:
+        least = HEAD.size + _MESSAGE_HEAD.itemsize
+        if len(self._lengths) and self._lengths.min() < least:
+            raise BagError("damaged: a message is too short for its fields")
+        raw, within = np.frombuffer(self.data, np.uint8), np.arange(HEAD.size, least)
+        heads = np.empty(len(self.places), _MESSAGE_HEAD)
+        for first in range(0, len(heads), _BATCH):
+            part = self.places[first : first + _BATCH, None].astype(np.intp)
+            heads[first : first + _BATCH] = raw[part + within].view(_MESSAGE_HEAD)[:, 0]
+        return heads
+
+    @property
+    def channels(self) -> NDArray[np.uint16]:
+        """The channel of each message."""
+        return self._heads["channel"]
+
+    @property
+    def times(self) -> NDArray[np.uint64]:
+        """The time of reception of each message, ns."""
+        return self._heads["log_time"]
+
+    @property
+    def counts(self) -> Counter[int]:
+        """Messages of each channel."""
+        numbers, counts = np.unique(self.channels, return_counts=True)
+        return Counter(dict(zip(numbers.tolist(), counts.tolist(), strict=True)))
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """First and last time of reception in ns; 0 and 0 without messages."""
+        times = self.times
+        return (int(times.min()), int(times.max())) if len(times) else (0, 0)
+
+    def chosen(self, channels: Iterable[int], low: int, high: int, sort: bool) -> NDArray[np.intp]:
+        """Numbers of the messages of some channels from `low` to before `high` ns.
+
+        In the order of storage, or (`sort`) of reception.
+        """
+        inside = np.isin(self.channels, np.fromiter(channels, np.uint16))
+        inside &= (self.times >= np.uint64(low)) & (self.times < np.uint64(high))
+        found = np.flatnonzero(inside)
+        times = self.times[found]
+        if sort and np.any(times[1:] < times[:-1]):
+            return found[np.argsort(times, kind="stable")]
+        return found
+
+    def index_records(self) -> bytes:
+        """The message indices of all channels, as they stand behind a chunk."""
+        order = np.argsort(self.channels, kind="stable")
+        rows = np.empty(len(order), [("time", "<u8"), ("place", "<u8")])
+        rows["time"], rows["place"] = self.times[order], self.places[order]
+        numbers, firsts = np.unique(self.channels[order], return_index=True)
+        parts = []
+        for number, first, end in zip(
+            numbers.tolist(), firsts.tolist(), [*firsts[1:].tolist(), len(order)], strict=True
+        ):
+            content = rows[first:end].tobytes()
+            head = HEAD.pack(Opcode.MESSAGE_INDEX, _INDEX_HEAD.size + len(content))
+            parts += [head, _INDEX_HEAD.pack(number, len(content)), content]
+        return b"".join(parts)
+
+    def messages(self, chosen: NDArray[np.intp]) -> Iterator[Stored]:
+        """Those messages, in that order."""
+        data, skip = self.data, HEAD.size + _MESSAGE_HEAD.itemsize
+        for first in range(0, len(chosen), _BATCH):
+            part = chosen[first : first + _BATCH]
+            begins = self.places[part].astype(np.intp)
+            ends = (begins + self._lengths[part]).tolist()
+            begins += skip
+            for (channel, sequence, log_time, publish_time), begin, end in zip(
+                self._heads[part].tolist(), begins.tolist(), ends, strict=True
+            ):
+                yield Stored(channel, log_time, publish_time, sequence, data[begin:end])

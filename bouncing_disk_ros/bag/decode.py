@@ -1,11 +1,10 @@
 """Messages of a bag as objects and as columns; types come from the bag itself, by `rosbags`.
 
-Rows of point clouds are viewed, not decoded: no Python loop runs over them.
+`rosbags` makes code of a definition, so each is checked before (`message_type`).
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
 from typing import Any
@@ -14,29 +13,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag.formats import BagError
+from bouncing_disk_ros.bag.message_type import MessageType
+from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.bag.topic import Form
 from bouncing_disk_ros.errors import InputError, closest
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 _TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
-_CLOUD_FORMATS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_PADDED = 1 << 28
+"""Texts that would take more bytes as an array of one width are a column of objects."""
+Decode = Callable[[bytes], Any]
 
 
-def decoder(kind: str, definition: str, encoding: str) -> Callable[[bytes], Any]:
-    """A function from the CDR of one message to an object with its fields; InputError: unknown."""
-    if encoding != "ros2msg":
+def decoder(form: Form) -> Decode:
+    """A function from the CDR of one message to an object with its fields.
+
+    Raises InputError for what is not ROS 2, BagError for a definition that cannot be used.
+    """
+    kind = form.type
+    if form.encoding != "ros2msg" and not form.fault:
         allowed = "ros2msg (that is what rosbag2 writes for .msg types)"
-        raise InputError(f"definition of {kind}", encoding, allowed)
+        raise InputError(f"definition of {kind}", form.encoding, allowed)
+    if form.message_encoding != "cdr":
+        raise InputError(f"messages of {kind}", form.message_encoding, "cdr")
+    if form.fault:
+        raise BagError(f"messages of {kind or 'unknown type'} cannot be decoded: {form.fault}")
     try:  # here: who only records or recovers can do without it
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ImportError:
         raise BagError("decoding messages needs rosbags: pip install rosbags") from None
+    message_type = MessageType(kind, form.definition, get_types_from_msg)
     store = get_typestore(Stores.EMPTY)
     try:
-        store.register(get_types_from_msg(definition, kind))
-    except Exception as error:  # noqa: BLE001 (whatever the parser does not understand)
+        store.register(message_type.types)
+        store.get_msgdef(kind)
+    except Exception as error:  # noqa: BLE001 (whatever the library does not understand)
         raise BagError(f"definition of {kind}: cannot be used: {error}") from None
 
     def decode(data: bytes) -> Any:
+        message_type.check(data)
         try:
             return store.deserialize_cdr(data, kind)
         except Exception as error:  # noqa: BLE001
@@ -45,90 +60,22 @@ def decoder(kind: str, definition: str, encoding: str) -> Callable[[bytes], Any]
     return decode
 
 
-# --- point clouds ---------------------------------------------------------------------------------
-def cloud_dtype(cloud: Any) -> np.dtype[np.void]:
-    """The dtype of the points of a cloud, from its own list of fields."""
-    order = ">" if cloud.is_bigendian else "<"
-    names, formats, offsets = [], [], []
-    for field in cloud.fields:
-        one = f"{order}{_CLOUD_FORMATS[field.datatype]}"
-        names.append(field.name)
-        formats.append(one if field.count in (0, 1) else (one, (field.count,)))
-        offsets.append(field.offset)
-    layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": cloud.point_step}
-    return np.dtype(layout)  # type: ignore[call-overload, no-any-return, unused-ignore]
-
-
-class CloudRows:
-    """Points of the clouds of one topic, gathered into one structured array."""
-
-    def __init__(self, decode: Callable[[bytes], Any]) -> None:
-        self._decode = decode
-        self._frame, self._layout = b"", b""  # the bytes that two clouds of one layout share
-        self._places = (0, 0)  # of height and of the points
-        self._dtype: np.dtype[np.void] | None = None
-        self._points = bytearray()
-
-    def add(self, data: bytes) -> int:
-        """Take the points of one message; how many they are."""
-        height_at, points_at = self._places
-        known = (
-            self._dtype is not None
-            and data[12:height_at] == self._frame
-            and data[height_at + 8 : points_at - 8] == self._layout
-        )
-        if not known:
-            return self._learn(data)
-        row_step, length = struct.unpack_from("<II", data, points_at - 8)
-        height, width = struct.unpack_from("<II", data, height_at)
-        assert self._dtype is not None
-        step = self._dtype.itemsize
-        if row_step != width * step or length != height * row_step:
-            return self._learn(data)
-        self._points += memoryview(data)[points_at : points_at + length]
-        return int(height * width)
-
-    def _learn(self, data: bytes) -> int:
-        """Decode a message in full and remember where its parts stand."""
-        cloud = self._decode(data)
-        dtype, size = cloud_dtype(cloud), len(cloud.data)
-        if self._dtype not in (None, dtype):
-            raise BagError("the clouds of this topic have different fields; read them one by one")
-        self._dtype = dtype
-        if (
-            cloud.row_step != cloud.width * cloud.point_step
-            or size != cloud.height * cloud.row_step
-        ):
-            raise BagError("a cloud with gaps between its rows; read it with `decoded`")
-        points_at = next(at for at in range(len(data) - 1 - size, 0, -1) if at % 4 == 0)
-        height_at = _height(data)
-        if data[:2] == b"\x00\x01" and struct.unpack_from("<I", data, points_at - 4)[0] == size:
-            self._places = (height_at, points_at)
-            self._frame = data[12:height_at]
-            self._layout = data[height_at + 8 : points_at - 8]
-        self._points += cloud.data.tobytes()
-        return int(cloud.width * cloud.height)
-
-    def array(self) -> NDArray[np.void]:
-        """All points, in the order of the messages; writable, and nobody else's."""
-        if self._dtype is None:
-            return np.zeros(0, np.dtype([]))
-        return np.frombuffer(self._points, self._dtype)
-
-    def take(self) -> NDArray[np.void]:
-        """The points since the last call, and forget them."""
-        points = self.array()
-        self._points = bytearray()
-        return points
-
-
-def _height(data: bytes) -> int:
-    """Where the height of a cloud stands: after the stamp and the frame's name."""
-    (length,) = struct.unpack_from("<I", data, 12)
-    return int(4 + (12 + length + 3) // 4 * 4)
-
-
 # --- other messages -------------------------------------------------------------------------------
+def check_installed(form: Form) -> None:
+    """InputError unless messages of a form have just the fields of the type installed here.
+
+    Raises BagError, InputError as `decoder` for what cannot be decoded at all.
+    """
+    decoder(form)
+    from rosbags.typesys import get_types_from_msg
+
+    ours = MessageType(form.type, schema_of(form.type).text, get_types_from_msg).types
+    theirs = MessageType(form.type, form.definition, get_types_from_msg).types
+    if any(name not in theirs or theirs[name][1] != row[1] for name, row in ours.items()):
+        allowed = "the fields of the type that is installed here"
+        raise InputError(f"definition of {form.type}", "other fields in the bag", allowed)
+
+
 def field_names(message: Any, prefix: str = "") -> list[str]:
     """Dotted names of the fields of a message; times and lists of messages count as one."""
     names = []
@@ -178,6 +125,8 @@ def _getter(message: Any, name: str, names: Sequence[str]) -> Callable[[Any], An
 def as_column(values: Sequence[Any]) -> NDArray[Any]:
     """Values as an array: numbers and texts 1-D, arrays of one length 2-D, all else objects."""
     first = values[0] if values else None
+    if isinstance(first, str) and 4 * max(map(len, values)) * len(values) > _PADDED:
+        return np.array(values, dtype=object)
     if isinstance(first, (bool, int, float, str)):
         return np.array(values)
     if isinstance(first, np.ndarray) and len({value.shape for value in values}) == 1:

@@ -9,6 +9,8 @@ import json
 import zlib
 from collections.abc import Mapping
 
+from bouncing_disk_ros import limits
+
 FORMAT_VERSION = 1
 """Grows when a bag is laid out in another way. Bags of every older version stay readable."""
 FORMAT_KEY = "format"
@@ -28,10 +30,13 @@ def signed(notes: Mapping[str, str]) -> dict[str, str]:
 
 
 def checked(notes: Mapping[str, str]) -> dict[str, str]:
-    """Notes without their checksum; BagError when it does not fit."""
+    """Notes without their checksum; BagError when it does not fit, or they cannot be shown."""
     texts = {key: value for key, value in notes.items() if key != _CRC}
     if notes.get(_CRC) != f"{_checksum(texts):08x}":
         raise BagError("the notes of the bag are damaged (their checksum does not fit)")
+    for key, text in texts.items():
+        if len(text) > limits.NOTE or not text.isprintable():
+            raise BagError(f"the note {key!r} has too many letters, or such that cannot be shown")
     return texts
 
 

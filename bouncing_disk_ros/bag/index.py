@@ -6,39 +6,30 @@ recovery builds it anew.
 
 from __future__ import annotations
 
-import io
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping
 
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
-    Attachment,
     AttachmentIndex,
     Channel,
     ChunkIndex,
     DataEnd,
     Footer,
     McapRecord,
-    Metadata,
     MetadataIndex,
     Schema,
     Statistics,
     SummaryOffset,
 )
 
+from bouncing_disk_ros.bag import fields
+from bouncing_disk_ros.bag.files import HEAD
+
 MAGIC = b"\x89MCAP0\r\n"
-HEAD = struct.Struct("<BQ")
-"""Opcode and length before the content of every record."""
-CHUNK_HEAD = struct.Struct("<QQQII")
-"""Start and end time, uncompressed size and CRC, length of the compression's name."""
-
-
-def content_stream(content: bytes | memoryview) -> ReadDataStream:
-    """The content of a record, for mcap's own parsers."""
-    return ReadDataStream(io.BytesIO(content))
 
 
 class Index:
@@ -67,20 +58,18 @@ class Index:
         self.end = offset + len(view)
 
     def _chunk(self, content: memoryview, offset: int) -> None:
-        start, end, size, _, name_length = CHUNK_HEAD.unpack_from(content)
-        name_at = CHUNK_HEAD.size
-        name = bytes(content[name_at : name_at + name_length]).decode()
+        head = fields.chunk(content, len(content))
         self.chunks.append(
             ChunkIndex(
                 chunk_start_offset=offset,
                 chunk_length=HEAD.size + len(content),
-                message_start_time=start,
-                message_end_time=end,
+                message_start_time=head.start_ns,
+                message_end_time=head.end_ns,
                 message_index_offsets={},
                 message_index_length=0,
-                compression=name,
-                compressed_size=len(content) - name_at - name_length - 8,
-                uncompressed_size=size,
+                compression=head.compression,
+                compressed_size=len(content) - head.records_at,
+                uncompressed_size=head.size,
             )
         )
         self.counts.append(Counter())
@@ -93,22 +82,27 @@ class Index:
         self.counts[-1][channel] += length // 16
 
     def _attachment(self, content: memoryview, offset: int) -> None:
-        row = Attachment.read(content_stream(content))
+        self.add_attachment(content, offset, HEAD.size + len(content))
+
+    def add_attachment(self, beginning: fields.Content, offset: int, length: int) -> None:
+        """Take note of an attachment, of which the beginning of the content is given."""
+        row = fields.attachment(beginning, length - HEAD.size)
         self.attachments.append(
-            AttachmentIndex(offset, HEAD.size + len(content), row.log_time, row.create_time,
-                            len(row.data), row.name, row.media_type)
+            AttachmentIndex(offset, length, row.log_time, row.create_time, row.data_length,
+                            row.name, row.media_type)
         )  # fmt: skip
+        self.end = offset + length
 
     def _metadata(self, content: memoryview, offset: int) -> None:
-        name = Metadata.read(content_stream(content)).name
+        name = fields.metadata(content).name
         self.metadata.append(MetadataIndex(offset, HEAD.size + len(content), name))
 
     def _schema(self, content: memoryview, _offset: int) -> None:
-        schema = Schema.read(content_stream(content))
+        schema = fields.schema(content)
         self.schemas[schema.id] = schema
 
     def _channel(self, content: memoryview, _offset: int) -> None:
-        channel = Channel.read(content_stream(content))
+        channel = fields.channel(content)
         self.channels[channel.id] = channel
 
     _takers: Mapping[int, Callable[[Index, memoryview, int], None]] = {

@@ -6,9 +6,11 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.index import MAGIC
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.regular_file import irregular, is_regular
 
 ALLOWED = "a rosbag2 bag in MCAP (its folder), or one .mcap file"
 _OTHER = (".db3", ".bag", ".mcap.zstd", ".mcap.lz4", ".db3.zstd")
@@ -24,54 +26,87 @@ class Located:
 
 def files_of(path: Path) -> Located:
     """Find the files; InputError when there are none that can be read."""
-    if path.is_file():
-        if path.name == metadata.FILE_NAME:
-            return files_of(path.parent)
-        _refuse_other(path, path)
-        return Located([path])
-    if not path.is_dir():
-        raise InputError("bag", str(path), ALLOWED, "There is nothing of that name.")
-    return _of_folder(path)
+    try:
+        kind = irregular(path)
+        if kind == "a folder":
+            return _of_folder(path)
+        if kind:
+            raise InputError("bag", str(path), ALLOWED, f"It is {kind}.")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        missing = isinstance(error, FileNotFoundError)
+        why = "There is nothing of that name." if missing else str(error)
+        raise InputError("bag", str(path), ALLOWED, why) from None
+    if path.name == metadata.FILE_NAME:
+        return files_of(path.absolute().parent)
+    _refuse_other(path, path)
+    return Located([path])
 
 
 def _of_folder(folder: Path) -> Located:
     found = _named(folder)
-    filled = [file for file in found.files if file.stat().st_size >= len(MAGIC)]
+    seen: dict[tuple[int, int], Path] = {}
+    filled = []
+    for file in found.files:
+        status = file.stat()
+        first = seen.setdefault((status.st_dev, status.st_ino), file)
+        if first is not file:
+            found.remarks.append(f"{file.name} is the same file as {first.name}; read once")
+        elif status.st_size < len(MAGIC):
+            found.remarks.append(f"{file.name} is empty")
+        else:
+            filled.append(file)
     if not filled:  # then the first of them is refused by name
         return found
-    empty = [f"{file.name} is empty" for file in found.files if file not in filled]
-    return Located(filled, [*found.remarks, *empty])
+    return Located(filled, found.remarks)
 
 
 def _named(folder: Path) -> Located:
+    found = mcap_files(folder)
     said = metadata.read(folder)
     if said is not None:
         _refuse_storage(folder, said)
         files = [folder / Path(row.path) for row in said.files]
-        remarks = [f"{file.name} is missing" for file in files if not file.is_file()]
-        present = [file for file in files if file.is_file()]
-        more = [file for file in mcap_files(folder) if file not in present]
+        present = [file for file in files if is_regular(file)]
+        there = set(present)
+        remarks = [f"{file.name} is {_why_not(file)}" for file in files if file not in there]
+        more = [file for file in found.files if file not in there]
         remarks += [f"{file.name}: metadata.yaml does not name it; read as well" for file in more]
         if present or more:
             return Located(sorted([*present, *more], key=_number), remarks)
-    found = mcap_files(folder)
-    if found:
+    if found.files:
         broken = (folder / metadata.FILE_NAME).exists()
         why = "cannot be used" if broken else "is missing: the recording did not end in order"
-        return Located(found, [f"metadata.yaml {why}"])
+        return Located(found.files, [f"metadata.yaml {why}", *found.remarks])
     for file in sorted(folder.iterdir()):
         _refuse_other(folder, file)
-    raise InputError("bag", str(folder), ALLOWED, "It holds no .mcap file.")
+    why = "; ".join(found.remarks) or "It holds no .mcap file"
+    raise InputError("bag", str(folder), ALLOWED, f"{why}.")
 
 
-def mcap_files(folder: Path) -> list[Path]:
+def _why_not(file: Path) -> str:
+    """Why a named file cannot be read."""
+    try:
+        return irregular(file) or "missing"
+    except (OSError, ValueError):
+        return "missing"
+
+
+def mcap_files(folder: Path) -> Located:
     """The .mcap files of a folder, in the order of their numbers."""
-    return sorted(folder.glob("*.mcap"), key=_number)
+    named = sorted(folder.glob("*.mcap"), key=_number)
+    if len(named) > limits.FILES:
+        raise InputError("bag", f"{folder} of {len(named)} files", f"at most {limits.FILES}")
+    files = [file for file in named if is_regular(file)]
+    return Located(
+        files, [f"{file.name} is {_why_not(file)}" for file in named if not is_regular(file)]
+    )
 
 
 def _number(file: Path) -> tuple[int, str]:
     match = re.search(r"_(\d+)$", file.stem)
-    return (int(match[1]) if match else 0, file.name)
+    return (int(match[1][:18]) if match else 0, file.name)
 
 
 def _refuse_storage(folder: Path, said: metadata.Metadata) -> None:

@@ -10,14 +10,16 @@ from typing import Any
 
 import yaml
 
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.formats import NOTE
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parsing import read_yaml
+from bouncing_disk_ros.regular_file import read_text
 
 VERSION = 9
 FILE_NAME = "metadata.yaml"
 ROOT_KEY = "rosbag2_bagfile_information"
 ROS_DISTRO = "jazzy"
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it is
 INFINITE = (9223372036, 854775807)
 """Seconds and nanoseconds of a duration without end, as rmw writes it."""
 
@@ -62,8 +64,8 @@ def qos_text(profiles: Sequence[Mapping[str, Any]]) -> str:
 def qos_from_text(text: str) -> list[dict[str, Any]]:
     """The profiles of a channel's metadata; none where the text is none that we know."""
     try:
-        content = yaml.load(text, _LOADER)  # noqa: S506 (a safe one)
-    except yaml.YAMLError:
+        content = read_yaml("quality of service", text, limits.QOS)
+    except InputError:
         return []
     return [row for row in content if isinstance(row, dict)] if isinstance(content, list) else []
 
@@ -194,16 +196,38 @@ def read(folder: Path) -> Metadata | None:
     """What the metadata.yaml of a bag says of its files; None when it is missing or broken.
 
     Only what the .mcap files themselves do not say is taken from it: which files, which storage,
-    which compression of whole files or messages, custom data.
+    which compression of whole files or messages, custom data. Raises InputError when it names
+    files outside of the bag, or one twice.
     """
     path = folder / FILE_NAME
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), _LOADER)[ROOT_KEY]  # noqa: S506
-        names = [str(name) for name in content["relative_file_paths"]]
+        content = read_yaml(str(path), read_text(str(path), path, limits.YAML))[ROOT_KEY]
+        names = _texts(content["relative_file_paths"])
         custom = {str(k): str(v) for k, v in (content.get("custom_data") or {}).items()}
-        storage, mode = str(content["storage_identifier"]), str(content.get("compression_mode", ""))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        storage, mode = _texts(
+            [content["storage_identifier"], content.get("compression_mode") or ""]
+        )
+    except (InputError, KeyError, TypeError, AttributeError):
         return None
-    if any(Path(name).is_absolute() or ".." in Path(name).parts for name in names):
-        raise InputError(str(path), names, "names of files within the bag")
+    different = len({Path(name) for name in names})
+    if len(names) > limits.FILES or different < len(names):
+        given = f"{len(names)} files, {different} of them different"
+        raise InputError(str(path), given, f"up to {limits.FILES} files, each once")
+    for name in names:
+        if not _is_inside(name):
+            raise InputError(str(path), name, "names of files within the bag")
     return Metadata([FileRow(name) for name in names], [], custom, storage, mode)
+
+
+def _texts(content: Any) -> list[str]:
+    """A list of texts; TypeError for anything else."""
+    if not isinstance(content, list) or not all(isinstance(one, str) for one in content):
+        raise TypeError
+    return content
+
+
+def _is_inside(name: str) -> bool:
+    """Whether a path leads to a file within its folder, by its text."""
+    parts = Path(name).parts
+    is_name = name.isprintable() and len(name.encode()) <= limits.NAME
+    return bool(parts) and is_name and not Path(name).is_absolute() and ".." not in parts

@@ -10,22 +10,26 @@ Everything read is checked by its checksum; damage raises `BagError`.
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.bag import decode
-from bouncing_disk_ros.bag.chunks import messages
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag import clouds, decode
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import files_of
-from bouncing_disk_ros.bag.source import Block, Source
+from bouncing_disk_ros.bag.merge import Part, in_order
+from bouncing_disk_ros.bag.scan import nothing
+from bouncing_disk_ros.bag.search import Watch
+from bouncing_disk_ros.bag.source import Source
+from bouncing_disk_ros.bag.summary import Block
 from bouncing_disk_ros.bag.topic import Message, Topic, topics_of
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.topics import IMPACT_LAYOUT
 
 
 class Bag:
@@ -35,29 +39,21 @@ class Bag:
     Times are those of reception in ns since 1970; ranges include `start_ns`, not `end_ns`.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, watch: Watch = nothing) -> None:
         found = files_of(Path(path))
         self.path, self.remarks = Path(path), list(found.remarks)
-        self._sources: list[Source] = []
-        try:
-            self._open(found.files)
-        except BaseException:
-            self.close()
-            raise
-
-    def _open(self, files: list[Path]) -> None:
-        for file in files:
-            self._sources.append(Source(file))
+        self._sources = [Source(file, watch) for file in found.files]
         for source in self._sources[1:]:
             source.channels = without_repeats(source.channels)
         self.remarks += [remark for source in self._sources for remark in source.remarks]
         self.topics = topics_of(self._sources)
-        self._decoders: dict[str, Callable[[bytes], Any]] = {}
+        self._decoders: dict[str, decode.Decode] = {}
         self.notes = self._notes()
-        version = int(self.notes.get(FORMAT_KEY, 0))
-        if version > FORMAT_VERSION:
+        version = self.notes.get(FORMAT_KEY, "0")
+        if not version.isdecimal() or len(version) > 9 or int(version) > FORMAT_VERSION:
             hint = "It was made by a newer version of this package: update it."
-            raise InputError("bag format", version, f"1 to {FORMAT_VERSION}", hint)
+            given = int(version) if version.isdecimal() and len(version) <= 9 else version
+            raise InputError("bag format", given, f"1 to {FORMAT_VERSION}", hint)
 
     def _notes(self) -> dict[str, str]:
         notes: dict[str, str] = {}
@@ -115,16 +111,14 @@ class Bag:
         """Messages in the order of reception; memory holds only chunks that overlap in time."""
         names = self._names(topics)
         rows = sorted(self._blocks(start_ns, end_ns), key=lambda row: row[1].start_ns)
-        heap: list[tuple[int, int, Message]] = []
-        counter = 0
-        for source, block in rows:
-            while heap and heap[0][0] < block.start_ns:
-                yield heapq.heappop(heap)[2]
-            for message in self._block(source, block, names, start_ns, end_ns):
-                counter += 1
-                heapq.heappush(heap, (message.log_time_ns, counter, message))
-        while heap:
-            yield heapq.heappop(heap)[2]
+
+        def part(source: Source, block: Block) -> Part:
+            return Part(
+                block.start_ns, block.size,
+                lambda: self._block(source, block, names, start_ns, end_ns, sort=True),
+            )  # fmt: skip
+
+        return in_order(part(*row) for row in rows)
 
     def decoded(
         self,
@@ -134,7 +128,7 @@ class Bag:
     ) -> Iterator[tuple[Message, Any]]:
         """The same with each message decoded: an object with the fields of its type."""
         for message in self.messages(topics, start_ns, end_ns):
-            yield message, self._decoder(message.topic)(message.data)
+            yield message, self.decoder(message.topic)(message.data)
 
     def columns(
         self,
@@ -153,7 +147,7 @@ class Bag:
             rows = self.rows(topic, start_ns, end_ns)
             return {name: _field(rows, name) for name in fields or rows.dtype.names or ()}
         times: dict[str, list[int]] = {"log_time_ns": [], "publish_time_ns": []}
-        read = self._decoder(topic)
+        read = self.decoder(topic)
 
         def objects() -> Iterator[Any]:
             for message in self._stored(topic, start_ns, end_ns):
@@ -172,10 +166,19 @@ class Bag:
         """All points of the clouds of a topic as one structured array, by their own field list."""
         if (kind := self._topic(topic).type) != decode.CLOUD:
             raise InputError(f"type of {topic}", kind, decode.CLOUD, "Take `columns` for it.")
-        clouds = decode.CloudRows(self._decoder(topic))
+        gathered = clouds.CloudRows(self.decoder(topic))
         for message in self._stored(topic, start_ns, end_ns):
-            clouds.add(message.data)
-        return clouds.array()
+            gathered.add(message.data)
+        return gathered.array() if gathered.dtype is not None else self._no_rows(topic)
+
+    def _no_rows(self, topic: str) -> NDArray[np.void]:
+        """No rows, with the fields of the topic: of its first message, or of disk/impacts."""
+        for message in self._stored(topic, None, None):
+            gathered = clouds.CloudRows(self.decoder(topic))
+            gathered.add(message.data)
+            return gathered.array()[:0]
+        is_ours = topic.endswith("/disk/impacts")
+        return np.zeros(0, np.dtype(dict(IMPACT_LAYOUT)) if is_ours else np.dtype([]))  # type: ignore[call-overload, no-any-return, unused-ignore]
 
     # --- inside -----------------------------------------------------------------------------------
     def _blocks(
@@ -188,19 +191,17 @@ class Bag:
                     yield source, block
 
     def _block(
-        self, source: Source, block: Block, names: set[str], start: int | None, end: int | None
-    ) -> Iterator[Message]:
+        self, source: Source, block: Block, names: set[str], start: int | None, end: int | None,
+        *, sort: bool = False,
+    ) -> Iterator[Message]:  # fmt: skip
         topics = {n: c.topic for n, c in source.channels.items() if c.topic in names}
-        low, high = start or 0, 1 << 64 if end is None else end
-        for row in messages(source.read(block), topics):
-            if low <= row.log_time_ns < high:
-                yield Message(
-                    topics[row.channel],
-                    row.log_time_ns,
-                    row.publish_time_ns,
-                    row.sequence,
-                    row.data,
-                )
+        inner = source.read(block)
+        low = max(0, start or 0)
+        high = min(limits.TIME_NS + 1, limits.TIME_NS + 1 if end is None else max(0, end))
+        for row in inner.messages(inner.chosen(topics, low, high, sort)):
+            yield Message(
+                topics[row.channel], row.log_time_ns, row.publish_time_ns, row.sequence, row.data
+            )
 
     def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Message]:
         for source, block in self._blocks(start, end):
@@ -218,17 +219,19 @@ class Bag:
             raise InputError("topic", name, allowed, closest(name, self.topics))
         return self.topics[name]
 
-    def _decoder(self, name: str) -> Callable[[bytes], Any]:
+    def decoder(self, name: str) -> decode.Decode:
+        """A function that decodes messages of a topic. Raises InputError, BagError as `decoded`."""
         topic = self._topic(name)
-        if topic.type not in self._decoders:
-            made = decode.decoder(topic.type, topic.definition, topic.encoding)
-            self._decoders[topic.type] = made
-        return self._decoders[topic.type]
+        if name not in self._decoders:
+            self._decoders[name] = decode.decoder(topic.form)
+        return self._decoders[name]
+
+    def check_installed(self, name: str) -> None:
+        """InputError when a topic's definition has other fields than the type installed here."""
+        decode.check_installed(self._topic(name).form)
 
     def close(self) -> None:
-        """Let go of the files."""
-        for source in self._sources:
-            source.close()
+        """Let go of the bag (its files are open only while they are read)."""
 
     def __enter__(self) -> Bag:
         return self
@@ -239,6 +242,8 @@ class Bag:
 
 def _field(rows: NDArray[np.void], name: str) -> NDArray[Any]:
     names = rows.dtype.names or ()
-    if name not in names and len(rows):
+    if not names:  # no message tells which fields there are
+        return np.zeros(0)
+    if name not in names:
         raise InputError("field", name, ", ".join(names), closest(name, names))
-    return rows[name] if name in names else np.zeros(0)
+    return rows[name]

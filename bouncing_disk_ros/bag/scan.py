@@ -1,196 +1,227 @@
-"""Walk through the bytes of an .mcap file from its beginning, whole, cut or damaged.
+"""Walk through an .mcap file from its beginning, whole, cut or damaged.
 
 Nothing is trusted: chunks and attachments count only when their checksums fit. Where the lengths of
-records no longer lead on, the walk goes on at the next whole chunk.
+records no longer lead on, the walk goes on at the next whole chunk. Memory holds one chunk, and the
+work that damage can cause is bounded.
 """
 
 from __future__ import annotations
 
 import contextlib
-import re
 import struct
-import zlib
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, Header, Metadata, Schema
 
-from bouncing_disk_ros.bag.chunks import unpacked
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag import fields
+from bouncing_disk_ros.bag.chunks import Inner
+from bouncing_disk_ros.bag.files import HEAD, PART, RegularFile, Window
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.index import CHUNK_HEAD, HEAD, MAGIC, content_stream
+from bouncing_disk_ros.bag.index import MAGIC
+from bouncing_disk_ros.bag.pieces import Damage, Piece
+from bouncing_disk_ros.bag.search import ChunkSearch, TooDamagedError, Watch
 
-_PARSERS = {
-    Opcode.HEADER: Header,
-    Opcode.SCHEMA: Schema,
-    Opcode.CHANNEL: Channel,
-    Opcode.METADATA: Metadata,
-}
-_NEXT_CHUNK = re.compile(
-    rb"\x06[\x00-\xff]{5}\x00{3}[\x00-\xff]{28}(?:\0{4}|\x04\0{3}zstd|\x03\0{3}lz4)", re.DOTALL
-)
-"""A chunk record: its length is below 2**40, its compression one of three."""
+BLOCK = 1 << 20
+"""Messages outside of chunks are taken together in blocks of about this size."""
+_MESSAGE_INDEX = struct.Struct("<HI")
+_SPAN = struct.Struct("<QQ")
 
 
-@dataclass
-class Piece:
-    """A whole record at `offset`; `inner` are the records of a chunk."""
-
-    opcode: int
-    offset: int
-    record: bytes
-    inner: bytes = b""
+def nothing(_passed: int, _size: int) -> None:
+    """Watch nothing."""
 
 
-@dataclass
-class Damage:
-    """Bytes that are lost; `counts` the messages of each channel in them, where that is known.
+class Walk:
+    """One walk through a file, up to the end of its data section."""
 
-    `holds_messages` is false of a record that is certainly no chunk.
-    """
+    def __init__(self, file: RegularFile, watch: Watch = nothing) -> None:
+        self._file, self._watch = file, watch
+        self._window, self._chunks = Window(file), ChunkSearch(file, watch)
+        self._is_chunked: bool | None = None
+        self._one_by_one = 0  # messages before this place are taken one by one
+        self._lost: Damage | None = None  # the damage that message indices belong to
+        self._damages = self._empty = self._attached = self._defined = 0
 
-    offset: int
-    length: int
-    reason: str
-    counts: Counter[int] = field(default_factory=Counter)
-    span_ns: tuple[int, int] | None = None
-    holds_messages: bool = True
-
-
-def walk(data: memoryview) -> Iterator[Piece | Damage]:
-    """All that can be told of a file up to the end of its data section."""
-    position = len(MAGIC) if bytes(data[: len(MAGIC)]) == MAGIC else 0
-    if not position and _chunk_after(data, 0) is None:
-        raise BagError("not an .mcap file: neither its first bytes nor any chunk of one")
-    if not position:
-        position = len(MAGIC)
-        yield Damage(0, position, "the first bytes are not those of an .mcap file")
-    is_chunked: bool | None = None
-    while position < len(data):
-        found = _at(data, position)
-        if isinstance(found, Piece) and found.opcode == Opcode.MESSAGE:
-            if is_chunked is None:
-                is_chunked = _chunk_after(data, position) is not None
-            if is_chunked:  # no writer does both: it is another record whose kind is damaged
-                found = _damage(data, position, "a message outside of the chunks of this file")
-        if found is None:  # the end of the data section
-            return
-        if isinstance(found, Damage) and not found.length:
-            found = _lost_from(data, found)
-        if isinstance(found, Piece) and found.opcode == Opcode.CHUNK:
-            is_chunked = True
-        yield found
-        position += len(found.record) if isinstance(found, Piece) else found.length
-    yield Damage(len(data), 0, "the file has no end: it was not finished")
-
-
-def _at(data: memoryview, position: int) -> Piece | Damage | None:
-    """What stands at a position; None: the end. Damage of length 0: lengths lead nowhere."""
-    if position + HEAD.size > len(data):
-        return Damage(position, 0, "cut off")
-    opcode, length = HEAD.unpack_from(data, position)
-    end = position + HEAD.size + length
-    if opcode == Opcode.DATA_END and length == 4:
-        return None
-    if end > len(data):
-        return Damage(position, 0, "cut off", span_ns=_span(data, position))
-    record = data[position:end]
-    content = record[HEAD.size :]
-    try:
-        inner = unpacked(content) if opcode == Opcode.CHUNK else b""
-        _check(opcode, content)
-    except BagError as error:
-        return _damage(data, position, str(error))
-    return Piece(opcode, position, bytes(record), inner)
-
-
-def _damage(data: memoryview, position: int, reason: str) -> Piece | Damage:
-    """What a bad record is: a chunk of which only the opcode is damaged, or lost."""
-    opcode, length = HEAD.unpack_from(data, position)
-    end = position + HEAD.size + length
-    if opcode != Opcode.CHUNK:
-        with contextlib.suppress(BagError):
-            record = bytes([Opcode.CHUNK]) + bytes(data[position + 1 : end])
-            return Piece(Opcode.CHUNK, position, record, unpacked(record[HEAD.size :]))
-    known = _leads_on(data, end)
-    return Damage(
-        position,
-        end - position if known else 0,
-        reason,
-        span_ns=_span(data, position),
-        holds_messages=opcode == Opcode.CHUNK or not known,
-    )
-
-
-def _check(opcode: int, content: memoryview) -> None:
-    """BagError unless the content is that of its kind of record."""
-    if opcode == Opcode.ATTACHMENT:
-        (crc,) = struct.unpack("<I", content[-4:]) if len(content) >= 4 else (1,)
-        if crc and zlib.crc32(content[:-4]) != crc:
-            raise BagError("damaged attachment: the checksum does not fit")
-    elif opcode == Opcode.MESSAGE_INDEX:
-        if len(content) < 6 or struct.unpack_from("<I", content, 2)[0] != len(content) - 6:
-            raise BagError("damaged message index")
-    elif opcode in _PARSERS:
+    def pieces(self) -> Iterator[Piece | Damage]:
+        """All that can be told of the file. BagError: it is no .mcap file, or too damaged."""
         try:
-            _PARSERS[Opcode(opcode)].read(content_stream(content))
-        except Exception:  # noqa: BLE001 (the parsers raise whatever comes)
-            raise BagError(f"damaged {Opcode(opcode).name.lower()} record") from None
-    elif opcode not in (Opcode.CHUNK, Opcode.MESSAGE):
+            yield from self._pieces()
+        except TooDamagedError as error:
+            raise BagError(f"too damaged: {error}") from None
+
+    def _pieces(self) -> Iterator[Piece | Damage]:
+        size = self._file.size
+        position = told = len(MAGIC)
+        if size < position or self._file.read(0, position) != MAGIC:
+            if self._chunks.after(0) is None:
+                raise BagError("not an .mcap file: neither its first bytes nor any chunk of one")
+            yield Damage(0, position, "the first bytes are not those of an .mcap file")
+        while position < size:
+            found = self._at(position)
+            if found is None:  # the end of the data section
+                return
+            if isinstance(found, int):  # a record that says nothing
+                position += found
+            else:
+                if isinstance(found, Damage) and not found.length:
+                    after = self._chunks.after(position + 1)
+                    found.length = (size if after is None else after) - position
+                self._note(found)
+                yield found
+                position += found.length
+            if position - told > PART:
+                told = position
+                self._watch(position, size)
+        yield Damage(size, 0, "the file has no end: it was not finished")
+
+    def _note(self, found: Piece | Damage) -> None:
+        if isinstance(found, Damage):
+            self._lost = found
+            self._damages += 1
+            if self._damages > limits.DAMAGES:
+                raise TooDamagedError(f"more than {limits.DAMAGES} places")
+        elif found.opcode == Opcode.CHUNK:
+            self._is_chunked, self._lost = True, None
+        elif found.opcode in (Opcode.ATTACHMENT, Opcode.METADATA):
+            self._attached += 1
+            if self._attached > limits.RECORDS:
+                raise TooDamagedError(f"more than {limits.RECORDS} attachments and metadata")
+        elif found.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self._defined += 1
+            if self._defined > limits.DEFINED:
+                raise TooDamagedError(f"more than {limits.DEFINED} definitions")
+
+    # --- one record -------------------------------------------------------------------------------
+    def _at(self, position: int) -> Piece | Damage | int | None:
+        """What stands at a position; None: the end; a number: a record to pass over, its length.
+
+        Damage of length 0: the lengths lead nowhere.
+        """
+        if position + HEAD.size > self._file.size:
+            return Damage(position, 0, "cut off")
+        opcode, length = self._window.head(position)
+        if opcode == Opcode.DATA_END and length == 4:
+            return None
+        whole = HEAD.size + length
+        if position + whole > self._file.size:
+            return Damage(position, 0, "cut off", span_ns=self._span(position))
+        try:
+            return self._read(opcode, position, whole)
+        except BagError as error:
+            return self._damage(position, str(error))
+
+    def _read(self, opcode: int, position: int, whole: int) -> Piece | int:
+        match opcode:
+            case Opcode.CHUNK:
+                return self._chunks.read(position, whole)
+            case Opcode.MESSAGE:
+                return self._messages(position, whole)
+            case Opcode.MESSAGE_INDEX:
+                self._count_lost(position, whole)
+                return whole
+            case Opcode.ATTACHMENT:
+                return self._attachment(position, whole)
+            case Opcode.SCHEMA | Opcode.CHANNEL | Opcode.METADATA | Opcode.HEADER:
+                return self._small(opcode, position, whole)
         raise BagError(f"a record of kind {opcode} does not belong here")
 
+    def _small(self, opcode: int, position: int, whole: int) -> Piece | int:
+        if whole > limits.RECORD:
+            raise BagError(f"a record of {whole} bytes (at most {limits.RECORD})")
+        record = self._file.read(position, whole)
+        content = memoryview(record)[HEAD.size :]
+        match opcode:
+            case Opcode.SCHEMA:
+                fields.schema(content)
+            case Opcode.CHANNEL:
+                fields.channel(content)
+            case Opcode.METADATA:
+                fields.metadata(content)
+            case _:
+                fields.header(content)
+                return whole
+        return Piece(opcode, position, whole, record)
 
-def _leads_on(data: memoryview, position: int) -> bool:
-    """Whether another record may begin at a position."""
-    if position + HEAD.size > len(data):
-        return position == len(data)
-    opcode, length = HEAD.unpack_from(data, position)
-    return 1 <= opcode <= Opcode.DATA_END and position + HEAD.size + length <= len(data)
+    def _attachment(self, position: int, whole: int) -> Piece:
+        start, length = position + HEAD.size, whole - HEAD.size
+        content = self._file.read(start, min(length, fields.ATTACHMENT_HEAD))
+        fields.attachment(content, length)
+        (crc,) = struct.unpack("<I", self._file.read(start + length - 4, 4))
+        if crc and self._file.checksum(start, length - 4) != crc:
+            raise BagError("damaged attachment: the checksum does not fit")
+        return Piece(Opcode.ATTACHMENT, position, whole)
 
-
-def _lost_from(data: memoryview, damage: Damage) -> Damage:
-    """Lost bytes up to the next whole chunk, or to the end."""
-    after = _chunk_after(data, damage.offset + 1)
-    damage.length = (len(data) if after is None else after) - damage.offset
-    return damage
-
-
-def _chunk_after(data: memoryview, position: int) -> int | None:
-    """Where the next whole chunk begins."""
-    for match in _NEXT_CHUNK.finditer(data, position):
-        start = match.start()
-        _, length = HEAD.unpack_from(data, start)
-        if start + HEAD.size + length > len(data):
-            continue
+    def _messages(self, position: int, whole: int) -> Piece:
+        """Messages in a row outside of chunks; BagError in a file that has chunks."""
+        if self._is_chunked is None:
+            self._is_chunked = self._chunks.after(position) is not None
+        if self._is_chunked:  # no writer does both: it is another record whose kind is damaged
+            raise BagError("a message outside of the chunks of this file")
+        if whole > limits.CHUNK:
+            raise BagError(f"a message of {whole} bytes (at most {limits.CHUNK})")
+        end = position + whole
+        while end - position < BLOCK and position >= self._one_by_one:
+            if end + HEAD.size > self._file.size:
+                break
+            opcode, length = self._window.head(end)
+            after = end + HEAD.size + length
+            if opcode != Opcode.MESSAGE or after > self._file.size or length > BLOCK:
+                break
+            end = after
+        record = self._file.read(position, end - position)
         try:
-            unpacked(data[start + HEAD.size : start + HEAD.size + length])
+            return Piece(Opcode.MESSAGE, position, end - position, record, Inner(record))
         except BagError:
-            continue
-        return start
-    return None
+            if end - position == whole:
+                raise
+            self._one_by_one = end
+            return self._messages(position, whole)
 
+    def _count_lost(self, position: int, whole: int) -> None:
+        """Check a message index; after a damage it says what is lost."""
+        if whole < HEAD.size + _MESSAGE_INDEX.size:
+            raise BagError("damaged message index")
+        channel, length = self._window.unpack(_MESSAGE_INDEX, position + HEAD.size)
+        if length != whole - HEAD.size - _MESSAGE_INDEX.size:
+            raise BagError("damaged message index")
+        if not length:
+            self._empty += 1
+            if self._empty > limits.RECORDS:
+                raise TooDamagedError(f"more than {limits.RECORDS} indices of no message")
+        if self._lost is not None and self._lost.holds_messages:
+            self._lost.counts[channel] += length // 16
 
-def _span(data: memoryview, position: int) -> tuple[int, int] | None:
-    """First and last time of a damaged chunk, when its head can be read and makes sense."""
-    if data[position] != Opcode.CHUNK or position + HEAD.size + CHUNK_HEAD.size > len(data):
+    # --- damage -----------------------------------------------------------------------------------
+    def _damage(self, position: int, reason: str) -> Piece | Damage:
+        """What a bad record is: a chunk of which only the opcode is damaged, or lost."""
+        opcode, length = self._window.head(position)
+        whole = HEAD.size + length
+        if opcode != Opcode.CHUNK:
+            with contextlib.suppress(BagError):
+                return self._chunks.read(position, whole)
+        known = self._leads_on(position + whole)
+        return Damage(
+            position,
+            whole if known else 0,
+            reason,
+            span_ns=self._span(position),
+            holds_messages=opcode == Opcode.CHUNK or not known,
+        )
+
+    def _leads_on(self, position: int) -> bool:
+        """Whether another record may begin at a position."""
+        size = self._file.size
+        if position + HEAD.size > size:
+            return position == size
+        opcode, length = self._window.head(position)
+        return 1 <= opcode <= Opcode.DATA_END and position + HEAD.size + length <= size
+
+    def _span(self, position: int) -> tuple[int, int] | None:
+        """First and last time of a damaged chunk, when its head can be read and makes sense."""
+        if self._window.head(position)[0] != Opcode.CHUNK:
+            return None
+        with contextlib.suppress(BagError):
+            start, end = self._window.unpack(_SPAN, position + HEAD.size)
+            return (start, end) if 0 < start <= end <= limits.TIME_NS else None
         return None
-    start, end, *_ = CHUNK_HEAD.unpack_from(data, position + HEAD.size)
-    return (start, end) if 0 < start <= end < 1 << 63 else None
-
-
-def count_lost(damage: Damage, piece: Piece) -> None:
-    """Add to the damage what the message index of the lost chunk counts."""
-    if not damage.holds_messages:
-        return
-    channel, length = struct.unpack_from("<HI", piece.record, HEAD.size)
-    damage.counts[channel] += length // 16
-
-
-def told(name: str, damage: Damage) -> str:
-    """A damage in words."""
-    what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
-    what = what if damage.holds_messages else "no messages"
-    return (
-        f"{name}: bytes {damage.offset} to {damage.offset + damage.length}: {damage.reason}: {what}"
-    )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bouncing_disk_ros.bag.fields import ATTACHMENT_HEAD
+from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.index import MAGIC, Index
 
 
@@ -22,6 +24,14 @@ class RecordStream:
         if data != MAGIC:
             self.index.add(data, self.position)
         self.position += len(data)
+
+    def copy_attachment(self, file: RegularFile, offset: int, length: int) -> None:
+        """Copy an attachment record of another file, however long it is."""
+        for part in file.parts(offset, length):
+            self.write_ending(part)
+        beginning = file.read(offset + HEAD.size, min(length - HEAD.size, ATTACHMENT_HEAD))
+        self.index.add_attachment(beginning, self.position, length)
+        self.position += length
 
     def write_ending(self, data: bytes) -> None:
         """Write bytes that do not belong to the data section."""

@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.roots import (
 
 SEARCH_STEPS = 4096
 """Steps of one search: the work of a call is bounded whatever the motion."""
+_REGULAR_STEPS = 8  # Newton's steps have converged by then, if rounding lets them
 _BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 once the scale is right
 
 
@@ -207,6 +208,19 @@ def _proven(
 
 
 @kernel
+def _step_within(jet: Jet, d: float, low: float, high: float) -> tuple[float, float]:
+    """A step towards the root between low and high, and the slope after it; nan if not known."""
+    step, slope = polished(jet)
+    newton = -jet[0] / jet[1]
+    if not abs(step - newton) <= 0.25 * abs(newton):  # so is nan
+        step, slope = newton, slope_after(jet, newton)
+    slack = 8.0 * ROUNDING * high
+    if not low - slack <= d + step <= high + slack:
+        return 0.5 * (low + high) - d, math.nan
+    return step, slope
+
+
+@kernel
 def _impact_ahead(
     motion: Record,
     elapsed: float,
@@ -232,14 +246,8 @@ def _impact_ahead(
         rate = max(rate, 2.0 / motion.duration)
     bound = motion.s4 * rate
     low, high = d, d - 2.0 * jet[0] / jet[1]
-    for _ in range(_BRACKET_STEPS):
-        step, slope = polished(jet)
-        newton = -jet[0] / jet[1]
-        if not abs(step - newton) <= 0.25 * abs(newton):  # so is nan
-            step, slope = newton, slope_after(jet, newton)
-        slack = 8.0 * ROUNDING * high
-        if not low - slack <= d + step <= high + slack:
-            step, slope = 0.5 * (low + high) - d, math.nan
+    for i in range(_BRACKET_STEPS):
+        step, slope = _step_within(jet, d, low, high)
         d += step
         if d > horizon:
             jet = gap_after(motion, elapsed, s, c, g, gap, u, horizon)
@@ -258,7 +266,10 @@ def _impact_ahead(
             low = max(low, d)
         else:
             high = min(high, d)
-        if high - low <= 4.0 * ROUNDING * high or abs(step) <= 2.0 * ROUNDING * d:
+        least = 2.0 * ROUNDING * d
+        if i >= _REGULAR_STEPS:  # of a flight of days the gap itself is rounded by more than that
+            least += 4.0 * ROUNDING * (gap + (abs(u) + g * d) * d) / abs(jet[1])
+        if high - low <= 2.0 * least or abs(step) <= least:
             return d, jet[1]
     return d, math.nan
 

@@ -8,15 +8,45 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import bouncing_disk_ros
 from bouncing_disk_ros.core.engine import joined as joined  # re-exported for readers of records
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.records import KINDS, Record
+
+EVENTS_PER_SLICE = 2000
+"""Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a
+watch are heard."""
+
+
+def restored(record: Record) -> Simulation:
+    """The simulation of a snapshot record; InputError when it is none that this build can read."""
+    try:
+        return Simulation.restore(record["state"])
+    except (ValueError, KeyError, TypeError) as error:
+        given = f"of version {record.get('version', 'unknown')} ({error})"
+        allowed = f"snapshots that version {bouncing_disk_ros.__version__} can read"
+        hint = "It is damaged, or of another build: replay it with the version that recorded it."
+        raise InputError("snapshot", given, allowed, hint) from None
 
 
 def apply(simulation: Simulation, record: Record) -> None:
-    """Apply one record at the instant reached; snapshots and pauses do nothing."""
+    """Apply one record at the instant reached; snapshots and pauses do nothing.
+
+    Raises InputError for an input that the simulation does not take.
+    """
+    try:
+        _apply(simulation, record)
+    except InputError:
+        raise
+    except ValueError as error:
+        field = f"input record {record['index']} ({record['kind']})"
+        raise InputError(field, str(error), "an input that the run can take") from None
+
+
+def _apply(simulation: Simulation, record: Record) -> None:
     match record["kind"]:
         case "motion":
             points = [(int(at), Motion(*values)) for at, values in record["points"]]
@@ -44,6 +74,15 @@ def apply_parameters(simulation: Simulation, values: Mapping[str, Any], disk: Di
         simulation.set_chatter_report_speed(values["chatter_report_speed"])
 
 
+def advance_slice(simulation: Simulation, until_ns: int) -> tuple[NDArray[np.void], bool]:
+    """`Simulation.advance` with the budget of one slice; InputError for a run that cannot go on."""
+    try:
+        return simulation.advance(until_ns, EVENTS_PER_SLICE)
+    except SimulationError as error:
+        given = f"{error} (at {simulation.time_ns / NS:.9f} s)"
+        raise InputError("the recorded run", given, "a run that can be simulated") from None
+
+
 def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np.void]:
     """The impacts of a run from its records, as rows of IMPACT_DTYPE.
 
@@ -55,7 +94,7 @@ def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np
     for record in records:
         if simulation is None:
             if record["kind"] == "snapshot":
-                simulation = Simulation.restore(record["state"])
+                simulation = restored(record)
             continue
         rows += advance_to(simulation, record["time_ns"])
         apply(simulation, record)
@@ -71,7 +110,7 @@ def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[Any]]:
     rows: list[NDArray[Any]] = []
     behind = True
     while behind:
-        some, behind = simulation.advance(until_ns)
+        some, behind = advance_slice(simulation, until_ns)
         if len(some):
             rows.append(some)
     return rows

@@ -14,6 +14,7 @@ from bouncing_disk_ros.core.engine import joined
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.run.clock import NS, nanoseconds
+from bouncing_disk_ros.run.inputs import advance_slice
 from bouncing_disk_ros.run.recorded import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 
@@ -27,7 +28,6 @@ CLOSE_STEPS = 40
 """After the two part: samples over so many periods of the platform, so many in each."""
 SPEED_SECONDS = 2.0
 """The rotor speed is the mean over this long at the end."""
-EVENTS_PER_SLICE = 20_000
 
 
 class Trace(NamedTuple):
@@ -132,7 +132,7 @@ class Pair:
     def _to(self, run: Simulation, until_ns: int) -> Rows:
         rows, behind = [], True
         while behind:
-            some, behind = run.advance(until_ns, EVENTS_PER_SLICE)
+            some, behind = advance_slice(run, until_ns)
             rows += [some] if len(some) else []
             self._watch(run.time_ns)
         return joined(rows)

@@ -79,11 +79,19 @@ def _bytes(rows: Rows, name: str) -> NDArray[np.uint8]:
 def end_ns(rows: Rows) -> int:
     """The instant, rounded up, by which a replay must have all of these rows."""
     time = float(rows["time"][-1])
-    if not math.isfinite(time):
+    if not abs(time) < FAR_NS / NS:  # also nan: no replay has such a row
         return 0
     if rows["kind"][-1] == ImpactKind.CHATTER_CUT:
         time += CUT_SECONDS
     return min(math.ceil(math.nextafter(time, math.inf) * NS) + 1, FAR_NS)
+
+
+def checked_rows(rows: Rows) -> Rows:
+    """The same rows; InputError when they are of another layout."""
+    if rows.dtype != IMPACT_DTYPE:
+        allowed = "rows of IMPACT_DTYPE (another build has other fields)"
+        raise InputError("rows of impacts", ", ".join(rows.dtype.names or ()), allowed)
+    return rows
 
 
 class RecordedRows:
@@ -102,13 +110,11 @@ class RecordedRows:
 
     def current(self) -> Rows | None:
         """What is left of the oldest batch that has not been compared; None: no more rows."""
-        if self._batch is None or not len(self._batch):
+        while self._batch is None or not len(self._batch):
             self._batch = next(self._batches, None)
-            if self._batch is not None and self._batch.dtype != IMPACT_DTYPE:
-                allowed = "rows of IMPACT_DTYPE (another build has other fields)"
-                raise InputError("rows of impacts", self._batch.dtype, allowed)
-            if self._batch is not None and not len(self._batch):
-                return self.current()
+            if self._batch is None:
+                break
+            checked_rows(self._batch)
         return self._batch
 
     def skip(self, count: int) -> None:

@@ -20,10 +20,11 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parsing import read_json
+from bouncing_disk_ros.run.record_fields import CHECKS, checked_record
 
 Record = dict[str, Any]
-KINDS = ("snapshot", "motion", "impulse", "parameters", "pause", "reset")
+KINDS = tuple(CHECKS)
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -32,14 +33,5 @@ def to_json(record: Mapping[str, Any]) -> str:
 
 
 def from_json(text: str) -> Record:
-    """A record from its JSON line, or InputError."""
-    try:
-        record = json.loads(text)
-        if record["kind"] not in KINDS:
-            raise InputError("input record kind", record["kind"], "any of " + ", ".join(KINDS))
-        int(record["index"]), int(record["time_ns"])
-    except (ValueError, KeyError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError("input record", text, "a JSON object with index, time_ns, kind") from error
-    return dict(record)
+    """A record from its JSON line, its fields checked, or InputError."""
+    return checked_record(read_json("input record", text))

@@ -17,12 +17,10 @@ import bouncing_disk_ros
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.inputs import apply
+from bouncing_disk_ros.run.inputs import advance_slice, apply, restored
 from bouncing_disk_ros.run.recorded import Difference, RecordedRows, end_ns, last_index
 from bouncing_disk_ros.run.records import Record
 
-EVENTS_PER_SLICE = 20_000
-"""Event budget of one slice of replay: `watch` is called after each, a few milliseconds apart."""
 Watch = Callable[[int], object]
 """Called with the simulated time reached, in ns; may raise to end a replay."""
 
@@ -151,7 +149,7 @@ class _Run:
         """Replay up to an instant (or until a row is there) and compare."""
         behind = True
         while behind and self.found.difference is None:
-            rows, behind = simulation.advance(until_ns, EVENTS_PER_SLICE)
+            rows, behind = advance_slice(simulation, until_ns)
             self._recorded.compare(rows)
             self.found.end_ns = max(self.found.end_ns, simulation.time_ns)
             self._watch(simulation.time_ns)
@@ -167,17 +165,6 @@ class _Run:
             self.found.difference = Difference(where, simulation.time_ns / NS, *differing)
 
 
-def restored(record: Record) -> Simulation:
-    """The simulation of a snapshot record; InputError when another build laid it out otherwise."""
-    try:
-        return Simulation.restore(record["state"])
-    except (ValueError, KeyError, TypeError) as error:
-        given = f"of version {record.get('version', 'unknown')} ({error})"
-        allowed = f"snapshots that version {bouncing_disk_ros.__version__} can read"
-        hint = "It is of another build: replay it with the version that recorded it."
-        raise InputError("snapshot", given, allowed, hint) from None
-
-
 def state_difference(
     recorded: Simulation, replayed: Simulation
 ) -> tuple[str, object, object] | None:
@@ -188,7 +175,7 @@ def state_difference(
     """
     copies = [Simulation.restore(run.snapshot()) for run in (recorded, replayed)]
     for copy in copies:
-        while copy.advance(replayed.time_ns + 1)[1]:
+        while advance_slice(copy, replayed.time_ns + 1)[1]:
             pass
     for (name, first), (_, second) in zip(*(state_values(copy) for copy in copies), strict=True):
         if repr(first) != repr(second):  # tells −0.0 from 0.0, unlike ==

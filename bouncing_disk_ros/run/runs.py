@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.run.recorded import checked_rows
 from bouncing_disk_ros.run.records import Record
 
 Rows = NDArray[np.void]
@@ -34,9 +35,13 @@ class Runs:
     def __init__(
         self, records: Iterable[tuple[int, Record]], rows: Iterable[tuple[int, Rows]]
     ) -> None:
-        """Records and batches of rows, each with the time in ns at which it was sent."""
+        """Records and batches of rows, each with the time in ns at which it was sent.
+
+        Iterating raises InputError at rows of another layout.
+        """
         self.left_over = 0
-        self._records, self._rows = _unrepeated(records), iter(rows)
+        self._records = _unrepeated(records)
+        self._rows = ((sent, checked_rows(batch)) for sent, batch in rows)
         self._record = next(self._records, None)
         self._batch = next(self._rows, None)
         self._end: int | None = None  # when the next run's first record was sent

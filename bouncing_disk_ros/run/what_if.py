@@ -13,10 +13,10 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.run.inputs import apply
+from bouncing_disk_ros.run.inputs import apply, restored
 from bouncing_disk_ros.run.pair import Pair, TwoRuns
 from bouncing_disk_ros.run.records import Record
-from bouncing_disk_ros.run.replay import Watch, restored
+from bouncing_disk_ros.run.replay import Watch
 
 CHANGEABLE = (*Disk._fields, *Motion._fields)
 """What can be changed: parameters of disk and contact, and values of the platform's motion."""

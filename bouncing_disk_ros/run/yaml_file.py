@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parsing import read_yaml as parsed
+from bouncing_disk_ros.regular_file import read_text
 
 
 def named_file(
@@ -28,8 +29,10 @@ def named_file(
 def read_yaml(field: str, name: str, path: Path) -> Any:
     """The content of the file that `name` stands for. InputError where it cannot be read."""
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(field, name, "a readable YAML file", str(error)) from None
-    except yaml.YAMLError as error:
-        raise InputError(field, str(path), "valid YAML", str(error)) from None
+        text = read_text(field, path, limits.YAML)
+    except InputError as error:
+        raise InputError(field, name, "a readable YAML file", error.hint or error.line) from None
+    try:
+        return parsed(field, text)
+    except InputError as error:
+        raise InputError(field, str(path), error.allowed, error.hint) from None

@@ -26,8 +26,11 @@ TABLES = {
     "folders",
     "input_limits",
     "kernel_cache",
+    "limits",
     "parameters",
     "safe_path",
+    "parsing",
+    "regular_file",
     "study_tables",
     "tables",
     "topics",
@@ -39,6 +42,7 @@ ANALYSIS = {"analysis"} | {
 MAY_IMPORT = {
     "core": {"core"},
     "core.lanes": {"core.lanes", "core"},
+    "proof": {"proof", "core.lanes", "core"},
     "analysis": {"analysis", "core"} | TABLES,
     "analysis.dynamics": {"analysis.dynamics", "analysis", "core.lanes", "core"} | TABLES,
     "analysis.toss": {"analysis.toss", "analysis", "core.lanes", "core"} | TABLES,
@@ -54,7 +58,8 @@ MAY_IMPORT = {
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
     "nodes.live": {"nodes.live", "nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.recorder": {"nodes.recorder", "nodes.shared", "ros", "bag", "run"} | TABLES,
-    "nodes.bags": {"nodes.bags", "nodes.shared", "ros", "bag", "plots"} | ANALYSIS | TABLES,
+    "nodes.bags": {"nodes.bags", "nodes.shared", "ros", "bag", "plots", "run", "proof",
+                   "core"} | ANALYSIS | TABLES,
     "nodes.replay": {"nodes.replay", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
                      "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
@@ -68,7 +73,9 @@ MAY_IMPORT = {
 }  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
+    "parsing": {"yaml"},
     "core": {"numpy", "numba"},
+    "proof": {"numpy", "flint"},
     "analysis": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4"},

@@ -6,6 +6,7 @@ A segment has one steady platform motion and one set of disk parameters, and hol
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -44,14 +45,17 @@ def segments_of(
     before its first mention counts as it was then.
     """
     segments = []
+    ordered = sorted(changes, key=lambda change: change.time)
+    times = [change.time for change in ordered]
+    since = [time for time, _ in disks]
     for start, stop, why, motion in _steady(begin, end, motions):
-        cuts = [(start, why)]
-        cuts += [(c.time, _words(c)) for c in changes if start < c.time < stop]
-        cuts.sort(key=lambda cut: cut[0])
+        within = ordered[bisect_right(times, start) : bisect_left(times, stop)]
+        cuts = [(start, why), *((change.time, _words(change)) for change in within)]
         stops = [time for time, _ in cuts[1:]] + [stop]
         for (first, words), last in zip(cuts, stops, strict=True):
             if last > first:
-                segments.append(Segment(first, last, words, motion, _in_force(disks, first)))
+                disk = disks[max(0, bisect_right(since, first) - 1)][1] if disks else UNKNOWN_DISK
+                segments.append(Segment(first, last, words, motion, disk))
     return segments
 
 
@@ -64,8 +68,8 @@ def _steady(
     stretches: list[tuple[float, float, str, Motion | None]] = []
     ordered = sorted(motions, key=lambda motion: motion.begin_ns)
     for place, motion in enumerate(ordered):
-        later = [after.begin_ns / NS for after in ordered[place + 1 :]]
-        start, stop = max(motion.end_ns / NS, begin), min([*later[:1], end])
+        later = [after.begin_ns / NS for after in ordered[place + 1 : place + 2]]
+        start, stop = max(motion.end_ns / NS, begin), min([*later, end])
         joins = stretches and stretches[-1][1] == start and stretches[-1][3] == motion.target
         if joins:
             stretches[-1] = (stretches[-1][0], stop, *stretches[-1][2:])
@@ -77,13 +81,6 @@ def _steady(
 
 def _words(change: Change) -> str:
     return f"{change.what} ({change.detail})" if change.detail else change.what
-
-
-def _in_force(disks: Sequence[tuple[float, Disk]], time: float) -> Disk:
-    if not disks:
-        return UNKNOWN_DISK
-    known = [disk for since, disk in disks if since <= time]
-    return known[-1] if known else disks[0][1]
 
 
 def known(disk: Disk) -> bool:

@@ -23,7 +23,7 @@ from bouncing_disk_ros.analysis.report.panel import (
     with_gaps,
 )
 from bouncing_disk_ros.analysis.report.report import Report
-from bouncing_disk_ros.analysis.report.speeds import speeds_of
+from bouncing_disk_ros.analysis.report.speeds import Speeds
 from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.model import Motion
 
@@ -93,7 +93,7 @@ def _speed(
         rows = report.rows[keep]
         drawn.append(series("disk α̇ after impacts", rows["time"], rows["angular_velocity"]))
     if part and part.transient:
-        first = speeds_of(record, part.segment, report.shown_rows)[0][:1]
+        first = Speeds(record).of(part.segment, report.shown_rows)[0][:1]
         drawn += _fitted(part.transient, float(first[0]), part.segment.end) if len(first) else []
     theory = _theory(report)
     if part and theory and part.orbit and part.orbit.is_period_one:
@@ -144,7 +144,7 @@ def _points(report: Report) -> tuple[Column, Column, float]:
     """τ_imp and w_A/(πg/ω) of the single impacts shown, and the unit of w_A (nan: not known)."""
     rows, part = report.shown_rows, report.chosen
     if part is None or part.segment.motion is None or not known(part.segment.disk):
-        rows = rows[single_impacts(rows)]
+        rows = rows[single_impacts(rows) & np.isfinite(rows["y"])]  # none without gravity
         return rows["forcing_phase"], rows["y"].astype(float), math.nan
     section = section_of(rows, part.segment.motion, part.segment.disk)
     scale = velocity_scale(part.segment.motion, part.segment.disk)

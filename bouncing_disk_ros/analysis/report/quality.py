@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 from bouncing_disk_ros.analysis.report.report import ABSENT, Report
 from bouncing_disk_ros.analysis.report.words import Pairs
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parsing import read_json
 
 
 def energy(report: Report) -> Pairs:
@@ -95,8 +96,11 @@ def _noted(report: Report) -> Pairs:
     notes = report.source.notes or {}
     if "lost" not in notes:
         return [("recorder's notes", ABSENT)]
-    lost = json.loads(notes["lost"]) or "0"
-    dropped = json.loads(notes.get("received_but_not_recorded", "{}")) or "0"
+    try:
+        lost = read_json("lost", notes["lost"]) or "0"
+        dropped = read_json("dropped", notes.get("received_but_not_recorded", "{}")) or "0"
+    except InputError:
+        return [("recorder's notes", "not to be understood")]
     return [
         (
             "recorder's notes",

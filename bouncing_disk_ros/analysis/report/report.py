@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.recorded.checked import checked_times
 from bouncing_disk_ros.analysis.recorded.estimate import (
     Estimate,
     friction_of,
@@ -22,7 +23,7 @@ from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord, joined_rows
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
 from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
-from bouncing_disk_ros.analysis.report.speeds import settled_speed, speeds_of
+from bouncing_disk_ros.analysis.report.speeds import Speeds
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 
@@ -119,18 +120,22 @@ class Report:
 
 
 def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Report:
-    """Work out a report. `choice`: longest (the most impacts), last, or a number from 1."""
+    """Work out a report. `choice`: longest (the most impacts), last, or a number from 1.
+
+    Raises InputError for a choice that is none, and for impacts whose times fall.
+    """
     rows = record.rows
     if len(rows) and np.any(np.diff(rows["index"]) < 0.0):
         rows = rows[np.argsort(rows["index"], kind="stable")]
+    checked_times(rows)
     record.chunks[:] = [rows]  # not twice in memory
     begin, end = _span(record, rows)
     segments = segments_of(begin, end, record.motions, record.changes, record.disks)
     counts = [len(segment.of(rows)) for segment in segments]
     worked = set(np.argsort(counts, kind="stable")[-MOST_SEGMENTS:].tolist())
-    shown = _chosen(counts, choice)
+    shown, speeds = _chosen(counts, choice), Speeds(record)
     reports = tuple(
-        _segment(record, segment, rows, place in worked or place == shown)
+        _segment(speeds, segment, rows, place in worked or place == shown)
         for place, segment in enumerate(segments)
     )
     restitution, friction = _estimates(rows, segments, shown)
@@ -162,17 +167,17 @@ def _chosen(counts: list[int], choice: str) -> int:
     raise InputError("segment", choice, f"{LONGEST}, {LAST}, or a number from 1 to {len(counts)}")
 
 
-def _segment(record: RunRecord, segment: Segment, rows: Rows, worked: bool) -> SegmentReport:
+def _segment(speeds: Speeds, segment: Segment, rows: Rows, worked: bool) -> SegmentReport:
     own = segment.of(rows)
-    times, speeds = speeds_of(record, segment, own)
+    times, rotor = speeds.of(segment, own)
     disk = segment.disk if known(segment.disk) else None
     return SegmentReport(
         segment,
         len(own),
         int(np.sum(own["count"], dtype=np.int64)),
         orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
-        transient_of(times, speeds) if worked else None,
-        settled_speed(record, segment, own),
+        transient_of(times, rotor) if worked else None,
+        speeds.settled(segment, own),
     )
 
 

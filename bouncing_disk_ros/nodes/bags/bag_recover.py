@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.start import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
@@ -18,7 +18,7 @@ _EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Recover a bag; exit code 0 saved, 1 nothing could be saved or no room, 2 bad input, 130."""
+    """Recover a bag; exit code 0 saved, 1 no room, 2 bad input or nothing to be saved, 130."""
     parser = argparse.ArgumentParser(
         prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -35,9 +35,11 @@ def main(args: Sequence[str] | None = None) -> int:
 def _recover(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
 
-    report = bag.recover(given.bag, given.output)
-    print("\n".join([*report.lines, report.summary]))
-    return ExitCode.DONE if report.saved else ExitCode.FAILED
+    with walking("bag_recover") as watch:
+        report = bag.recover(given.bag, given.output, watch)
+    more = [f"and {report.untold} more damaged places"] if report.untold else []
+    print("\n".join([*report.lines, *more, report.summary]))
+    return ExitCode.DONE if report.saved else ExitCode.BAD_INPUT
 
 
 if __name__ == "__main__":

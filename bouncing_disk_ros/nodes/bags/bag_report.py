@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.start import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
@@ -27,6 +27,8 @@ of restitution and friction. A summary goes to the terminal; a page with interac
 without network) and a page of figures go into files."""
 _EXAMPLES = """  ros2 run bouncing_disk_ros bag_report run_1
       writes run_1_report.html and run_1_report.png
+  ros2 run bouncing_disk_ros bag_report run_1 --prove
+      proves each event of the run in interval arithmetic, instead of a report
   ros2 run bouncing_disk_ros bag_report run_1 figures/ --figures "pdf svg" --segment last"""
 NAME = "bag_report"
 
@@ -42,6 +44,7 @@ _OPTIONS: dict[str, tuple[type, object, str]] = {
     "to": (float, None, "leave out what lies at or after this simulated time, s"),
     "figures": (str, "png", "kinds of figure files: any of png, pdf, svg, or none"),
     "rows": (int, 1_000_000, "rows of impacts held in memory, the last ones"),
+    "every": (int, 1, "with --prove: prove every n-th event only"),
 }  # fmt: skip
 """Name, type, default and help of each option."""
 
@@ -61,11 +64,14 @@ def parser() -> argparse.ArgumentParser:
         shown = f"; default: {default}" if default else ""
         made.add_argument(f"--{name}", type=kind, default=default, help=text + shown)
     made.add_argument("--text-only", action="store_true", help="write no files")
+    made.add_argument(
+        "--prove", action="store_true", help="replay the run and prove each event; write no files"
+    )
     return made
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Report on a bag; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    """Report on a bag; exit code 0 done, 1 failed or refuted, 2 bad input, 130 interrupted."""
     given = parser().parse_intermixed_args(split_arguments(args)[0])
     interrupt_on_signals()
     folders.use_package_index()
@@ -74,6 +80,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _report(given: argparse.Namespace) -> int:
+    if given.prove:
+        from bouncing_disk_ros.nodes.bags.prove import prove_bag
+
+        return prove_bag(given)
     kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
     from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
 
@@ -118,7 +128,9 @@ def read(given: argparse.Namespace) -> Report:
         math.inf if end is None else end,
         given.rows,
     )
-    with bag.open(given.bag) as run:
+    with walking(NAME) as watch:
+        run = bag.open(given.bag, watch)
+    with run:
         reader = BagRun(run, wish)
         steps = tqdm(reader.read(), NAME, reader.total, leave=False, disable=None, unit=" messages")
         for _ in steps:

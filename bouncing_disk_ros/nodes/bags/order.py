@@ -4,28 +4,37 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Iterator
-from typing import TypeVar
 
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.loss import SequenceLoss
 from bouncing_disk_ros.bag.topic import Message
 
-T = TypeVar("T")
 WINDOW_NS = 1_000_000_000
 """Messages of one node come at most so much later than others that were sent after them."""
+_OVERHEAD = 400
+"""Bytes that a message takes besides its content."""
 
 
-def in_order_of_sending(messages: Iterable[tuple[Message, T]]) -> Iterator[tuple[Message, T]]:
-    """Messages as they were sent, of each topic in the order of reception."""
-    waiting: list[tuple[int, int, tuple[Message, T]]] = []
+def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
+    """Messages as they were sent, of each topic in the order of reception.
+
+    At most limits.WAITING bytes wait: where more come within a window, the first are let go.
+    """
+    waiting: list[tuple[int, int, Message]] = []
     latest: dict[str, int] = {}
-    for counter, row in enumerate(messages):
-        message = row[0]
+    held = 0
+    for counter, message in enumerate(messages):
         sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
         sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
-        heapq.heappush(waiting, (sent, counter, row))
+        heapq.heappush(waiting, (sent, counter, message))
+        held += len(message.data) + _OVERHEAD
         # latched messages may have been sent long ago, and come in any order
-        while waiting[0][2][0].log_time_ns < message.log_time_ns - WINDOW_NS:
-            yield heapq.heappop(waiting)[2]
+        while waiting and (
+            waiting[0][2].log_time_ns < message.log_time_ns - WINDOW_NS or held > limits.WAITING
+        ):
+            first = heapq.heappop(waiting)[2]
+            held -= len(first.data) + _OVERHEAD
+            yield first
     while waiting:
         yield heapq.heappop(waiting)[2]
 

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.analysis.recorded.run_record import (
     UNKNOWN_DISK,
+    Health,
     RunRecord,
     State,
-    joined_rows,
 )
 from bouncing_disk_ros.analysis.report.report import Source, TopicCount
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag.topic import Message
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.bags.kept import Bounded, Newest, Thinned
 from bouncing_disk_ros.nodes.bags.order import Losses, in_order_of_sending
 from bouncing_disk_ros.nodes.bags.simulators import WANTED, choose, is_there
-from bouncing_disk_ros.nodes.shared.hearing import Hearing
+from bouncing_disk_ros.nodes.shared.hearing import Hearing, record_of
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
 
-T = TypeVar("T")
 MOST_SAMPLES = 200_000
 """Of joint_states and of disk/rotor_speed at most so many messages are kept, evenly taken."""
-_JOIN, _JOIN_ROWS = 4096, 65536
-"""So many small arrays of impacts, or arrays with so many rows, are joined into one."""
 
 
 class Wish(NamedTuple):
@@ -60,23 +55,6 @@ class Wish(NamedTuple):
         return InputError("from, to", given, allowed, hint)
 
 
-class Thinned(list[T]):
-    """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self.step, self._most, self._seen = 1, most, 0
-
-    def append(self, item: T) -> None:
-        """Take one more, or leave it out."""
-        if self._seen % self.step == 0:
-            super().append(item)
-            if len(self) >= self._most:
-                del self[1::2]
-                self.step *= 2
-        self._seen += 1
-
-
 class BagRun:
     """Reads a bag once; after `read`, `record` and `source` are the run wished for."""
 
@@ -89,24 +67,34 @@ class BagRun:
         if wish.topics:
             names = {name: short for name, short in names.items() if short in wish.topics}
         self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
+        for name in self._names:
+            bag.check_installed(name)
         self._missing = tuple(sorted(set(names.values()) - set(self._names.values())))
         self._losses = Losses()
         self._stopped = ""
         self._runs = self._kept_run = 0
         self.record = RunRecord(UNKNOWN_DISK)
-        self._bounded = Bounded(self.record.chunks, wish)
+        self._bounded = self._bound()
         self._begin_run()
+
+    def _bound(self) -> Bounded:
+        wish = self._wish
+        return Bounded(self.record.chunks, wish.begin, wish.end, wish.most_rows)
 
     def _begin_run(self) -> None:
         self._runs += 1
         self._record = RunRecord(UNKNOWN_DISK)
         self._record.states = Thinned[State](MOST_SAMPLES)
         self._record.speeds = Thinned[tuple[float, float]](MOST_SAMPLES)
+        self._record.health = Thinned[Health](limits.EVENTS)
+        self._record.motions = Newest[Any](limits.EVENTS)
+        self._record.changes = Newest[Any](limits.EVENTS)
+        self._record.disks = Newest[Any](limits.EVENTS)
         self._hearing = Hearing(self._record, self.namespace)
-        self._latest = {"disk/inputs": -1, "disk/impacts": -1}
+        self._latest = {"disk/inputs": -1.0, "disk/impacts": -1.0}
         if self._wish.run in (0, self._runs):
             self.record, self._kept_run = self._record, self._runs
-            self._bounded = Bounded(self._record.chunks, self._wish)
+            self._bounded = self._bound()
 
     # --- reading ----------------------------------------------------------------------------------
     @property
@@ -116,7 +104,12 @@ class BagRun:
 
     def read(self) -> Iterator[None]:
         """Go through the bag; one step for each message. InputError: there is no such run."""
-        for message, content in in_order_of_sending(self._decoded()):
+        for message in in_order_of_sending(self._messages()):
+            try:
+                content = self._bag.decoder(message.topic)(message.data)
+            except BagError as error:
+                self._stop(error)
+                break
             self._take(self._names[message.topic], content)
             yield
         if not self._kept_run:
@@ -124,25 +117,36 @@ class BagRun:
         if self._wish.is_cut:
             self._clip()
 
-    def _decoded(self) -> Iterator[tuple[Message, Any]]:
+    def _messages(self) -> Iterator[Message]:
         try:
-            for message, content in self._bag.decoded(self._names):
+            for message in self._bag.messages(self._names):
                 self._losses.note(message)
-                yield message, content
+                yield message
         except BagError as error:
-            self._stopped = f"{error}; what follows is not in this report (bag_recover saves it)"
+            self._stop(error)
+
+    def _stop(self, error: BagError) -> None:
+        self._stopped = f"{error}; what follows is not in this report (bag_recover saves it)"
 
     def _take(self, short: str, content: Any) -> None:
-        if short in self._latest:
-            first, last = _indices(short, content)
-            if first <= self._latest[short]:  # a running index falls
-                self._begin_run()
-            self._latest[short] = max(self._latest[short], last)
-        self._hearing.takers[short](content)
+        if short == "disk/inputs":
+            record = record_of(content)
+            self._note_index(short, record["index"], record["index"])
+            self._hearing.take_record(record)
+        else:
+            if short == "disk/impacts" and len(rows := impacts_from_msg(content)):
+                self._note_index(short, *(float(rows["index"][place]) for place in (0, -1)))
+            self._hearing.takers[short](content)
         if self._record is not self.record:
             self._record.chunks.clear()
         elif short == "disk/impacts":
             self._bounded.tidy()
+
+    def _note_index(self, short: str, first: float, last: float) -> None:
+        """Note first and last running index of a message; one that falls begins another run."""
+        if first <= self._latest[short]:
+            self._begin_run()
+        self._latest[short] = max(self._latest[short], last)
 
     def _clip(self) -> None:
         """Keep what lies in the times wished for; InputError: the run has nothing there."""
@@ -181,48 +185,11 @@ class BagRun:
                 "memory (--rows); take earlier ones with --from and --to"
             )
         for name, kept in (
-            ("joint_states", self.record.states), ("disk/rotor_speed", self.record.speeds)
+            ("joint_states", self.record.states), ("disk/rotor_speed", self.record.speeds),
+            ("/diagnostics", self.record.health),
         ):  # fmt: skip
             if isinstance(kept, Thinned) and kept.step > 1:
                 yield f"of {name} all but every {kept.step}th message"
-
-
-class Bounded:
-    """Keeps the last rows only, of the times wished for, in few arrays."""
-
-    def __init__(self, chunks: list[NDArray[np.void]], wish: Wish) -> None:
-        self.dropped = 0
-        self.seen: list[float] = []  # first and last time of an impact, wished for or not
-        self._chunks, self._wish = chunks, wish
-        self._held = self._fresh_rows = self._fresh = 0
-
-    def tidy(self) -> None:
-        """After an array has been appended (or none, where a message was empty)."""
-        chunks, wish = self._chunks, self._wish
-        if not chunks:
-            return
-        rows = chunks[-1]
-        if len(rows):  # else nothing new: an empty message
-            first = self.seen[0] if self.seen else float(rows["time"][0])
-            self.seen = [first, float(rows["time"][-1])]
-        inside = (rows["time"] >= wish.begin) & (rows["time"] < wish.end)
-        if not np.all(inside):
-            chunks[-1] = rows = rows[inside]
-        self._held += len(rows)
-        self._fresh_rows += len(rows)
-        self._fresh += 1
-        if self._fresh >= _JOIN or self._fresh_rows >= _JOIN_ROWS:
-            chunks[-self._fresh :] = [joined_rows(chunks[-self._fresh :])]
-            self._fresh = self._fresh_rows = 0
-            while self._held - len(chunks[0]) >= wish.most_rows:
-                self._held -= len(chunks[0])
-                self.dropped += len(chunks.pop(0))
-
-
-def _indices(short: str, content: Any) -> tuple[int, int]:
-    """First and last running index of a message; of an empty one what changes nothing."""
-    if short == "disk/inputs":
-        index = int(json.loads(content.data)["index"])
-        return index, index
-    rows = impacts_from_msg(content)
-    return (int(rows["index"][0]), int(rows["index"][-1])) if len(rows) else (2**62, -1)
+        for events in (self.record.motions, self.record.changes, self.record.disks):
+            if isinstance(events, Newest) and events.dropped:
+                yield f"the first {events.dropped} motions, changes or disks of the run"

@@ -1,9 +1,10 @@
-"""What the tools that read a bag without ROS share: how their errors end them."""
+"""What the tools that read a bag without ROS share: how their errors end them, and progress."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from bouncing_disk_ros.errors import ExitCode, InputError
 
@@ -11,7 +12,8 @@ from bouncing_disk_ros.errors import ExitCode, InputError
 def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str = "") -> int:
     """Do the work on the bag at `path`; the exit code. Every error is one line on stderr.
 
-    `interrupted` is what to say when KeyboardInterrupt ends the work, if not just that.
+    A bag that is damaged or untrue is bad input. `interrupted` is what to say when
+    KeyboardInterrupt ends the work, if not just that.
     """
     from bouncing_disk_ros.bag import BagError
 
@@ -21,8 +23,27 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
         print(f"{name}: {error.line}", file=sys.stderr)
         return ExitCode.BAD_INPUT
     except (BagError, OSError) as error:
-        print(f"{name}: {path}: {error}", file=sys.stderr)
-        return ExitCode.FAILED
+        text = " ".join(str(error).split())
+        where = "" if path in text else f"{path}: "
+        print(f"{name}: {where}{text}", file=sys.stderr)
+        return ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
     except KeyboardInterrupt:
         print(interrupted or f"{name}: interrupted", file=sys.stderr)
         return ExitCode.INTERRUPTED
+
+
+@contextmanager
+def walking(name: str) -> Iterator[Callable[[int, int], None]]:
+    """A watch for `bag.open`: on a terminal, a bar while files are walked through."""
+    from tqdm import tqdm
+
+    bar = tqdm(desc=name, unit="B", unit_scale=True, leave=False, disable=None, delay=0.5)
+
+    def watch(passed: int, size: int) -> None:
+        bar.total = size
+        bar.update(passed - bar.n)
+
+    try:
+        yield watch
+    finally:
+        bar.close()

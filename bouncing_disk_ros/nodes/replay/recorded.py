@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag import decode
+from bouncing_disk_ros.bag.clouds import CloudRows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.records import Record, from_json
 from bouncing_disk_ros.run.replay import Replay, Watch, replay
@@ -75,16 +75,14 @@ class Recorded:
 
     def records(self, heard: Heard = _ignore) -> Iterator[tuple[int, Record]]:
         """Each record with the time at which it was sent."""
-        topic = self.bag.topics[self.inputs]
-        read = decode.decoder(topic.type, topic.definition, topic.encoding)
+        read = self.bag.decoder(self.inputs)
         for message in self.bag.messages(self.inputs):
             heard(message.log_time_ns)
             yield _sent(message), from_json(read(message.data).data)
 
     def rows(self, heard: Heard = _ignore) -> Iterator[tuple[int, NDArray[np.void]]]:
         """The rows of each message with the time at which it was sent."""
-        topic = self.bag.topics[self.impacts]
-        clouds = decode.CloudRows(decode.decoder(topic.type, topic.definition, topic.encoding))
+        clouds = CloudRows(self.bag.decoder(self.impacts))
         for message in self.bag.messages(self.impacts):
             heard(message.log_time_ns)
             clouds.add(message.data)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool
+from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.start import split_arguments
-from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
 
 if TYPE_CHECKING:
     from bouncing_disk_ros import bag
@@ -37,8 +37,8 @@ def main(args: Sequence[str] | None = None) -> int:
     with stop.importing():
         from bouncing_disk_ros.nodes.replay import recorded as _  # noqa: F401 (the kernels)
 
-    stop.running = True
-    return run_bag_tool("replay", given.bag, lambda: _work(given, stop))
+    interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag
+    return run_bag_tool("replay", given.bag, lambda: _work(given))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _work(given: argparse.Namespace, stop: Stop) -> int:
+def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
     from bouncing_disk_ros.nodes.replay.recorded import Recorded
     from bouncing_disk_ros.nodes.replay.text import run_lines, verdict
@@ -69,12 +69,14 @@ def _work(given: argparse.Namespace, stop: Stop) -> int:
     changes = changes_of(_settings(given.what_if))
     if given.figure is not None:
         _check_figure(given.figure, bool(given.what_if))
-    with bag.open(given.bag) as opened:
+    with walking("replay") as watch:
+        opened = bag.open(given.bag, watch)
+    with opened:
         recorded = Recorded(opened, given.namespace, given.inputs, given.impacts)
         print(f"{given.bag}: {recorded.inputs}, {recorded.impacts}", flush=True)
         for remark in opened.remarks:
             print(f"  ! {remark}")
-        found = _replayed(opened, recorded, stop)
+        found = _replayed(opened, recorded)
         for number, run in enumerate(found.runs, 1):
             print("\n".join(run_lines(number, run)))
         if found.left_over:
@@ -82,7 +84,7 @@ def _work(given: argparse.Namespace, stop: Stop) -> int:
         if given.what_if:
             from bouncing_disk_ros.nodes.replay.what_if import compare
 
-            compare(recorded, found, changes, given.run, given.figure, lambda _: _look(stop))
+            compare(recorded, found, changes, given.run, given.figure)
     if not found.rows and found.not_compared:
         print(f"replay: none of the {found.not_compared} rows can be compared", file=sys.stderr)
         return ExitCode.FAILED
@@ -92,7 +94,7 @@ def _work(given: argparse.Namespace, stop: Stop) -> int:
 
 def _settings(texts: Sequence[str]) -> dict[str, object]:
     """Pairs of NAME:=VALUE, as ROS writes them."""
-    import yaml
+    from bouncing_disk_ros.parsing import read_yaml
 
     settings: dict[str, object] = {}
     for text in texts:
@@ -101,8 +103,8 @@ def _settings(texts: Sequence[str]) -> dict[str, object]:
             hint = "The bag comes before --what-if." if Path(text).exists() else ""
             raise InputError("--what-if", text, "NAME:=VALUE, such as restitution:=0.4", hint)
         try:
-            settings[name] = yaml.safe_load(value)
-        except yaml.YAMLError:
+            settings[name] = read_yaml(f"--what-if {name}", value)
+        except InputError:
             settings[name] = value
     return settings
 
@@ -115,13 +117,8 @@ def _check_figure(file: Path, is_what_if: bool) -> None:
         raise InputError("--figure", str(file), "a figure of --what-if NAME:=VALUE")
 
 
-def _look(stop: Stop) -> None:
-    if stop.asked:
-        raise KeyboardInterrupt
-
-
-def _replayed(opened: bag.Bag, recorded: Recorded, stop: Stop) -> ReplayedBag:
-    """Replay with a progress bar on a terminal."""
+def _replayed(opened: bag.Bag, recorded: Recorded) -> ReplayedBag:
+    """Replay with a progress bar on a terminal: by the bag, and the simulated time reached."""
     from tqdm import tqdm
 
     from bouncing_disk_ros.nodes.replay.recorded import replay_bag
@@ -133,7 +130,11 @@ def _replayed(opened: bag.Bag, recorded: Recorded, stop: Stop) -> ReplayedBag:
         def heard(time_ns: int) -> None:
             bar.update(max(0.0, (time_ns - start) / 1e9 - bar.n))
 
-        return replay_bag(recorded, heard, lambda _: _look(stop))
+        def reached(time_ns: int) -> None:
+            bar.set_postfix_str(f"simulated {time_ns / 1e9:.1f} s", refresh=False)
+            bar.update(0)
+
+        return replay_bag(recorded, heard, reached)
 
 
 if __name__ == "__main__":

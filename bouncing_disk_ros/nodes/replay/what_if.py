@@ -6,17 +6,17 @@ from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.two_runs import Shown
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.bags.report_files import replaced
 from bouncing_disk_ros.nodes.replay.recorded import Recorded, ReplayedBag
 from bouncing_disk_ros.nodes.replay.text import comparison_lines
 from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.pair import Trace
-from bouncing_disk_ros.run.replay import Watch
 from bouncing_disk_ros.run.what_if import Changes, what_if
 
 
 def compare(
     recorded: Recorded, found: ReplayedBag, changes: Changes, number: int | None,
-    figure: Path | None, watch: Watch,
+    figure: Path | None,
 ) -> None:  # fmt: skip
     """Print how a run of the bag and the changed one compare, and draw both.
 
@@ -24,7 +24,7 @@ def compare(
     """
     number = _chosen(found, number)
     end_ns = found.runs[number - 1].end_ns
-    runs = what_if(recorded.run(number).records, changes, end_ns, watch)
+    runs = what_if(recorded.run(number).records, changes, end_ns)
     first, second = _shown("recorded", runs.first), _shown(changes.label, runs.second)
     print("\n".join(comparison_lines(runs, first, second)))
     if figure is not None:
@@ -36,7 +36,8 @@ def compare(
 
         parted = None if runs.parted_ns is None else runs.parted_ns / NS
         title = f"{recorded.bag.path.name}: what if {changes.label}"
-        save_picture(two_runs_picture(first, second, parted, title), figure)
+        picture = two_runs_picture(first, second, parted, title)
+        replaced(figure, lambda path: save_picture(picture, path))
         print(f"figure: {figure}")
 
 

@@ -5,13 +5,21 @@ The messages are those of rclpy or objects with the same fields (`bag.Bag.decode
 
 from __future__ import annotations
 
-import contextlib
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.analysis.recorded.checked import (
+    checked_motion,
+    checked_number,
+    checked_numbers,
+    checked_rows,
+)
 from bouncing_disk_ros.analysis.recorded.impact_text import LossCounter
 from bouncing_disk_ros.analysis.recorded.run_record import Change, Health, RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Energy
+from bouncing_disk_ros.errors import InputError, shown
 from bouncing_disk_ros.ros.conversions import (
     impacts_from_msg,
     msg_to_joints,
@@ -20,8 +28,11 @@ from bouncing_disk_ros.ros.conversions import (
     time_to_ns,
 )
 from bouncing_disk_ros.run.clock import NS, TimeMap
-from bouncing_disk_ros.run.records import from_json
+from bouncing_disk_ros.run.records import Record, from_json
 
+_SHOWN = 100
+"""Letters of a text of another node that are shown, at most."""
+_JOINTS = ("disk_axial", "platform_axial", "disk_rotation")
 _REPORTED = (
     ("real time", "simulated time (s)"),
     ("real time", "lateness p50 (s)"),
@@ -64,7 +75,12 @@ class Hearing:
         return self._line.to_simulated(time_to_ns(msg.header.stamp)) / NS
 
     def _on_motion(self, msg: Any) -> None:
-        motion = msg_to_motion(msg)
+        for point in msg.points:
+            if len(point.positions) != len(msg.joint_names):
+                given = f"{len(point.positions)} positions"
+                raise InputError("platform/motion", given, f"{len(msg.joint_names)}, as names")
+            checked_numbers("platform/motion", point.positions)
+        motion = checked_motion(msg_to_motion(msg))
         self._line = self._through(motion.begin_ns, time_to_ns(msg.header.stamp))
         if not self.record.motions or self.record.motions[-1] != motion:
             self.record.motions.append(motion)
@@ -73,7 +89,7 @@ class Hearing:
         self.phase = msg.data
 
     def _on_impacts(self, msg: Any) -> None:
-        rows = impacts_from_msg(msg)
+        rows = checked_rows(impacts_from_msg(msg))
         if not len(rows):
             return
         self._losses.note(rows)
@@ -85,24 +101,24 @@ class Hearing:
 
     def _on_speed(self, msg: Any) -> None:
         if self._line is not None:
-            self.record.speeds.append((self._time(msg), msg_to_speed(msg)[1]))
+            speed = checked_number("disk/rotor_speed", msg_to_speed(msg)[1])
+            self.record.speeds.append((self._time(msg), speed))
 
     def _on_joints(self, msg: Any) -> None:
         joints = msg_to_joints(msg)
-        if self._line is None or not {"disk_axial", "disk_rotation"} <= joints.keys():
+        if self._line is None or not set(_JOINTS) <= joints.keys():
             return
-        self.record.states.append(
-            State(
-                self._time(msg),
-                joints["disk_axial"][0],
-                joints["platform_axial"][0],
-                joints["disk_rotation"][1],
-            )
-        )
+        disk, platform, rotation = (joints[name] for name in _JOINTS)
+        values = disk[0], platform[0], rotation[1]
+        checked_numbers("joint_states", values)
+        self.record.states.append(State(self._time(msg), *values))
 
     # --- inputs -----------------------------------------------------------------------------------
     def _on_input(self, msg: Any) -> None:
-        record = from_json(msg.data)
+        self.take_record(record_of(msg))
+
+    def take_record(self, record: Record) -> None:
+        """Take a checked record of disk/inputs."""
         kind, time = record["kind"], record["time_ns"] / NS
         self.record.inputs += kind not in ("snapshot", "pause")
         match kind:
@@ -140,29 +156,36 @@ class Hearing:
             if node.rpartition("/")[0] == self._prefix:
                 tasks[task] = {value.key: value.value for value in status.values}
                 words = status.message if task == "real time" else words
-        with contextlib.suppress(KeyError, ValueError):  # of another node, or not running yet
-            self.record.health.append(_health(msg, tasks, words))
+        health = _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
+        if health is not None:
+            self.record.health.append(health)
 
 
-def _health(msg: Any, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health:
-    """The report of a simulator; KeyError or ValueError where it is none."""
-    simulated, p50, p99, most, residual = (float(tasks[task][key]) for task, key in _REPORTED)
-    clock, energy = tasks["real time"], tasks["energy"]
+def record_of(msg: Any) -> Record:
+    """The checked record of a message of disk/inputs."""
+    return from_json(msg.data)
+
+
+def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health | None:
+    """The report that tasks of /diagnostics are; None: of another node, or not running yet."""
+    try:
+        clock, energy, inputs = tasks["real time"], tasks["energy"], tasks.get("inputs", {})
+        reported = [float(tasks[task][key]) for task, key in _REPORTED]
+        books = [float(energy.get(f"{name} (J)", "nan")) for name in Energy._fields]
+        behind = float(clock.get("behind (s)", "nan"))
+        counts = int(clock.get("samples skipped", 0)), int(inputs.get("refused", 0))
+    except (KeyError, ValueError):
+        return None
+    sized = [value for value in (*reported, *books, behind) if not math.isnan(value)]
+    if any(abs(value) > limits.LARGEST for value in sized):
+        return None
+    asked = clock.get("real_time_factor asked", "")[:_SHOWN]
+    simulated, p50, p99, largest, residual = reported
     return Health(
-        time_to_ns(msg.header.stamp) / NS,
-        simulated,
-        p50,
-        p99,
-        most,
-        residual,
-        running=words.startswith("running"),
-        behind=float(clock.get("behind (s)", "nan")),
-        skipped=int(clock.get("samples skipped", 0)),
-        refused=int(tasks.get("inputs", {}).get("refused", 0)),
-        asked=clock.get("real_time_factor asked", ""),
-        energy=Energy(*(float(energy.get(f"{n} (J)", "nan")) for n in Energy._fields)),
-    )
+        stamp, simulated, p50, p99, largest, residual, words.startswith("running"), behind,
+        *counts, asked if asked.isprintable() else "?", Energy(*books),
+    )  # fmt: skip
 
 
 def _shown(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in values.items())
+    return ", ".join(f"{name} {shown(value)}" for name, value in values.items())

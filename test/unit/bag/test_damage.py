@@ -149,7 +149,6 @@ def test_no_other_record_becomes_a_message(tmp_path: Path, whole: bytes, sent: l
 def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
     source = Source(put(tmp_path / "run", whole) / "run_0.mcap")
     place, damaged = source.blocks[3].offset + 100, bytearray(whole)
-    source.close()
     damaged[place : place + 40] = bytes(40)
     folder = put(tmp_path / "run", bytes(damaged))
     with bag.open(folder) as run, pytest.raises(bag.BagError, match="bag_recover"):
@@ -172,7 +171,7 @@ def test_the_command_recovers(
     assert "a new folder" in capsys.readouterr().err
     assert bag_recover.main([str(tmp_path / "nothing")]) == 2
     (tmp_path / "junk.mcap").write_bytes(b"no bag at all" * 100)
-    assert bag_recover.main([str(tmp_path / "junk.mcap")]) == 1
+    assert bag_recover.main([str(tmp_path / "junk.mcap")]) == 2
     assert "not an .mcap file" in capsys.readouterr().err
 
 

@@ -108,6 +108,17 @@ def test_many_random_drops_land() -> None:
         )
 
 
+def test_a_flight_of_hours_lands() -> None:
+    """Over 7e9 periods the gap is rounded by more than its root could be resolved by."""
+    motion = platform.steady(Motion(0.33964721975789064, 0.0, 132865.3397921879, 0.0), 0, 0, 0.0)
+    s, c, g, u = 0.9088330181605752, 0.41716009528853515, 9.81, 148326.31630286115
+    jet = platform.axial_jet(motion[0], s, c, 0.0)
+    d, w = flight.first_impact(motion[0], 0.0, s, c, jet, g, 0.0, u, 0.0, math.inf)
+    assert w < 0.0
+    gap = flight.gap_after(motion[0], 0.0, s, c, g, 0.0, u, d)[0]
+    assert abs(gap) < 4e-16 * (u + g * d) * d  # its rounding
+
+
 # --- a bounce of any size -------------------------------------------------------------------------
 @settings(max_examples=400)
 @example(1.0622170093353371e-234, 3.0)

@@ -13,8 +13,9 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.topic import Message
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.bags.kept import Newest, Thinned
 from bouncing_disk_ros.nodes.bags.order import Losses, in_order_of_sending
-from bouncing_disk_ros.nodes.bags.run import BagRun, Thinned, Wish
+from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
 from support.recorded import NS, START_NS, RecordedRun, period_one_bag
 
 
@@ -136,7 +137,7 @@ def test_times_without_anything_say_where_the_run_is(
 
 
 def test_rows_beyond_the_limit_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bouncing_disk_ros.nodes.bags.run._JOIN", 4)
+    monkeypatch.setattr("bouncing_disk_ros.nodes.bags.kept._JOIN", 4)
     run = read(period_one_bag(tmp_path / "run"), most_rows=10)
     rows = run.record.rows
     assert 10 <= len(rows) < 10 + 2 * 4
@@ -197,11 +198,11 @@ def test_messages_come_in_the_order_of_sending() -> None:
         message("b", 10.0, 9.9), message("a", 10.1, 9.8), message("a", 10.2, 9.7),
         message("b", 10.3, 99.0), message("a", 12.0, 11.9),
     ]  # fmt: skip
-    order = [rows.index(row) for row, _ in in_order_of_sending((row, None) for row in rows)]
+    order = [rows.index(row) for row in in_order_of_sending(rows)]
     # of one topic the order of reception stays; a sender's clock that is ahead does not count
     assert order == [1, 2, 0, 3, 4]
     latched = [message("motion", 30.0, 25.2), message("inputs", 30.1, 25.1), message("a", 40.0, 40)]
-    order = [latched.index(row) for row, _ in in_order_of_sending((row, None) for row in latched)]
+    order = [latched.index(row) for row in in_order_of_sending(latched)]
     assert order == [1, 0, 2]
 
 
@@ -228,3 +229,11 @@ def test_a_thinned_list_keeps_even_steps() -> None:
         kept.append(number)
     assert 4 <= len(kept) <= 8
     assert kept == list(range(0, 1000, kept.step))
+
+
+def test_a_list_of_the_newest_counts_what_it_drops() -> None:
+    kept = Newest[int](8)
+    for number in range(1000):
+        kept.append(number)
+    assert 8 <= len(kept) < 16
+    assert kept == list(range(kept.dropped, 1000))

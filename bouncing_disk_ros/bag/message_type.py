@@ -1,0 +1,184 @@
+"""A message type by its definition in a bag: checked before code is made of it, sized before use.
+
+What is checked: names, numbers of fields, lengths of arrays, types within types (none within
+itself), and for each message how many objects it would become.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.formats import BagError
+
+_TYPE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_BASE, _NESTED, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
+_SIZES = {
+    "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
+    "uint32": 4, "float32": 4, "int64": 8, "uint64": 8, "float64": 8,
+}  # fmt: skip
+_LENGTH = {"little": struct.Struct("<I"), "big": struct.Struct(">I")}
+Types = dict[str, tuple[list[Any], list[Any]]]
+
+
+class Measure(NamedTuple):
+    """What a value of a type takes at least, and what it becomes."""
+
+    bytes: int
+    objects: int
+    listed: int  # strings and messages in arrays of fixed length
+    density: float  # most objects for a byte of a sequence in it
+
+
+class MessageType:
+    """The type `kind` and those in it. Raises BagError for a definition that cannot be used."""
+
+    def __init__(self, kind: str, text: str, parse: Callable[[str, str], Any]) -> None:
+        """`parse` is that of rosbags."""
+        self.kind = kind
+        self._measures: dict[str, Measure] = {}
+        try:
+            _check_text(text)
+            try:
+                self.types: Types = parse(text, kind)
+            except Exception as error:  # noqa: BLE001 (whatever the parser does not understand)
+                reason = " ".join(str(error).split())[-120:]
+                raise BagError(f"it cannot be read: {reason}") from None
+            self._check_names()
+            self._density = self._measure(kind, 0).density
+        except BagError as error:
+            raise BagError(f"definition of {kind}: {error}") from None
+
+    def _check_names(self) -> None:
+        count = 0
+        for name, (constants, members) in self.types.items():
+            names = [row[0] for row in (*constants, *members)]
+            count += len(names)
+            if not _TYPE_NAME.fullmatch(name) or "__" in name:
+                raise BagError(f"the name {name!r} cannot be one of a type")
+            if wrong := [one for one in names if not _NAME.fullmatch(one)]:
+                raise BagError(f"the name {wrong[0]!r} cannot be one of a field")
+        if count > limits.FIELDS:
+            raise BagError(f"{count} fields and constants: at most {limits.FIELDS}")
+
+    # --- sizes ------------------------------------------------------------------------------------
+    def _measure(self, name: str, depth: int) -> Measure:
+        if name in self._measures:
+            return self._measures[name]
+        if name not in self.types:
+            raise BagError(f"the type {name} is not defined in it")
+        if depth > limits.DEPTH:
+            raise BagError(f"more than {limits.DEPTH} levels, or a type within itself")
+        size, objects, listed, density = 0, 1, 0, 0.0
+        for _, description in self.types[name][1]:
+            part = self._measure_member(description, depth)
+            size, objects, listed = size + part.bytes, objects + part.objects, listed + part.listed
+            density = max(density, part.density)
+            if listed > limits.ARRAY or objects > limits.OBJECTS:
+                raise BagError(f"more than {limits.ARRAY} strings or messages in arrays")
+        self._measures[name] = found = Measure(max(size, 1), objects, listed, density)
+        return found
+
+    def _measure_member(self, description: Any, depth: int) -> Measure:
+        kind, content = description
+        if kind == _BASE:
+            if content[0] == "string":
+                return Measure(5, 1, 0, 0.0)
+            if content[0] not in _SIZES:
+                raise BagError(f"the type {content[0]} is not supported")
+            return Measure(_SIZES[content[0]], 1, 0, 0.0)
+        if kind == _NESTED:
+            return self._measure(content, depth + 1)
+        one, count = self._measure_member(content[0], depth), content[1]
+        numbers = _is_number(content[0])
+        if kind == _SEQUENCE:
+            density = 0.0 if numbers else max(one.density, one.objects / one.bytes)
+            return Measure(4, 1, 0, max(one.density, density))
+        if not 1 <= count <= (1 << 31 if numbers else limits.ARRAY):
+            raise BagError(f"an array of length {count}: 1 to {limits.ARRAY}")
+        if numbers:
+            return Measure(count * one.bytes, 1, 0, 0.0)
+        return Measure(
+            count * one.bytes, count * one.objects, count * (1 + one.listed), one.density
+        )
+
+    # --- messages ---------------------------------------------------------------------------------
+    def check(self, data: bytes) -> None:
+        """BagError when a message would become too many objects."""
+        if len(data) * self._density <= limits.OBJECTS:
+            return
+        try:
+            _Count(self.types, data).take(self.kind, 0)
+        except struct.error:  # it ends too early: decoding says so
+            return
+        except _TooManyError:
+            raise BagError(
+                f"a message of {self.kind} with more than {limits.OBJECTS} strings and messages"
+            ) from None
+
+
+def _check_text(text: str) -> None:
+    """Length and number of lines; the parser is slow."""
+    lines = [
+        line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if len(text) > limits.DEFINITION or len(lines) > 2 * limits.FIELDS:
+        given = f"{len(text)} letters in {len(lines)} lines"
+        raise BagError(f"{given}: at most {limits.DEFINITION} in {2 * limits.FIELDS}")
+
+
+def _is_number(description: Any) -> bool:
+    return bool(description[0] == _BASE and description[1][0] != "string")
+
+
+class _TooManyError(Exception):
+    """More objects than a message may become."""
+
+
+class _Count:
+    """Counts the strings and messages in the sequences of one message, without decoding it."""
+
+    def __init__(self, types: Types, data: bytes) -> None:
+        self._types, self._data = types, memoryview(data)[4:]
+        self._length = _LENGTH["little" if data[1:2] == b"\x01" else "big"]
+        self._count = 0
+
+    def take(self, name: str, position: int) -> int:
+        """Pass over a value of a type; where it ends."""
+        for _, description in self._types[name][1]:
+            position = self._member(description, position)
+        return position if self._types[name][1] else position + 1
+
+    def _member(self, description: Any, position: int) -> int:
+        kind, content = description
+        if kind == _BASE:
+            if content[0] == "string":
+                position = -(-position // 4) * 4
+                return position + 4 + self._number(position)
+            return self._numbers(content[0], 1, position)
+        if kind == _NESTED:
+            return self.take(content, position)
+        count = content[1]
+        if kind == _SEQUENCE:
+            position = -(-position // 4) * 4
+            count = self._number(position)
+            position += 4
+        if _is_number(content[0]):
+            return self._numbers(content[0][1][0], count, position)
+        self._count += count
+        if self._count > limits.OBJECTS:
+            raise _TooManyError
+        for _ in range(count):
+            position = self._member(content[0], position)
+        return position
+
+    def _numbers(self, name: str, count: int, position: int) -> int:
+        size = _SIZES[name]
+        return -(-position // size) * size + count * size if count else position
+
+    def _number(self, position: int) -> int:
+        return int(self._length.unpack_from(self._data, position)[0])

@@ -1,0 +1,1 @@
+"""Proofs of what the core reports, in interval arithmetic and without its functions."""

@@ -1,0 +1,172 @@
+"""Proof that a function is positive on an interval, by adaptive subdivision.
+
+On a piece [a, b] the values and slopes at both ends are known as balls, and value, slope and second
+derivative as balls over all of it. What follows from these is sought in turn: the value itself, a
+slope of one sign, concave (the least value is at an end), convex (the tangents lie below), a
+parabola below, the chord less what the curvature can take away. A piece that none decides is cut in
+two.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import NamedTuple
+
+from flint import arb
+
+from bouncing_disk_ros.proof.watched import Watched
+
+End = tuple[arb, arb]  # value and slope
+Range = tuple[arb, arb, arb]  # value from below, slope, second derivative
+
+MOST_PIECES = 20_000
+
+
+class Sign(Enum):
+    """What is known of a function on an interval."""
+
+    POSITIVE = 0
+    WITHIN_ROUNDING = 1  # not below minus its tolerance
+    NEGATIVE = 2  # surely below minus its tolerance at a point
+    UNKNOWN = 3  # too many pieces
+
+
+class Finding(NamedTuple):
+    """The sign of a function on an interval; where and how far below zero, if it is."""
+
+    sign: Sign
+    at: float = math.nan
+    value: float = math.nan
+    pieces: int = 0
+
+
+def opens(watched: Watched, end: float, rate: float) -> float | None:
+    """A time up to which a function that begins at zero is positive; 0 where it begins above.
+
+    The derivatives at t = 0 that are zero to rounding are taken as zero, as they are by what the
+    state means (no gap at an impact, no load at a separation, no slip where one begins); those
+    that follow must be positive at t = 0, up to one that is positive from there on. None: that is
+    not so within `end`, or not to be shown. `rate`: how fast the platform's phase grows.
+    """
+    start = watched.start()
+    order = 0
+    while order < len(start) and abs(start[order]) <= watched.tolerance(0.0, order):
+        order += 1
+    if order == 0:
+        return 0.0
+    last = order
+    while last < len(start) and start[last] > 0:
+        last += 1
+    length = min(end, 0.5 / rate)
+    for _ in range(400):
+        over = watched.jet(interval_from_zero(length))
+        if any(d > 0 for d in over[order:last]) and watched.jet(arb(length))[0] > 0:
+            return length
+        length *= 0.5
+    return None
+
+
+def positive_from_start(watched: Watched, end: float, rate: float) -> Finding:
+    """Whether a function that begins at zero, or above, is positive from then on until `end`."""
+    if end <= 0.0:
+        return Finding(Sign.POSITIVE)
+    first = opens(watched, end, rate)
+    return positive_on(watched, first or 0.0, end, watched.floor_zeros())
+
+
+def interval_from_zero(length: float) -> arb:
+    """The interval [0, length] as a ball."""
+    return arb(0.5 * length, math.nextafter(0.5 * length, math.inf))
+
+
+def positive_on(
+    watched: Watched,
+    begin: float,
+    end: float,
+    cuts: tuple[float, ...] = (),
+    most_pieces: int = MOST_PIECES,
+) -> Finding:
+    """Whether a function is positive on [begin, end]; `cuts`: where to cut first."""
+    if end <= begin:
+        return Finding(Sign.POSITIVE)
+    marks = [begin, *sorted(t for t in set(cuts) if begin < t < end), end]
+    return _Subdivision(watched, most_pieces).over(marks)
+
+
+class _Subdivision:
+    """The pieces that are still to be proved, from left to right."""
+
+    def __init__(self, watched: Watched, most_pieces: int) -> None:
+        self._watched, self._most = watched, most_pieces
+        self._count = 0
+
+    def over(self, marks: list[float]) -> Finding:
+        """The sign between the first and the last mark."""
+        ends = [self._end(t) for t in marks]
+        todo = [(marks[i], ends[i], marks[i + 1], ends[i + 1]) for i in range(len(marks) - 1)]
+        todo.reverse()
+        touch = None
+        while todo:
+            a, at_a, b, at_b = todo.pop()
+            self._count += 1
+            for t, at_t in ((a, at_a), (b, at_b)):
+                if at_t[0] < 0 and at_t[0] < -self._watched.tolerance(t):
+                    return self._finding(Sign.NEGATIVE, t, at_t)
+            known = self._piece(a, at_a, b, at_b)
+            if known is Sign.WITHIN_ROUNDING and touch is None:
+                touch = self._finding(known, a, at_a)
+            if known is not Sign.UNKNOWN:
+                continue
+            middle = 0.5 * (a + b)
+            if self._count > self._most or not a < middle < b:
+                return self._finding(Sign.UNKNOWN, a, at_a)
+            at_middle = self._end(middle)
+            todo.append((middle, at_middle, b, at_b))
+            todo.append((a, at_a, middle, at_middle))
+        if touch is not None:
+            return touch._replace(pieces=self._count)
+        return Finding(Sign.POSITIVE, pieces=self._count)
+
+    def _end(self, t: float) -> End:
+        value, slope = self._watched.jet(arb(t))[:2]
+        return value, slope
+
+    def _finding(self, sign: Sign, t: float, at_t: End) -> Finding:
+        return Finding(sign, t, float(at_t[0]), self._count)
+
+    def _piece(self, a: float, at_a: End, b: float, at_b: End) -> Sign:
+        """What is known of [a, b] from its ends and the range over it."""
+        over, length = self._watched.over(a, b), arb(b) - arb(a)
+        if decides(at_a, at_b, over, length):
+            return Sign.POSITIVE
+        slack = self._watched.tolerance(a)
+        if not at_a[0] > slack or not at_b[0] > slack:
+            lifted_a, lifted_b = (at_a[0] + slack, at_a[1]), (at_b[0] + slack, at_b[1])
+            if decides(lifted_a, lifted_b, (over[0] + slack, over[1], over[2]), length):
+                return Sign.WITHIN_ROUNDING
+        return Sign.UNKNOWN
+
+
+def decides(at_a: End, at_b: End, over: Range, length: arb) -> bool:
+    """Whether these data prove the function positive on the piece."""
+    (fa, da), (fb, db), (value, slope, curvature) = at_a, at_b, over
+    if value > 0:
+        return True
+    if not (fa > 0 and fb > 0):
+        return False
+    if slope >= 0 or slope <= 0 or curvature <= 0:
+        return True
+    low = curvature.lower()
+    if low >= 0 and (da >= 0 or db <= 0 or _tangents_meet_above(at_a, at_b, length)):
+        return True
+    bend = low.min(arb(0)) * length * length / 2
+    if fa + da * length + bend > 0 or fb - db * length + bend > 0:
+        return True  # a concave parabola below, positive at both ends
+    return bool(fa.min(fb) - curvature.upper() * length * length / 8 > 0)
+
+
+def _tangents_meet_above(at_a: End, at_b: End, length: arb) -> bool:
+    (fa, da), (fb, db) = at_a, at_b
+    bend = da - db
+    return bool(bend < 0) and bool(fa + da * ((fb - fa - db * length) / bend) > 0)

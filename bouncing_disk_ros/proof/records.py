@@ -1,0 +1,79 @@
+"""Records of a run as exact numbers: what the referee takes from the core, and nothing else.
+
+A float64 is a dyadic number, so every field here is exact: the proof asks what follows from these
+numbers, not from others near them.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+from bouncing_disk_ros.core.model import Phase
+
+
+class Kind(StrEnum):
+    """Kind of an event, and with it what is to be proved."""
+
+    IMPACT = "impact"
+    SEPARATION = "separation"
+    SLIP = "slip begins"
+    SLIP_ENDS = "slip ends"
+    CHATTER = "chatter completed"
+    STILL = "bounce without duration"
+    CARRIED = "no event until"  # an input, an end of a cross-fade, the end of the trace
+
+
+class State(NamedTuple):
+    """State of the disk and the clock at an instant, as the core stores it."""
+
+    ns: int
+    sub: float  # ns
+    cycles: int
+    tau: float  # rad
+    phase: Phase
+    slip_sign: float
+    gap: float  # m
+    u: float  # m/s, of the gap
+    omega: float  # α̇, rad/s
+
+
+class MotionRecord(NamedTuple):
+    """Platform motion: values at begin_ns and what a cross-fade adds to them."""
+
+    fading: bool
+    begin_ns: int
+    end_ns: int
+    cycles: int  # at begin_ns
+    tau: float
+    a: float
+    da: float
+    p: float
+    dp: float
+    f: float
+    df: float
+    lag: float
+    dlag: float
+
+
+class DiskRecord(NamedTuple):
+    """Disk and contact: ε, g + P/m, μ a_e/a_g² and T_L/(m a_g²)."""
+
+    restitution: float
+    g: float
+    grip: float
+    lag: float
+
+
+class Event(NamedTuple):
+    """One event of a run: the state before, when the event is said to come, the state after."""
+
+    kind: Kind
+    before: State
+    motion: MotionRecord
+    disk: DiskRecord
+    delay: float  # s from the clock of `before`
+    value: float  # w_A of an impact; sign of w_T in a chatter and where a slip begins
+    after: State | None  # None: the trace ends here
+    boundary_ns: int | None = None  # the next input or end of a cross-fade; None: there is none
+    inherited: float = 0.0  # rad/s: α̇ that the slip before began with, whose rounding α̇ still has

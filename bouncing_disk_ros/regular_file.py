@@ -1,0 +1,69 @@
+"""Regular files opened for reading: a FIFO, a device or a folder in place of one is refused."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from bouncing_disk_ros.errors import InputError
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a FIFO",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def irregular(path: Path) -> str:
+    """What stands at a path if it is no regular file (or a link to one), in words; '' if it is.
+
+    Raises OSError where nothing stands there or it cannot be looked at.
+    """
+    kind = stat.S_IFMT(path.stat().st_mode)
+    return "" if kind == stat.S_IFREG else _KINDS.get(kind, "something else")
+
+
+def is_regular(path: Path) -> bool:
+    """Whether a regular file stands at a path (or a link to one)."""
+    try:
+        return not irregular(path)
+    except (OSError, ValueError):  # ValueError: a name with a zero byte
+        return False
+
+
+def open_regular(field: str, path: Path) -> tuple[int, int]:
+    """Descriptor and size of a regular file; InputError, naming `field`, where it is none."""
+    allowed = "a regular file that can be read"
+    number = -1
+    try:
+        if found := irregular(path):  # before it is opened: to open a device may have effects
+            raise InputError(field, str(path), allowed, f"It is {found}.")
+        number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
+        status = os.fstat(number)
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        raise InputError(field, str(path), allowed, _reason(error)) from None
+    if not stat.S_ISREG(status.st_mode):  # exchanged in between
+        os.close(number)
+        raise InputError(field, str(path), allowed)
+    return number, status.st_size
+
+
+def read_text(field: str, path: Path, most: int) -> str:
+    """The text of a small file; InputError: no regular file, more than `most` bytes, not UTF-8."""
+    number, size = open_regular(field, path)
+    with open(number, "rb") as file:  # noqa: PTH123 (a descriptor, which it closes)
+        if size > most:
+            raise InputError(field, f"{path} of {size} bytes", f"at most {most} bytes")
+        try:
+            return file.read(most + 1).decode()
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -1,0 +1,59 @@
+"""`bag_report --prove` as a process: a recorded run is proved, and an interrupted proof sums up."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from support.processes import Starter
+from support.recorded import period_one_bag
+
+WAIT = 120.0  # s
+
+
+def test_a_recorded_run_is_proved(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 6.0)
+    code, report = start.finish("bag_report", str(folder), "--prove", timeout=WAIT)
+    assert code == 0, report.output
+    assert report.complaints == []
+    report.wait_for(r"impact +1\d +0 +0\n")
+    assert not list(tmp_path.glob("*_report.*"))
+
+
+def test_without_the_library_one_line_says_so(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 1.0)
+    report = start.command([sys.executable, "-c", _WITHOUT, str(folder), "--prove"])
+    assert report.wait(WAIT) == 2
+    assert len(report.stderr.splitlines()) == 1
+    assert "pip install python-flint" in report.stderr
+
+
+_WITHOUT = """
+import importlib.util, sys
+from bouncing_disk_ros.nodes.bags import bag_report
+there = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *more: None if name == "flint" else there(name, *more)
+sys.exit(bag_report.main())
+"""
+
+
+def test_an_interrupted_proof_sums_up(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 6.0)
+    report = start.command([sys.executable, "-c", _SLOW, str(folder), "--prove"])
+    report.wait_for("proving")
+    assert report.end(signal.SIGINT) == 130
+    assert "interrupted: proof of" in report.stdout
+    assert "Traceback" not in report.stderr
+
+
+_SLOW = """
+import sys, time
+from bouncing_disk_ros.nodes.bags import bag_report
+from bouncing_disk_ros.proof import prove
+def slow(event):
+    print("proving", flush=True)
+    time.sleep(60)
+prove.prove = slow
+sys.exit(bag_report.main())
+"""

@@ -1,0 +1,53 @@
+"""The core against the referee (bouncing_disk_ros.proof): random runs, maps and tosses.
+
+Each event is proved in interval arithmetic from the numbers before it. None may be refuted; that
+rounding decides (a graze) is rare. `make soak` has a hundred times as many (soak/test_referee.py).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+
+from bouncing_disk_ros.proof.lanes import prove_collision
+from bouncing_disk_ros.proof.toss import prove_toss
+from bouncing_disk_ros.proof.verdict import Outcome
+from support.random_maps import random_collisions, random_tosses
+from support.referee import FLIGHTS, GIVEN_UP, prove_runs
+
+MANY_FLIGHTS, COLLISIONS, TOSSES = 10_000, 10_000, 1_000
+PATIENCE = 60.0
+"""s for one run, on a machine that does much else."""
+
+
+def test_events_of_random_runs_are_proved() -> None:
+    """Steady motions and cross-fades, flights and contact."""
+    counts: Counter[str] = Counter()
+    undecided: list[str] = []
+    for found in prove_runs(itertools.count(), PATIENCE):
+        assert found.refuted == []
+        counts.update(found.counts)
+        undecided += found.undecided
+        if counts[FLIGHTS] >= MANY_FLIGHTS:
+            break
+    assert counts[GIVEN_UP] == 0
+    assert len(undecided) <= 3, undecided
+
+
+def test_steps_of_the_lanes_are_proved() -> None:
+    counts: Counter[Outcome] = Counter()
+    for collision in random_collisions(1, COLLISIONS):
+        verdict = prove_collision(collision)
+        counts[verdict.outcome] += 1
+        assert verdict.outcome is not Outcome.REFUTED, (collision, verdict)
+    assert counts[Outcome.UNDECIDED] <= 3
+
+
+def test_tosses_are_proved() -> None:
+    counts: Counter[Outcome] = Counter()
+    for seed in range(TOSSES // 100):
+        for toss in random_tosses(seed, 100):
+            verdict = prove_toss(toss)
+            counts[verdict.outcome] += 1
+            assert verdict.outcome is not Outcome.REFUTED, (toss, verdict)
+    assert counts[Outcome.UNDECIDED] <= 3
