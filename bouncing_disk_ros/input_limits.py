@@ -30,6 +30,12 @@ COMMAND_BYTES = _limit(
 )
 COMMAND_NAMES = _limit("joint_names of platform/command", 4, "names", "refused")
 COMMAND_POINTS = _limit("points of platform/command", 1000, "points", "refused")
+INPUTS_AHEAD = _limit(
+    "accepted inputs whose instant is not resolved yet, or impulses that lie ahead",
+    1000,
+    "inputs",
+    "further commands are refused until some have acted",
+)
 REQUEST_ITEMS = _limit(
     "names, parameters or prefixes in a request to a service, numbers in an array",
     200,

@@ -94,6 +94,11 @@ class Simulation:
         return tuple(self._pending)
 
     @property
+    def queued_kicks(self) -> int:
+        """Kicks that lie ahead."""
+        return len(self._kicks)
+
+    @property
     def latest_target(self) -> Motion:
         """The newest accepted target, pending ones included."""
         return self._pending[-1].target if self._pending else self._target

@@ -11,6 +11,7 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.input_limits import INPUTS_AHEAD
 from bouncing_disk_ros.ros.numbered import NumberedSubscription
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
@@ -91,7 +92,7 @@ class Commands:
         """Validate a programme and apply it."""
         try:
             changes = validate_programme(request)
-            session, instant = self._open(request.field)
+            session, instant = self._opened(request.field)
             points = schedule_programme(request, changes, instant, session.latest_target)
         except InputError as error:
             self._refuse(error)
@@ -105,7 +106,7 @@ class Commands:
         """Validate an impulse and apply it."""
         try:
             validate_impulse(request)
-            session, instant = self._open(request.field)
+            session, instant = self._opened(request.field)
             at_ns, axial, angular = schedule_impulse(request, instant)
         except InputError as error:
             self._refuse(error)
@@ -113,6 +114,15 @@ class Commands:
         session.kick(at_ns, axial, angular)
         self._applied()
         return True
+
+    def _opened(self, field: str) -> tuple[Session, Instant]:
+        """The session and the instant, unless too many inputs have not acted yet."""
+        session, instant = self._open(field)
+        ahead = max(session.waiting, session.simulation.queued_kicks)
+        if ahead >= INPUTS_AHEAD:
+            given = f"a command behind {ahead} that have not acted yet"
+            raise InputError(field, given, f"at most {INPUTS_AHEAD} of them", "Wait, or reset.")
+        return session, instant
 
     # --- what did not arrive ----------------------------------------------------------------------
     def look_for_publishers(self) -> None:

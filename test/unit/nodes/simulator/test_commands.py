@@ -10,8 +10,9 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.input_limits import INPUTS_AHEAD
 from bouncing_disk_ros.run.clock import NS
-from support.commanded import CommandedSession
+from support.commanded import WALL_NS, CommandedSession
 from support.wrong_commands import WRONG, trajectory, wrench
 
 
@@ -56,3 +57,16 @@ def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked() -> Non
     assert not commanded.take("disk/impulse", serialize_message(WrenchStamped()))
     assert commanded.last is not None
     assert "while inactive" in commanded.last.line
+
+
+def test_impulses_ahead_do_not_pile_up_without_end() -> None:
+    commanded = CommandedSession()
+    later = wrench("z", 0.1)
+    later.header.stamp.sec = WALL_NS // NS + 3600
+    for _ in range(INPUTS_AHEAD):
+        assert commanded.take("disk/impulse", serialize_message(later))
+    assert not commanded.take("disk/impulse", serialize_message(later))
+    assert commanded.last is not None
+    assert "a command behind 1000 that have not acted yet" in commanded.last.line
+    commanded.session.reset()
+    assert commanded.take("disk/impulse", serialize_message(later))

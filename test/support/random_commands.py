@@ -1,0 +1,180 @@
+"""Random commands as serialized messages: valid ones up to their extremes, and wrong ones."""
+
+from __future__ import annotations
+
+import math
+import random
+from array import array
+from typing import Any, NamedTuple
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from bouncing_disk_ros.input_limits import COMMAND_BYTES, COMMAND_POINTS
+from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
+from bouncing_disk_ros.topics import MOTION_NAMES
+
+FREQUENCIES = (1e-3, 1e6)
+"""Range of the platform's frequency, Hz: one command may ask for any change within it."""
+FORCINGS = (1e-3, 1e2)
+"""Range of the axial forcing Γ; far above it the disk is seldom seen again."""
+GRAVITY = 9.80665
+MASS = 0.25
+NS = 1_000_000_000
+
+
+class Command(NamedTuple):
+    """A message of a command topic."""
+
+    topic: str
+    data: bytes
+
+
+def between(rng: random.Random, low: float, high: float) -> float:
+    """A number, every order of magnitude as likely as another."""
+    return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+
+class RandomCommands:
+    """Draws commands. `now_ns` of ROS time goes into stamps; `wild`: up to the bounds of the table.
+
+    `frequencies`: a narrower range, for a listener that is to keep up.
+    """
+
+    def __init__(
+        self, rng: random.Random, *, wild: bool = False,
+        frequencies: tuple[float, float] = FREQUENCIES,
+    ) -> None:  # fmt: skip
+        self.rng, self._wild, self._frequencies = rng, wild, frequencies
+
+    # --- valid ------------------------------------------------------------------------------------
+    def motion(self) -> dict[str, float]:
+        """Some of the four values, together a motion that can be followed."""
+        rng = self.rng
+        if self._wild:
+            values = {name: self._in_table(name) for name in MOTION_NAMES}
+        else:
+            frequency = between(rng, *self._frequencies)
+            scale = math.pi * GRAVITY / (math.tau * frequency) ** 2
+            values = {
+                "axial_amplitude": rng.choice([0.0, scale * between(rng, *FORCINGS)]),
+                "angular_amplitude": rng.choice([0.0, between(rng, 1e-6, 10.0)]),
+                "frequency": frequency,
+                "phase_lag": rng.uniform(-1e3, 1e3),
+            }
+        order = rng.sample(list(values), 4)
+        return {name: values[name] for name in order}
+
+    def _in_table(self, name: str) -> float:
+        row = TABLE[name]
+        low, high = float(row.low or 0.0), float(row.high or 0.0)
+        ends = [low, high, float(row.default), math.nextafter(low, high), math.nextafter(high, low)]
+        return self.rng.choice([*ends, between(self.rng, 1e-6, high)])
+
+    def programme(self, now_ns: int) -> JointTrajectory:
+        """A programme of some points, now or at a stamp."""
+        rng = self.rng
+        msg = JointTrajectory(joint_names=list(self.motion()))
+        after = 0
+        for _ in range(rng.choice([0, 1, 1, 1, 2, 5, 20])):
+            values = self.motion()
+            positions = array("d", [values[name] for name in msg.joint_names])
+            point = JointTrajectoryPoint(positions=positions)
+            point.time_from_start = ns_to_duration(after)
+            after += 1 + round(between(rng, 1.0, 1e8))
+            msg.points.append(point)
+        if rng.random() < 0.5:
+            msg.header.stamp = ns_to_time(now_ns + rng.randrange(NS))
+        return msg
+
+    def value(self) -> Command:
+        """One value that does not depend on the others."""
+        if self._wild:
+            name = self.rng.choice(MOTION_NAMES)
+            return Command(f"platform/{name}", packed(Float64(data=self._in_table(name))))
+        name = self.rng.choice(["angular_amplitude", "phase_lag"])
+        data = packed(Float64(data=self.motion()[name]))
+        return Command(f"platform/{name}", data)
+
+    def impulse(self, now_ns: int) -> WrenchStamped:
+        """An impulse that changes the disk's speeds by up to 10 m/s and 1000 rad/s."""
+        rng = self.rng
+        msg = WrenchStamped()
+        largest = 1e12 if self._wild else 10.0 * MASS
+        msg.wrench.force.z = rng.choice([0.0, rng.choice([-1, 1]) * between(rng, 1e-9, largest)])
+        msg.wrench.torque.z = rng.choice([0.0, rng.uniform(-2.0, 2.0)])
+        if rng.random() < 0.3:
+            msg.header.stamp = ns_to_time(now_ns + rng.randrange(NS // 10))
+        return msg
+
+    def valid(self, now_ns: int) -> Command:
+        """A valid command."""
+        kind = self.rng.randrange(5)
+        if kind < 2:
+            return Command("platform/command", packed(self.programme(now_ns)))
+        if kind == 2:
+            return self.value()
+        return Command("disk/impulse", packed(self.impulse(now_ns)))
+
+    # --- wrong, mostly ----------------------------------------------------------------------------
+    def wrong(self, now_ns: int) -> Command:
+        """A command with a fault; a flipped bit may leave one that is valid."""
+        rng = self.rng
+        match rng.randrange(8):
+            case 0:
+                return Command("platform/frequency", packed(Float64(data=self._no_number())))
+            case 1:
+                msg = self.programme(now_ns)
+                msg.joint_names = [
+                    *msg.joint_names[:-1],
+                    rng.choice(["x", "", "é" * 50, "frequency"]),
+                ]
+                return Command("platform/command", packed(msg))
+            case 2:
+                msg = self.programme(now_ns)
+                msg.points.append(JointTrajectoryPoint(positions=[self._no_number()] * 4))
+                return Command("platform/command", packed(msg))
+            case 3:
+                msg = self.programme(now_ns)
+                msg.header.stamp.sec = rng.choice([1, -5, msg.header.stamp.sec - 10])
+                return Command("platform/command", packed(msg))
+            case 4:
+                impulse = self.impulse(now_ns)
+                setattr(impulse.wrench.force, rng.choice("xyz"), self._no_number())
+                return Command("disk/impulse", packed(impulse))
+            case 5:
+                topic, data = self.valid(now_ns)
+                return Command(topic, flipped(rng, data))
+            case 6:
+                topic, data = self.valid(now_ns)
+                return Command(topic, data[: rng.randrange(len(data))])
+            case _:
+                return Command(rng.choice(["platform/command", "disk/impulse"]), self._noise())
+
+    def _no_number(self) -> float:
+        return self.rng.choice([math.nan, math.inf, -math.inf, -1.0, 1e300, -5e-324])
+
+    def _noise(self) -> bytes:
+        rng = self.rng
+        length = rng.choice([0, 3, 20, 200, 5000, COMMAND_BYTES + 1])
+        if rng.random() < 0.1:
+            points = [JointTrajectoryPoint()] * (COMMAND_POINTS + 1)
+            return packed(JointTrajectory(points=points))
+        return b"\x00\x01\x00\x00" + rng.randbytes(length)
+
+
+def packed(msg: Any) -> bytes:
+    return bytes(serialize_message(msg))
+
+
+def flipped(rng: random.Random, data: bytes) -> bytes:
+    """Some bytes of it replaced."""
+    changed = bytearray(data)
+    for _ in range(rng.choice([1, 1, 3, 10])):
+        changed[rng.randrange(len(changed))] = rng.choice(
+            [0, 1, 0x7F, 0x80, 0xFF, rng.randrange(256)]
+        )
+    return bytes(changed)
