@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.message_type import MessageType
+from bouncing_disk_ros.bag.message_type import MessageType, message_type
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.topic import Form
 from bouncing_disk_ros.errors import InputError, closest
@@ -25,11 +26,8 @@ _PADDED = 1 << 28
 Decode = Callable[[bytes], Any]
 
 
-def decoder(form: Form) -> Decode:
-    """A function from the CDR of one message to an object with its fields.
-
-    Raises InputError for what is not ROS 2, BagError for a definition that cannot be used.
-    """
+def usable(form: Form) -> MessageType:
+    """The type of messages of a form. InputError: not of ROS 2, BagError: it cannot be used."""
     kind = form.type
     if form.encoding != "ros2msg" and not form.fault:
         allowed = "ros2msg (that is what rosbag2 writes for .msg types)"
@@ -38,20 +36,24 @@ def decoder(form: Form) -> Decode:
         raise InputError(f"messages of {kind}", form.message_encoding, "cdr")
     if form.fault:
         raise BagError(f"messages of {kind or 'unknown type'} cannot be decoded: {form.fault}")
-    try:  # here: who only records or recovers can do without it
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-    except ImportError:
-        raise BagError("decoding messages needs rosbags: pip install rosbags") from None
-    message_type = MessageType(kind, form.definition, get_types_from_msg)
+    return message_type(kind, form.definition)
+
+
+@functools.lru_cache(maxsize=64)
+def decoder(form: Form) -> Decode:
+    """A function from the CDR of one message to an object with its fields; raises as `usable`."""
+    kind, found = form.type, usable(form)
+    from rosbags.typesys import Stores, get_typestore
+
     store = get_typestore(Stores.EMPTY)
     try:
-        store.register(message_type.types)
+        store.register(found.types)
         store.get_msgdef(kind)
     except Exception as error:  # noqa: BLE001 (whatever the library does not understand)
         raise BagError(f"definition of {kind}: cannot be used: {error}") from None
 
     def decode(data: bytes) -> Any:
-        message_type.check(data)
+        found.check(data)
         try:
             return store.deserialize_cdr(data, kind)
         except Exception as error:  # noqa: BLE001
@@ -60,17 +62,13 @@ def decoder(form: Form) -> Decode:
     return decode
 
 
-# --- other messages -------------------------------------------------------------------------------
 def check_installed(form: Form) -> None:
     """InputError unless messages of a form have just the fields of the type installed here.
 
-    Raises BagError, InputError as `decoder` for what cannot be decoded at all.
+    Raises as `usable` for what cannot be decoded at all.
     """
-    decoder(form)
-    from rosbags.typesys import get_types_from_msg
-
-    ours = MessageType(form.type, schema_of(form.type).text, get_types_from_msg).types
-    theirs = MessageType(form.type, form.definition, get_types_from_msg).types
+    theirs = usable(form).types
+    ours = message_type(form.type, schema_of(form.type).text).types
     if any(name not in theirs or theirs[name][1] != row[1] for name, row in ours.items()):
         allowed = "the fields of the type that is installed here"
         raise InputError(f"definition of {form.type}", "other fields in the bag", allowed)

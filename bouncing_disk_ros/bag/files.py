@@ -77,15 +77,25 @@ class Window:
         self._file = file
         self._data, self._at = b"", 0
 
-    def unpack(self, form: struct.Struct, position: int) -> tuple[int, ...]:
-        """Numbers at a position; BagError where the file ends before."""
+    def _within(self, position: int, length: int) -> int:
+        """Where a stretch of the file begins in the window, which is moved to it if need be."""
         within = position - self._at
-        if not 0 <= within <= len(self._data) - form.size:
-            part = min(PART, self._file.size - position)
-            if part < form.size:
+        if not 0 <= within <= len(self._data) - length:
+            part = min(max(PART, length), self._file.size - position)
+            if part < length:
                 raise BagError("cut off")
             self._data, self._at, within = self._file.read(position, part), position, 0
+        return within
+
+    def unpack(self, form: struct.Struct, position: int) -> tuple[int, ...]:
+        """Numbers at a position; BagError where the file ends before."""
+        within = self._within(position, form.size)
         return form.unpack_from(self._data, within)
+
+    def bytes(self, position: int, length: int) -> bytes:
+        """A short stretch of the file; BagError where it ends before."""
+        within = self._within(position, length)
+        return self._data[within : within + length]
 
     def head(self, position: int) -> tuple[int, int]:
         """Opcode and length of the content of the record at a position."""

@@ -6,9 +6,9 @@ itself), and for each message how many objects it would become.
 
 from __future__ import annotations
 
+import functools
 import re
 import struct
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
@@ -37,14 +37,17 @@ class Measure(NamedTuple):
 class MessageType:
     """The type `kind` and those in it. Raises BagError for a definition that cannot be used."""
 
-    def __init__(self, kind: str, text: str, parse: Callable[[str, str], Any]) -> None:
-        """`parse` is that of rosbags."""
+    def __init__(self, kind: str, text: str) -> None:
+        try:  # here: who only records or recovers can do without it
+            from rosbags.typesys import get_types_from_msg
+        except ImportError:
+            raise BagError("decoding messages needs rosbags: pip install rosbags") from None
         self.kind = kind
         self._measures: dict[str, Measure] = {}
         try:
-            _check_text(text)
+            lines = _lines(text)
             try:
-                self.types: Types = parse(text, kind)
+                self.types: Types = get_types_from_msg(lines, kind)
             except Exception as error:  # noqa: BLE001 (whatever the parser does not understand)
                 reason = " ".join(str(error).split())[-120:]
                 raise BagError(f"it cannot be read: {reason}") from None
@@ -54,16 +57,12 @@ class MessageType:
             raise BagError(f"definition of {kind}: {error}") from None
 
     def _check_names(self) -> None:
-        count = 0
         for name, (constants, members) in self.types.items():
             names = [row[0] for row in (*constants, *members)]
-            count += len(names)
             if not _TYPE_NAME.fullmatch(name) or "__" in name:
                 raise BagError(f"the name {name!r} cannot be one of a type")
             if wrong := [one for one in names if not _NAME.fullmatch(one)]:
                 raise BagError(f"the name {wrong[0]!r} cannot be one of a field")
-        if count > limits.FIELDS:
-            raise BagError(f"{count} fields and constants: at most {limits.FIELDS}")
 
     # --- sizes ------------------------------------------------------------------------------------
     def _measure(self, name: str, depth: int) -> Measure:
@@ -121,14 +120,22 @@ class MessageType:
             ) from None
 
 
-def _check_text(text: str) -> None:
-    """Length and number of lines; the parser is slow."""
+def _lines(text: str) -> str:
+    """A definition without comments of their own lines; BagError when it is too long."""
+    if len(text) > limits.DEFINITION:
+        raise BagError(f"{len(text)} letters: at most {limits.DEFINITION}")
     lines = [
         line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")
     ]
-    if len(text) > limits.DEFINITION or len(lines) > 2 * limits.FIELDS:
-        given = f"{len(text)} letters in {len(lines)} lines"
-        raise BagError(f"{given}: at most {limits.DEFINITION} in {2 * limits.FIELDS}")
+    if len(lines) > limits.FIELDS:
+        raise BagError(f"{len(lines)} lines: at most {limits.FIELDS}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+@functools.lru_cache(maxsize=64)
+def message_type(kind: str, text: str) -> MessageType:
+    """`MessageType`, made once of each definition."""
+    return MessageType(kind, text)
 
 
 def _is_number(description: Any) -> bool:

@@ -47,7 +47,6 @@ class Bag:
             source.channels = without_repeats(source.channels)
         self.remarks += [remark for source in self._sources for remark in source.remarks]
         self.topics = topics_of(self._sources)
-        self._decoders: dict[str, decode.Decode] = {}
         self.notes = self._notes()
         version = self.notes.get(FORMAT_KEY, "0")
         if not version.isdecimal() or len(version) > 9 or int(version) > FORMAT_VERSION:
@@ -221,10 +220,7 @@ class Bag:
 
     def decoder(self, name: str) -> decode.Decode:
         """A function that decodes messages of a topic. Raises InputError, BagError as `decoded`."""
-        topic = self._topic(name)
-        if name not in self._decoders:
-            self._decoders[name] = decode.decoder(topic.form)
-        return self._decoders[name]
+        return decode.decoder(self._topic(name).form)
 
     def check_installed(self, name: str) -> None:
         """InputError when a topic's definition has other fields than the type installed here."""

@@ -41,7 +41,9 @@ class Walk:
         self._is_chunked: bool | None = None
         self._one_by_one = 0  # messages before this place are taken one by one
         self._lost: Damage | None = None  # the damage that message indices belong to
-        self._damages = self._empty = self._attached = self._defined = 0
+        self._indices_left = 0  # message indices that may follow
+        self._damages = self._empty = self._attached = self._definitions = 0
+        self._defined: set[bytes] = set()  # records that are definitions
 
     def pieces(self) -> Iterator[Piece | Damage]:
         """All that can be told of the file. BagError: it is no .mcap file, or too damaged."""
@@ -78,19 +80,18 @@ class Walk:
     def _note(self, found: Piece | Damage) -> None:
         if isinstance(found, Damage):
             self._lost = found
+            if found.holds_messages:
+                self._indices_left = 1 << 16  # one for each channel
             self._damages += 1
             if self._damages > limits.DAMAGES:
                 raise TooDamagedError(f"more than {limits.DAMAGES} places")
-        elif found.opcode == Opcode.CHUNK:
+        elif found.opcode == Opcode.CHUNK and found.inner is not None:
             self._is_chunked, self._lost = True, None
+            self._indices_left = len(found.inner.times)
         elif found.opcode in (Opcode.ATTACHMENT, Opcode.METADATA):
             self._attached += 1
             if self._attached > limits.RECORDS:
                 raise TooDamagedError(f"more than {limits.RECORDS} attachments and metadata")
-        elif found.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            self._defined += 1
-            if self._defined > limits.DEFINED:
-                raise TooDamagedError(f"more than {limits.DEFINED} definitions")
 
     # --- one record -------------------------------------------------------------------------------
     def _at(self, position: int) -> Piece | Damage | int | None:
@@ -129,19 +130,31 @@ class Walk:
     def _small(self, opcode: int, position: int, whole: int) -> Piece | int:
         if whole > limits.RECORD:
             raise BagError(f"a record of {whole} bytes (at most {limits.RECORD})")
-        record = self._file.read(position, whole)
+        record = self._window.bytes(position, whole)
         content = memoryview(record)[HEAD.size :]
         match opcode:
-            case Opcode.SCHEMA:
-                fields.schema(content)
-            case Opcode.CHANNEL:
-                fields.channel(content)
+            case Opcode.SCHEMA | Opcode.CHANNEL:
+                return self._definition(opcode, position, record)
             case Opcode.METADATA:
                 fields.metadata(content)
             case _:
+                if position != len(MAGIC):
+                    raise BagError("a header in the midst of the file")
                 fields.header(content)
                 return whole
         return Piece(opcode, position, whole, record)
+
+    def _definition(self, opcode: int, position: int, record: bytes) -> Piece | int:
+        """A definition of a topic or a type; one that was there before says nothing."""
+        self._definitions += 1
+        if self._definitions > limits.DEFINED:
+            raise TooDamagedError(f"more than {limits.DEFINED} definitions")
+        if record in self._defined:
+            return len(record)
+        content = memoryview(record)[HEAD.size :]
+        fields.schema(content) if opcode == Opcode.SCHEMA else fields.channel(content)
+        self._defined.add(record)
+        return Piece(opcode, position, len(record), record)
 
     def _attachment(self, position: int, whole: int) -> Piece:
         start, length = position + HEAD.size, whole - HEAD.size
@@ -189,6 +202,10 @@ class Walk:
             self._empty += 1
             if self._empty > limits.RECORDS:
                 raise TooDamagedError(f"more than {limits.RECORDS} indices of no message")
+        elif (left := self._indices_left) > 0:
+            self._indices_left = left - 1
+        else:
+            raise BagError("more message indices than messages")
         if self._lost is not None and self._lost.holds_messages:
             self._lost.counts[channel] += length // 16
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import re
 from collections.abc import Callable
 
+import numpy as np
 from mcap.opcode import Opcode
+from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
@@ -18,12 +19,11 @@ from bouncing_disk_ros.bag.pieces import Piece
 Watch = Callable[[int, int], object]
 """Called now and then with the bytes passed and the bytes of the file; may raise to end a walk."""
 
-_NEXT_CHUNK = re.compile(
-    rb"\x06[\x00-\xff]{5}\x00{3}[\x00-\xff]{28}(?:\0{4}|\x04\0{3}zstd|\x03\0{3}lz4)", re.DOTALL
-)
-"""A chunk record: its length is below 2**40, its compression one of three."""
-_PATTERN_LENGTH = 64
-"""The pattern is shorter than this."""
+_NAME_AT = HEAD.size + 28
+"""Where the name of the compression stands in a chunk record, after its length."""
+_NAMES = (b"\0\0\0\0", b"\4\0\0\0zstd", b"\3\0\0\0lz4")
+_LOOKED_AT = _NAME_AT + 8
+"""Bytes of a record by which a chunk is known."""
 _TRIED = 4096
 """A place that looks like a chunk and is none costs at least as much as so many bytes."""
 
@@ -65,15 +65,29 @@ class ChunkSearch:
         size = self._file.size
         for start in range(position, size, PART):
             self._watch(start, size)
-            window = self._file.read(start, min(PART + _PATTERN_LENGTH, size - start))
-            for match in _NEXT_CHUNK.finditer(window):
-                if match.start() >= PART:  # the next window has it
-                    break
-                _, length = HEAD.unpack_from(window, match.start())
-                place = start + match.start()
-                if place + HEAD.size + length > size:
+            window = self._file.read(start, min(PART + _LOOKED_AT, size - start))
+            for place in _candidates(window):
+                _, length = HEAD.unpack_from(window, place)
+                if start + place + HEAD.size + length > size:
                     continue
                 with contextlib.suppress(BagError):
-                    self.read(place, HEAD.size + length)
-                    return place
+                    self.read(start + place, HEAD.size + length)
+                    return start + place
         return None
+
+
+def _candidates(window: bytes) -> list[int]:
+    """Places where a chunk may begin: of a length below 2**40 and a compression that is known.
+
+    Takes the same time whatever the window holds.
+    """
+    data = np.frombuffer(window + bytes(_LOOKED_AT), np.uint8)
+    count = min(len(window), PART)
+
+    def at(offset: int) -> NDArray[np.uint8]:
+        return data[offset : offset + count]
+
+    found = (at(0) == Opcode.CHUNK) & (at(6) == 0) & (at(7) == 0) & (at(8) == 0)
+    found &= (at(_NAME_AT + 1) == 0) & (at(_NAME_AT + 2) == 0) & (at(_NAME_AT + 3) == 0)
+    places = np.flatnonzero(found).tolist()
+    return [place for place in places if window.startswith(_NAMES, place + _NAME_AT)]

@@ -38,8 +38,12 @@ def _recover(given: argparse.Namespace) -> int:
     with walking("bag_recover") as watch:
         report = bag.recover(given.bag, given.output, watch)
     more = [f"and {report.untold} more damaged places"] if report.untold else []
-    print("\n".join([*report.lines, *more, report.summary]))
-    return ExitCode.DONE if report.saved else ExitCode.BAD_INPUT
+    print("\n".join([*report.lines, *more]))
+    if not report.saved and (report.lost or not report.exact):
+        print(f"bag_recover: {report.summary}", file=sys.stderr)
+        return ExitCode.BAD_INPUT
+    print(report.summary)
+    return ExitCode.DONE
 
 
 if __name__ == "__main__":
