@@ -50,7 +50,7 @@ class Tail(NamedTuple):
 def prove_still(event: Event) -> Verdict:
     """A bounce too short to move the forcing phase is taken as contact."""
     platform = platform_of(event.motion, event.before)
-    load = load_of(platform, event.disk, event.motion.fading).jet(arb(0))[0]
+    load = load_of(platform, event.disk).jet(arb(0))[0]
     turned = 2 * arb(event.before.u) * platform.rate(arb(0))
     if load > 0 and turned <= _NO_BOUNCE * load:
         return prove_clock(event, platform)
@@ -111,7 +111,7 @@ def remainder(x: float, y: float) -> float:
 
 def _prove_end(event: Event, tail: Tail, platform: Platform) -> Verdict:
     """The reported delay is the closed form, and that is exact to the rounding of the phase."""
-    load = load_of(platform, event.disk, event.motion.fading)
+    load = load_of(platform, event.disk)
     part = load.tolerance(event.delay) / float(tail.load.lower()) + ROUNDINGS * HALF_ULP
     allowed = event.delay * part
     ends = compared(arb(event.delay) - tail.closed_form, allowed, "the end of the chatter")
@@ -131,7 +131,7 @@ def _prove_friction(event: Event, tail: Tail, platform: Platform) -> Verdict:
         return Verdict(Outcome.PROVED)
     growth, ends = arb(tail.growth).exp(), 1 + arb(disk.restitution)
     slip = arb(state.omega) - platform.mix(arb(0), arb(1)).jet(arb(0))[1]
-    slack = slip_of(platform, state, disk, event.motion.fading).tolerance(0.0)
+    slack = slip_of(platform, state, disk).tolerance(0.0)
     torque = abs(tail.torque)
     if sign == 0.0:
         supplied = arb(disk.grip) * ends * tail.load.lower() / growth
@@ -153,11 +153,11 @@ def _prove_state(event: Event, platform: Platform) -> Verdict:
     state, after, disk = event.before, event.after, event.disk
     assert after is not None
     d = arb(event.delay)
-    slip = slip_of(platform, state, disk, event.motion.fading)
+    slip = slip_of(platform, state, disk)
     if event.value == 0.0:
         speed = platform.mix(arb(0), arb(1)).jet(d)[1]
     else:
-        gap = gap_of(platform, state, disk, event.motion.fading)
+        gap = gap_of(platform, state, disk)
         impulse = -gap.jet(d)[1]  # over m, by momentum
         speed = arb(state.omega) - arb(event.value) * disk.grip * impulse - disk.lag * d
     allowed = slip.tolerance(event.delay) + disk.grip * ROUNDINGS * HALF_ULP * state.u

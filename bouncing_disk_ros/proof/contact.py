@@ -61,20 +61,20 @@ def prove_contact(event: Event) -> Verdict:
 
 def _prove_no_slip(event: Event, platform: Platform) -> Verdict:
     """A disk that sticks turns as the platform does."""
-    slip = slip_of(platform, event.before, event.disk, event.motion.fading, event.inherited)
+    slip = slip_of(platform, event.before, event.disk, event.inherited)
     off = arb(event.before.omega) - platform.mix(arb(0), arb(1)).jet(arb(0))[1]
     return compared(off, slip.tolerance(0.0), "the speed of a disk that sticks")
 
 
 def _conditions(event: Event, platform: Platform) -> list[Condition]:
     state, disk, fading = event.before, event.disk, event.motion.fading
-    found = [Condition("load", load_of(platform, disk, fading), Kind.SEPARATION, 0.0, not fading)]
+    found = [Condition("load", load_of(platform, disk), Kind.SEPARATION, 0.0, not fading)]
     if state.phase is Phase.STICKING:
         for sign in (1.0, -1.0):
-            margin = margin_of(platform, disk, sign, fading)
+            margin = margin_of(platform, disk, sign)
             found.append(Condition("stick margin", margin, Kind.SLIP, -sign, not fading))
     elif disk.grip > 0.0:
-        slip = slip_of(platform, state, disk, fading, event.inherited)
+        slip = slip_of(platform, state, disk, event.inherited)
         grows = disk.grip * disk.g + state.slip_sign * disk.lag <= 0.0
         found.append(Condition("slip", slip, Kind.SLIP_ENDS, 0.0, grows and not fading))
     return found
@@ -126,7 +126,7 @@ def _prove_speed(event: Event, platform: Platform) -> Verdict:
         return Verdict(Outcome.PROVED)
     d = end_of(event)
     turning = platform.mix(arb(0), arb(1)).jet(arb(d))
-    slip = slip_of(platform, state, disk, event.motion.fading)
+    slip = slip_of(platform, state, disk)
     allowed = slip.tolerance(d) + slip.tolerance(d, 1) * d
     speed = turning[1]
     if state.phase is Phase.SLIDING:

@@ -12,18 +12,22 @@ import math
 
 from flint import acb, acb_series, arb
 
-from bouncing_disk_ros.proof.platform import NS, WIDE, Cancelled, Oscillation
+from bouncing_disk_ros.proof.platform import NS, WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.records import MotionRecord, State
 
 _ORDERS = 5
 Series = list[arb]
 
 
-class FadingPlatform:
+class FadingPlatform(Platform):
     """A, Φ, f and θ on their way from one motion to another."""
+
+    roundings = 4.0
+    clock = 1e-9
 
     def __init__(self, motion: MotionRecord, state: State) -> None:
         """At the precision in force."""
+        super().__init__()
         self.motion = motion
         self._duration = arb(motion.end_ns - motion.begin_ns) / NS
         self._begun = (arb(state.ns - motion.begin_ns) + arb(state.sub)) / NS

@@ -23,7 +23,7 @@ def prove_flight(event: Event) -> Verdict:
         reason = f"an impact after {event.delay!r} s with w_A = {event.value!r} m/s"
         return Verdict(Outcome.REFUTED, reason)
     platform = platform_of(event.motion, state)
-    gap = gap_of(platform, state, event.disk, event.motion.fading)
+    gap = gap_of(platform, state, event.disk)
     clock = prove_clock(event, platform)
     if event.kind is Kind.IMPACT:
         return worst([_prove_impact(gap, event), clock])

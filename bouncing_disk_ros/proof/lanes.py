@@ -102,7 +102,7 @@ def _prove_landing(collision: Collision, tau: float, u: float) -> Verdict:
     """The first impact after a launch at tau with u is the reported one."""
     platform, state = _platform(collision.forcing, tau)
     disk = DiskRecord(collision.restitution, GRAVITY, 0.0, 0.0)
-    gap = gap_of(platform, state._replace(u=u), disk, fading=False)
+    gap = gap_of(platform, state._replace(u=u), disk)
     if not (math.isfinite(collision.next_tau) and -math.inf < collision.next_w < 0.0):
         reason = f"an impact at {collision.next_tau!r} rad with w = {collision.next_w!r}"
         return Verdict(Outcome.REFUTED, reason)

@@ -100,10 +100,12 @@ class _Subdivision:
     def __init__(self, watched: Watched, most_pieces: int) -> None:
         self._watched, self._most = watched, most_pieces
         self._count = 0
+        self._largest = math.nan  # tolerance, at the end: it grows with time
 
     def over(self, marks: list[float]) -> Finding:
         """The sign between the first and the last mark."""
         ends = [self._end(t) for t in marks]
+        self._largest = self._watched.tolerance(marks[-1])
         todo = [(marks[i], ends[i], marks[i + 1], ends[i + 1]) for i in range(len(marks) - 1)]
         todo.reverse()
         touch = None
@@ -140,6 +142,8 @@ class _Subdivision:
         over, length = self._watched.over(a, b), arb(b) - arb(a)
         if decides(at_a, at_b, over, length):
             return Sign.POSITIVE
+        if at_a[0] > self._largest and at_b[0] > self._largest:
+            return Sign.UNKNOWN
         slack = self._watched.tolerance(a)
         if not at_a[0] > slack or not at_b[0] > slack:
             lifted_a, lifted_b = (at_a[0] + slack, at_a[1]), (at_b[0] + slack, at_b[1])

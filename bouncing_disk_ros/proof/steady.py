@@ -6,15 +6,16 @@ from copy import copy
 
 from flint import arb
 
-from bouncing_disk_ros.proof.platform import WIDE, Cancelled, Oscillation
+from bouncing_disk_ros.proof.platform import WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.records import MotionRecord, State
 
 
-class SteadyPlatform:
+class SteadyPlatform(Platform):
     """s = A sin(τ₀ + ωt), β = Φ sin(τ₀ + ωt + θ)."""
 
     def __init__(self, motion: MotionRecord, state: State, rate: arb | None = None) -> None:
         """At the precision in force; `rate` in place of ω = 2πf."""
+        super().__init__()
         self._tau = arb(state.tau)
         self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
         self._motion = motion
@@ -22,7 +23,7 @@ class SteadyPlatform:
     def moved(self, t: arb) -> SteadyPlatform:
         """The same motion, with its time counted from t seconds later."""
         later = copy(self)
-        later._tau = self.phase(t)
+        later._tau, later._reached = self.phase(t), {}
         return later
 
     def phase(self, t: arb) -> arb:

@@ -79,7 +79,7 @@ class _Ride:
     def verdict(self) -> Verdict:
         """Ride to the separation, and compare."""
         leave = self._separation()
-        load = load_of(self.platform, self.disk, fading=False)
+        load = load_of(self.platform, self.disk)
         at_start = load.jet(arb(0))[0]
         if leave is None:
             return self._expect(STAYS)
@@ -109,7 +109,7 @@ class _Ride:
 
     def _start_sign(self) -> float:
         """Sign of the slip at the start; 0: the disk sticks."""
-        slip = slip_from(self.platform, self.omega, 1.0, self.disk, False, self.rounding)
+        slip = slip_from(self.platform, self.omega, 1.0, self.disk, self.rounding)
         value = slip.start()[0]
         if abs(value) <= slip.tolerance(0.0):
             return self._rule_4()
@@ -118,7 +118,7 @@ class _Ride:
     def _rule_4(self) -> float:
         """Whether a disk without slip sticks (0), or the sign with which it slides."""
         if self.disk.grip > 0.0:
-            margins = [margin_of(self.platform, self.disk, s, False) for s in (1.0, -1.0)]
+            margins = [margin_of(self.platform, self.disk, s) for s in (1.0, -1.0)]
             values = [margin.jet(arb(0))[0] for margin in margins]
             if any(
                 abs(value) <= margin.tolerance(0.0)
@@ -137,7 +137,7 @@ class _Ride:
         last = float(left) - _LAST_SLIP / float(self.rate)
         zeros = {}
         for sign in (1.0, -1.0):
-            zero = self._zero(margin_of(self.platform, self.disk, sign, False), last)
+            zero = self._zero(margin_of(self.platform, self.disk, sign), last)
             if zero is not None:
                 zeros[float(zero)] = (-sign, zero)
         spin = self.platform.mix(arb(0), arb(1))
@@ -156,7 +156,7 @@ class _Ride:
 
     def _slide(self, sign: float, left: arb) -> float | None:
         """Slide until w_T = 0; how it goes on there, or None: until the separation."""
-        slip = slip_from(self.platform, self.omega, sign, self.disk, False, self.rounding)
+        slip = slip_from(self.platform, self.omega, sign, self.disk, self.rounding)
         stop = self._zero(slip, float(left)) if self.disk.grip > 0.0 else None
         d = left if stop is None else stop
         axial, spin = self.platform.mix(arb(1), arb(0)), self.platform.mix(arb(0), arb(1))

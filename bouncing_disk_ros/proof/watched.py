@@ -26,40 +26,6 @@ from bouncing_disk_ros.proof.records import DiskRecord, State
 ROUNDINGS = 8.0
 HALF_ULP = 2.0**-53
 _OF_PHASE = 1.0 + 2.0 * math.pi
-_FADING = 4.0
-_NANOSECOND = 1e-9
-
-
-class Reach:
-    """The greatest derivatives of s and β over the first t seconds, as floats."""
-
-    def __init__(self, platform: Platform, fading: bool) -> None:
-        """At the precision in force."""
-        self._platform = platform
-        self._axial = platform.mix(arb(1), arb(0))
-        self._angular = platform.mix(arb(0), arb(1))
-        self._part = _FADING if fading else 1.0
-        self.clock = _NANOSECOND if fading else 0.0
-
-    def axial(self, t: float) -> list[float]:
-        """Of s, times what a cross-fade adds to its roundings."""
-        return self._reach(self._axial, t, self._platform.cancelled(t).axial)
-
-    def angular(self, t: float) -> list[float]:
-        """Of β."""
-        return self._reach(self._angular, t, self._platform.cancelled(t).angular)
-
-    def _reach(self, oscillation: Oscillation, t: float, cancelled: float) -> list[float]:
-        whole = interval(0.0, t)
-        rate = float(self._platform.rate(whole).upper())
-        part = self._part * self._platform.cancelled(t).frequency
-        bounds = oscillation.envelope(whole)
-        return [part * (float(r.upper()) + cancelled * rate**n) for n, r in enumerate(bounds)]
-
-    def turn(self, t: float) -> float:
-        """Most by which the forcing phase grows, rad."""
-        grown = float(self._platform.rate(interval(0.0, t)).upper()) * t
-        return grown * self._platform.cancelled(t).frequency
 
 
 Rounding = Callable[[int, float], float]
@@ -128,90 +94,88 @@ class Watched:
         return tuple(t + into for t, into in zip(zeros, inside, strict=False) if t + into > 0.0)
 
 
-def gap_of(platform: Platform, state: State, disk: DiskRecord, fading: bool) -> Watched:
+def gap_of(platform: Platform, state: State, disk: DiskRecord) -> Watched:
     """The gap, gap + u t − g t²/2 − (s(t) − s(0) − ṡ(0)t)."""
     axial = platform.mix(arb(1), arb(0))
     s0, s1 = axial.jet(arb(0))[:2]
-    gap, u, g, reach = abs(state.gap), abs(state.u), disk.g, Reach(platform, fading)
+    gap, u, g = abs(state.gap), abs(state.u), disk.g
 
     def rounding(derivative: int, t: float) -> float:
-        r0, r1, r2, r3, r4 = reach.axial(t)
-        x = reach.turn(t)
+        (r0, r1, r2, r3, r4), _, x = platform.reach(t)
         if derivative == 0:
             swing = _OF_PHASE * min(2.0 * r0 + r1 * t, r2 * t * t / 2.0)
-            swing += min(2.0 * r0 * x, r2 * t * t) + reach.clock * min(2.0 * r1, r3 * t * t / 2.0)
+            swing += min(2.0 * r0 * x, r2 * t * t) + platform.clock * min(
+                2.0 * r1, r3 * t * t / 2.0
+            )
             return gap + u * t + g * t * t / 2.0 + swing
         if derivative == 1:
             swing = _OF_PHASE * min(2.0 * r1, r2 * t) + min(r1 * x, 2.0 * r2 * t)
-            return u + g * t + swing + reach.clock * min(2.0 * r2, r3 * t)
+            return u + g * t + swing + platform.clock * min(2.0 * r2, r3 * t)
         still, swing, next_one = (g, r2, r3) if derivative == 2 else (0.0, r3, r4)
-        return still + (_OF_PHASE + 1.0 + x) * swing + reach.clock * next_one
+        return still + (_OF_PHASE + 1.0 + x) * swing + platform.clock * next_one
 
     polynomial = (arb(state.gap) + s0, arb(state.u) + s1, -arb(disk.g) / 2)
     return Watched(polynomial, (axial, 0, arb(-1)), rounding, (arb(state.gap), arb(state.u)))
 
 
-def load_of(platform: Platform, disk: DiskRecord, fading: bool) -> Watched:
+def load_of(platform: Platform, disk: DiskRecord) -> Watched:
     """The load over the mass, a = g + s̈."""
-    reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        swing, next_one = [*reach.axial(t), 0.0][2 + derivative : 4 + derivative]
+        reach = platform.reach(t)
+        swing, next_one = [*reach.axial, 0.0][2 + derivative : 4 + derivative]
         still = disk.g if derivative == 0 else 0.0
-        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t)) + reach.clock * next_one
+        return still + swing * (_OF_PHASE + 1.0 + reach.turn) + platform.clock * next_one
 
     axial = platform.mix(arb(1), arb(0))
     return Watched((arb(disk.g), arb(0), arb(0)), (axial, 2, arb(1)), rounding)
 
 
-def margin_of(platform: Platform, disk: DiskRecord, sign: float, fading: bool) -> Watched:
+def margin_of(platform: Platform, disk: DiskRecord, sign: float) -> Watched:
     """What friction can supply less what sticking needs: grip·a − sign·ρ."""
-    reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        both = zip([*reach.axial(t), 0.0], [*reach.angular(t), 0.0], strict=True)
+        reach = platform.reach(t)
+        both = zip([*reach.axial, 0.0], [*reach.angular, 0.0], strict=True)
         swings = [disk.grip * axial + angular for axial, angular in both]
         swing, next_one = swings[2 + derivative : 4 + derivative]
         still = disk.grip * disk.g + abs(disk.lag) if derivative == 0 else 0.0
-        return still + swing * (_OF_PHASE + 1.0 + reach.turn(t)) + reach.clock * next_one
+        return still + swing * (_OF_PHASE + 1.0 + reach.turn) + platform.clock * next_one
 
     mix = platform.mix(arb(disk.grip), arb(-sign))
     still = arb(disk.grip) * arb(disk.g) - arb(sign) * arb(disk.lag)
     return Watched((still, arb(0), arb(0)), (mix, 2, arb(1)), rounding)
 
 
-def slip_of(
-    platform: Platform, state: State, disk: DiskRecord, fading: bool, inherited: float = 0.0
-) -> Watched:
+def slip_of(platform: Platform, state: State, disk: DiskRecord, inherited: float = 0.0) -> Watched:
     """The slip of a state that slides.
 
     `inherited`: the α̇ from which that of the state has come by sliding, rad/s.
     """
     scale = abs(state.omega) + inherited
-    return slip_from(platform, arb(state.omega), state.slip_sign, disk, fading, scale)
+    return slip_from(platform, arb(state.omega), state.slip_sign, disk, scale)
 
 
 def slip_from(
-    platform: Platform, omega: arb, sign: float, disk: DiskRecord, fading: bool, scale: float
+    platform: Platform, omega: arb, sign: float, disk: DiskRecord, scale: float
 ) -> Watched:
     """The slip sign·w_T of a disk that slides from α̇ = omega on: α̈ = −sign·grip·a − lag.
 
     `scale`: the numbers that omega is made of, rad/s.
     """
-    reach = Reach(platform, fading)
 
     def rounding(derivative: int, t: float) -> float:
-        axial, angular = reach.axial(t), reach.angular(t)
-        part = _OF_PHASE + 1.0 + reach.turn(t)
+        axial, angular, turn = platform.reach(t)
+        part = _OF_PHASE + 1.0 + turn
         pull = disk.grip * disk.g + abs(disk.lag)
         drive = disk.grip * axial[2] + angular[2]
         if derivative == 0:
             swing = disk.grip * min(2.0 * axial[1], axial[2] * t) + angular[1]
-            return scale + pull * t + swing * part + reach.clock * (pull + drive)
+            return scale + pull * t + swing * part + platform.clock * (pull + drive)
         change = disk.grip * axial[3] + angular[3]
         if derivative == 1:
-            return pull + drive * part + reach.clock * change
-        return change * part + reach.clock * (disk.grip * axial[4] + angular[4])
+            return pull + drive * part + platform.clock * change
+        return change * part + platform.clock * (disk.grip * axial[4] + angular[4])
 
     side = arb(sign)
     mix = platform.mix(arb(disk.grip), side)
