@@ -48,7 +48,8 @@ def impact_rows(first: int, count: int, seed: int = 0) -> NDArray[np.void]:
     rng = np.random.default_rng(seed + first)
     rows = np.zeros(count, IMPACT_DTYPE)
     for name in IMPACT_DTYPE.names or ():
-        rows[name] = rng.integers(0, 200, count) if name == "kind" else rng.normal(size=count) * 10
+        rows[name] = rng.integers(0, 3, count) if name == "kind" else rng.normal(size=count) * 10
+    rows["time"] = np.abs(rows["time"])
     rows["index"] = np.arange(first, first + count)
     rows["count"] = 1
     return rows

@@ -68,7 +68,7 @@ MAY_IMPORT = {
                    "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
-    "__init__": {"kernel_cache", "core", "nodes.simulator", "ros", "run"},
+    "__init__": {"kernel_cache", "safe_path", "core", "nodes.simulator", "ros", "run"},
     "__main__": TABLES,
 }  # fmt: skip
 #: room -> libraries from outside that it may import besides the standard library
