@@ -1,0 +1,72 @@
+"""Results of 300 runs of all kinds, pinned by their digests: a change of the code changes no bit.
+
+`python test/reference/test_pinned.py` computes all anew and rewrites pinned.json, and says what has
+changed: for a change that is meant to change results, and says so in the changelog.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+if __name__ == "__main__":  # as pytest finds the tests' own modules
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import pytest
+
+from reference import pinned_simulations
+from support.digest import Digest, differences, digest_of
+from support.pinned_draws import PinnedRun
+
+FILE = Path(__file__).with_name("pinned.json")
+RUNS = [*pinned_simulations.runs()]
+
+
+def title(run: PinnedRun) -> str:
+    return f"{run.kind}: {run.name}"
+
+
+def read() -> dict[str, Digest]:
+    """The digests that are pinned."""
+    held = json.loads(FILE.read_text("utf-8")) if FILE.is_file() else {}
+    return {
+        name: Digest(numbers, words, tuple((digits, number) for digits, number in near))
+        for name, (numbers, words, near) in held.items()
+    }
+
+
+PINNED = read()
+
+
+@pytest.mark.parametrize("run", RUNS, ids=title)
+def test_a_run_is_what_it_was(run: PinnedRun, tmp_path: Path) -> None:
+    found = digest_of(run.compute(tmp_path))
+    said = differences(PINNED[title(run)], found)
+    assert not said, f"{title(run)}: {'; '.join(said[:5])}"
+
+
+def test_each_pinned_run_is_there() -> None:
+    names = [title(run) for run in RUNS]
+    assert len(names) == len(set(names))
+    assert names == list(PINNED)
+
+
+def rewrite() -> None:
+    """Compute all runs, say what differs, and pin them."""
+    found = {}
+    for run in RUNS:
+        with tempfile.TemporaryDirectory() as folder:
+            found[title(run)] = digest_of(run.compute(Path(folder)))
+    for name, digest in found.items():
+        said = differences(PINNED[name], digest) if name in PINNED else ["new"]
+        if said:
+            print(f"{name}: {'; '.join(said[:5])}")
+    lines = [f"{json.dumps(name)}: {json.dumps(digest)}" for name, digest in found.items()]
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
+    print(f"{len(found)} runs are in {FILE.name}")
+
+
+if __name__ == "__main__":
+    rewrite()
