@@ -16,12 +16,12 @@ if __name__ == "__main__":  # as pytest finds the tests' own modules
 
 import pytest
 
-from reference import pinned_simulations
+from reference import pinned_maps, pinned_results, pinned_simulations
 from support.digest import Digest, differences, digest_of
 from support.pinned_draws import PinnedRun
 
 FILE = Path(__file__).with_name("pinned.json")
-RUNS = [*pinned_simulations.runs()]
+RUNS = [*pinned_simulations.runs(), *pinned_maps.runs(), *pinned_results.runs()]
 
 
 def title(run: PinnedRun) -> str:

@@ -13,15 +13,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import Simulation, parameters, simulate
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basins import label_starts
+from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
+from bouncing_disk_ros.analysis.dynamics.boundary import (
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
+from bouncing_disk_ros.analysis.dynamics.grazing import orbit_end
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, fixed_point
+from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
+from bouncing_disk_ros.analysis.toss.extremes import extreme
+from bouncing_disk_ros.analysis.toss.path import toss_paths, toss_trajectory
+from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.core.arithmetic import sine_and_cosine
+from bouncing_disk_ros.core.attractor import attractor
+from bouncing_disk_ros.core.axial_map import axial_orbit
+from bouncing_disk_ros.core.collision_map import collision_orbit
 from bouncing_disk_ros.core.engine import joined
+from bouncing_disk_ros.core.lanes.attractor import attractors
+from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.core.lanes.basin import label
+from bouncing_disk_ros.core.lanes.rotation import iterate_rotation
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.tangent import axial_tangent
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.inputs import restored
 from bouncing_disk_ros.run.records import Record, from_json, to_json
 from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.what_if import changes_of, what_if
+from support.digest import Near
 
 Values = Mapping[str, Any]
 Floats = NDArray[np.float64]
@@ -183,3 +209,160 @@ def compared(records: Sequence[Record], changes: Values, until_ns: int) -> Conte
     parting = None if found.parting is None else [found.parting.recorded, found.parting.replayed]
     return [list(found.first), list(found.second), found.start_ns, found.end_ns, found.parted_ns,
             parting]  # fmt: skip
+
+
+# --- the next-collision map -----------------------------------------------------------------------
+def orbit(start: Sequence[float], given: Sequence[float], impacts: int) -> Content:
+    """Impacts after (τ, w) at Γ, ε; or after (τ, w, α̇) at Γ, ε, θ, Γ_T."""
+    follow, columns = (axial_orbit, 4) if len(start) == 2 else (collision_orbit, 6)
+    out = np.zeros((impacts, columns))
+    return [follow(*start, *given, impacts, out), out]
+
+
+def measured(
+    start: Sequence[float], given: Sequence[float], settling: int, impacts: int
+) -> Content:
+    """One attractor: last state, impacts and means."""
+    state, out, results = np.array([*start, 1.0, 0.0]), np.zeros((20, 6)), np.zeros(5)
+    count = attractor(state, *given, settling, impacts, out, results)
+    # with its Lyapunov exponent, which takes logarithms of the C library
+    return [count, state, out, np.delete(results, 2), Near(results[2])]
+
+
+def derivatives(start: Sequence[float], given: Sequence[float], impacts: int) -> Content:
+    """An orbit of (τ, w) at Γ, ε with its derivatives."""
+    states, tangent = np.zeros((impacts + 1, 3)), np.zeros((2, 4))
+    return [axial_tangent(*start, *given, impacts, states, tangent), states, tangent]
+
+
+def carried(starts: Floats, given: Floats, impacts: int) -> Content:
+    """Many trajectories (n, 2) or (n, 3) in lanes, at parameters (n, 2) or (n, 4)."""
+    states = [column.copy() for column in starts.T]
+    counts, sums = np.zeros((len(starts), 2), np.int64), np.zeros((len(starts), 2))
+    columns = [np.ascontiguousarray(column) for column in given.T]
+    if len(states) == 2:
+        iterate(*states, *columns, impacts, counts)
+    else:
+        iterate_rotation(*states, *columns, impacts, counts, sums)
+    return [states, counts, sums]
+
+
+def measured_in_lanes(starts: Floats, given: Floats, settling: int, impacts: int) -> Content:
+    """Many attractors: starts (n, 3) at parameters (n, 4)."""
+    n = len(starts)
+    states = np.hstack([starts, np.ones((n, 1)), np.zeros((n, 1))])
+    out, results = np.zeros((n, 5, 6)), np.zeros((n, 5))
+    attractors(states, given, settling, impacts, out, results)
+    return [states, out, results]
+
+
+def labelled(
+    starts: Floats, forcing: float, restitution: float, points: Floats, of: Sequence[int], cap: int
+) -> Content:
+    """Labels of starts (n, 2) by the rule of the lanes, with points (m, 2) given."""
+    n = len(starts)
+    tau, w = (column.copy() for column in starts.T)
+    labels, impacts, time = np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(n)
+    owners = np.array(of, np.int32)
+    label(tau, w, forcing, restitution, points, owners, 1e-3, 8, cap, 98, 99,
+          labels, impacts, time)  # fmt: skip
+    return [labels, impacts, time]
+
+
+def attractors_of(forcing: float, restitution: float, starts: Floats) -> Attractors:
+    """The attractors that starts (n, 2) lead to."""
+    return find_attractors(forcing, restitution, [(float(t), float(w)) for t, w in starts])
+
+
+def described(found: Attractors) -> Content:
+    """Attractors as numbers: each kind by its place among the kinds."""
+    kinds = list(AttractorKind)
+    rows = [[kinds.index(one.kind), *one[1:]] for one in found.found]
+    return [rows, found.after_contact, found.unresolved]
+
+
+def basins(found: Attractors, forcing: float, restitution: float, starts: Floats) -> Content:
+    """Labels of starts (n, 2)."""
+    tau, w = (column.copy() for column in starts.T)
+    return list(label_starts(found, forcing, restitution, tau, w))
+
+
+def boundary(labels: NDArray[np.int32]) -> Content:
+    """Entropy, box dimension and uncertainty exponent of a map of labels."""
+    return [list(basin_entropy(labels)), list(box_dimension(labels)),
+            list(uncertainty_exponent(labels, periodic=True))]  # fmt: skip
+
+
+def best_phase_lags(
+    found: Attractors, forcing: float, restitution: float, angular: float
+) -> Content:
+    """Best phase lag and speed of each attractor."""
+    return [list(best_lag(one, forcing, restitution, angular)) for one in found.found]
+
+
+def speeds(starts: Floats, speed: float, given: Sequence[float]) -> Content:
+    """Mean speed that starts (n, 2) end with."""
+    tau, w = (column.copy() for column in starts.T)
+    return mean_speeds(tau, w, speed, *given)
+
+
+def jacobian(given: Sequence[float], start: Sequence[float], impacts: int) -> Content:
+    """An orbit of the map as an object, and its derivatives."""
+    section = NextCollisionMap(*given)
+    state = MapState(*start)
+    return [list(section.orbit(state, impacts)), section.jacobian(state, impacts)]
+
+
+def _orbit_numbers(orbit: PeriodicOrbit) -> Content:
+    return [*orbit[1:], *(abs(one) for one in orbit.multipliers), orbit.lyapunov_exponent]
+
+
+def periodic(given: Sequence[float]) -> Content:
+    """The period-1 orbit at Γ, ε, θ, Γ_T."""
+    return _orbit_numbers(fixed_point(*given))
+
+
+def doublings(forcing: float, restitution: float, axis: str, limit: float, count: int) -> Content:
+    """Points of period doubling on the way to a limit, along axial forcing or restitution."""
+    inner = {"axial_forcing": "forcing", "restitution": "restitution"}[axis]
+    found = period_doublings(fixed_point(forcing, restitution), inner, limit, count)
+    return [[point.value, *_orbit_numbers(point.orbit)] for point in found]
+
+
+def ending(forcing: float, restitution: float, limit: float) -> Content:
+    """Where the period-1 orbit ends along the axial forcing."""
+    found = orbit_end(fixed_point(forcing, restitution), "forcing", limit)
+    return [found.kind, found.value, found.error]
+
+
+# --- single tosses --------------------------------------------------------------------------------
+def setting(arc: float, frequency: float, **values: float) -> TossSetting:
+    """A setting of tosses; `values` are parameters of the disk."""
+    whole = {**parameters.DEFAULTS, "gravity": 10.0, **values}
+    return TossSetting(arc, frequency, Disk(*(float(whole[name]) for name in Disk._fields)))
+
+
+def ridden(starts: Floats, given: TossSetting, one_by_one: bool = False) -> Content:
+    """Tosses of a table (n, 5): A, Φ, θ, τ, α̇; in lanes or one by one."""
+    events = 1000 if one_by_one else None
+    return list(toss_pixels(starts, given.frequency, given.disk, events))
+
+
+def toss_map(lags: Floats, angles: Floats, given: TossSetting, **start: float) -> Content:
+    """Every measure of tosses over phase lag and amplitude angle."""
+    return list(toss(lags[:, None], angles[None, :], given, **start))
+
+
+def paths(lags: Floats, angles: Floats, given: TossSetting, points: int) -> Content:
+    """Paths of the hand."""
+    return list(toss_paths(lags, angles, given, points=points))
+
+
+def trajectory(lag: float, angle: float, given: TossSetting, samples: int) -> Content:
+    """One toss in time."""
+    return list(toss_trajectory(lag, angle, given, samples=samples))
+
+
+def best_toss(measure: str, given: TossSetting, **fixed: float) -> Content:
+    """The toss that makes a measure largest: that measure."""
+    return getattr(extreme(measure, given, **fixed), measure)

@@ -1,0 +1,204 @@
+"""The other door of the pinned runs to the package: studies, bags, and what recorded runs show.
+
+As `pinned`: plain values in, numbers, arrays and groups of them out, in an order that stays.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import bag, study
+from bouncing_disk_ros.analysis.recorded.estimate import (
+    friction_of,
+    platform_velocities,
+    restitution_of,
+)
+from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
+from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
+from bouncing_disk_ros.analysis.recorded.section import Axis, return_map_of, section_of
+from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
+from bouncing_disk_ros.analysis.report.report import Report, report_of
+from bouncing_disk_ros.analysis.report.tables import tables
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
+from bouncing_disk_ros.nodes.replay.recorded import Recorded, replay_bag
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.simulate import simulate
+from support.recorded import START_NS, RecordedRun
+
+Rows = NDArray[np.void]
+Content = Any
+
+NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+# --- studies --------------------------------------------------------------------------------------
+def studied(folder: Path, name: str, **given: Value) -> Content:
+    """The result of a study: its axes and fields, then what is derived from them."""
+    made = study.named(name, **given)
+    found = study.run(made, folder / "result.zarr")
+    assert found is not None
+    first = [*made.axes, *made.fields]
+    derived = [str(one) for one in found.variables if one not in first and one != "region_done"]
+    return {one: found[one].values for one in [*first, *sorted(derived)]}
+
+
+# --- bags -----------------------------------------------------------------------------------------
+Act = tuple[float, str, tuple[Any, ...]]
+"""When (a multiple of 0.1 s), what and with which numbers."""
+
+
+def _act(what: str, given: tuple[Any, ...]) -> Callable[[Any], None]:
+    def act(session: Any) -> None:
+        now = session.input_ns
+        match what:
+            case "command":
+                after, *values = given
+                session.command([(now + round(after * 1e9), Motion(*values))])
+            case "impulse":
+                session.kick(now, *given)
+            case "change":
+                session.set_parameters(dict(given))
+            case "pause":
+                session.hold(*given)
+            case "reset":
+                session.reset()
+            case "snapshot":
+                session.snapshot()
+
+    return act
+
+
+def recorded(
+    folder: Path, seconds: float, acts: tuple[Act, ...] = (), *,
+    options: Mapping[str, Any] | None = None, namespaces: tuple[str, ...] = ("",),
+    apart: float = 0.0, **given: Any,
+) -> Path:  # fmt: skip
+    """A bag of what simulators publish; each begins so many seconds after the one before."""
+    path = folder / "run"
+    with bag.Writer(path, bag.Options(**(options or {})), version="1.2.3") as writer:
+        writer.attach("parameters.yaml", "text/yaml", b"friction: 0.6\n")
+        for place, namespace in enumerate(namespaces):
+            start_ns = START_NS + place * round(apart * 1e9)
+            run = RecordedRun(writer, namespace, start_ns, **given)
+            run.run(seconds, {at: _act(what, numbers) for at, what, numbers in acts})
+    return path
+
+
+def recovered(path: Path) -> Path:
+    """A bag without its last bytes, mended."""
+    file = max(path.glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[:-3000])
+    (path / "metadata.yaml").unlink()
+    bag.recover(path, path.with_name("mended"))
+    return path.with_name("mended")
+
+
+def content(path: Path) -> Content:
+    """All that a bag holds, decoded; without the version of the package."""
+    with bag.open(path) as opened:
+        found: dict[str, Any] = {}
+        for name, topic in sorted(opened.topics.items()):
+            columns: Any = opened.columns(name)
+            if name.endswith("disk/inputs"):
+                texts = [json.loads(text) for text in columns["data"].tolist()]
+                columns["data"] = [
+                    {key: value for key, value in record.items() if key != "version"}
+                    for record in texts
+                ]
+            times = [list(message[1:4]) for message in opened.messages(name)]
+            found[name] = [topic.type, topic.count, np.array(times), columns]
+        notes = {key: text for key, text in opened.notes.items() if key != "version"}
+        return [found, notes, opened.attachments, opened.start_ns, opened.end_ns]
+
+
+def replayed_bag(path: Path) -> Content:
+    """The replay of a bag; it is identical."""
+    with bag.open(path) as opened:
+        found = replay_bag(Recorded(opened))
+        assert found.identical, [run.difference for run in found.runs]
+        return [found.impacts, found.rows, found.not_compared, len(found.runs)]
+
+
+# --- what recorded runs show ----------------------------------------------------------------------
+def report(path: Path, choice: str = "longest", **wish: Any) -> Report:
+    """The report on a bag."""
+    with bag.open(path) as opened:
+        reader = BagRun(opened, Wish(**wish))
+        for _ in reader.read():
+            pass
+        return report_of(reader.record, reader.source, choice)
+
+
+def _orbit(orbit: Orbit | None) -> Content:
+    if orbit is None:
+        return None
+    return [str(orbit.kind), *orbit[1:5], list(orbit.exponent[:4]) if orbit.exponent else None]
+
+
+def _transient(found: Transient | None) -> Content:
+    if found is None:
+        return None
+    kind, finished, initial, final, constant, rate, end, _ = found
+    return [str(kind), finished, initial, final, list(constant[:4]), list(rate[:4]), end]
+
+
+def report_numbers(found: Report) -> Content:
+    """The numbers of a report."""
+    segments = [
+        [part.segment.begin, part.segment.end, part.segment.motion, list(part.segment.disk),
+         part.rows, part.impacts, _orbit(part.orbit), _transient(part.transient), part.settled]
+        for part in found.segments
+    ]  # fmt: skip
+    return [segments, found.shown, list(found.restitution[:4]), list(found.friction[:4]),
+            found.books, found.real_time, found.begin, found.end]  # fmt: skip
+
+
+def table_numbers(found: Report) -> Content:
+    """The numbers in the tables of a report, in order: the words around them may change."""
+    texts = [text for table in tables(found) for row in table.rows for text in row[1:]]
+    return [NUMBER.findall(text.split(": ")[-1]) for text in texts if "/" not in text]
+
+
+class Observed:
+    """The impacts of a run of `simulate`, and the motion and disk that made them."""
+
+    def __init__(self, seconds: float, **values: Value) -> None:
+        found = simulate(seconds, sample_rate=20.0, **values)
+        self.rows, self.samples = found.impacts, found.samples
+        self.disk = Disk(*(float(found.parameters[name]) for name in Disk._fields))
+        self.motion = Motion(*(float(found.parameters[name]) for name in Motion._fields))
+
+    def estimates(self) -> Content:
+        """Restitution by velocities and by impulses, and friction, with their intervals."""
+        speeds = platform_velocities(self.rows, self.motion)
+        found = (restitution_of(self.rows, speeds), restitution_of(self.rows, mass=self.disk.mass),
+                 friction_of(self.rows, self.disk))  # fmt: skip
+        return [list(estimate[:4]) for estimate in found]
+
+    def section(self) -> Content:
+        """The section and the return map."""
+        parts = [*section_of(self.rows, self.motion, self.disk),
+                 *return_map_of(self.rows, self.motion, self.disk)]  # fmt: skip
+        return [part.values if isinstance(part, Axis) else part for part in parts]
+
+    def orbit(self) -> Content:
+        """The orbit found, by the rows alone and with the map."""
+        known = orbit_of(self.rows, motion=self.motion, disk=self.disk)
+        return [_orbit(orbit_of(self.rows)), _orbit(known)]
+
+    def transient(self) -> Content:
+        """The transient of the speed."""
+        return _transient(transient_of(self.samples["time_ns"] / 1e9,
+                                       self.samples["angular_velocity"]))  # fmt: skip
+
+    def energy(self) -> Content:
+        """The losses in impacts."""
+        return list(impact_energy(self.rows, self.disk))
