@@ -123,7 +123,7 @@ def jacobian(place: int) -> Any:
     return pinned.jacobian((*PLATFORMS[place], 0.4, 15.0), start, 2)
 
 
-SETTINGS = (
+SETTINGS: tuple[tuple[float, float, dict[str, float]], ...] = (
     (0.25, 3.0, {}),
     (0.25, 3.0, {"friction": 0.05, "preload": 1.0}),
     (0.4, 2.0, {"load_torque": 0.01}),
@@ -181,20 +181,20 @@ def runs() -> Runs:
     places = len(PLATFORMS)
     yield from seeded("map", "axial", 3, axial)
     yield from seeded("map", "rotating", 3, rotating)
-    yield from seeded("map", "axial lanes", 4, lanes)
-    yield from seeded("map", "rotating lanes", 4, rotating_lanes)
+    yield from seeded("map", "axial lanes", 4, lanes, in_lanes=True)
+    yield from seeded("map", "rotating lanes", 4, rotating_lanes, in_lanes=True)
     yield from seeded("map", "attractor measured", places, attractor)
-    yield from seeded("map", "attractors in lanes", 3, attractor_lanes)
+    yield from seeded("map", "attractors in lanes", 3, attractor_lanes, in_lanes=True)
     yield from seeded("map", "derivatives", 3, derivatives)
-    yield from seeded("map", "attractors found", places, attractors)
-    yield from seeded("map", "labels", places, labels)
-    yield from seeded("map", "labels of lanes", 3, lane_labels)
-    yield from seeded("map", "boundary", 2, lambda i: boundary((2, 4)[i]))
-    yield from seeded("map", "best phase lags", 2, lambda i: best_lags((2, 3)[i]))
-    yield from seeded("map", "mean speeds", 2, speeds)
+    yield from seeded("map", "attractors found", places, attractors, in_lanes=True)
+    yield from seeded("map", "labels", places, labels, in_lanes=True)
+    yield from seeded("map", "labels of lanes", 3, lane_labels, in_lanes=True)
+    yield from seeded("map", "boundary", 2, lambda i: boundary((2, 4)[i]), in_lanes=True)
+    yield from seeded("map", "best phase lags", 2, lambda i: best_lags((2, 3)[i]), in_lanes=True)
+    yield from seeded("map", "mean speeds", 2, speeds, in_lanes=True)
     yield from seeded("map", "jacobian", 3, lambda i: jacobian((1, 2, 5)[i]))
-    yield plain("map", "period-1", pinned.periodic, (0.45, 0.5, -0.5, 10.0))
-    yield plain("map", "period-1 of weak friction", pinned.periodic, (0.6, 0.4, 0.3, 500.0))
+    yield plain("map", "period-1", pinned.periodic, 0.45, 0.5, -0.5, 10.0)
+    yield plain("map", "period-1 of weak friction", pinned.periodic, 0.6, 0.4, 0.3, 500.0)
     yield plain(
         "map", "doublings over forcing", pinned.doublings, 0.45, 0.5, "axial_forcing", 0.55, 3
     )
@@ -202,9 +202,9 @@ def runs() -> Runs:
         "map", "doublings over restitution", pinned.doublings, 0.45, 0.5, "restitution", 0.7, 1
     )
     yield plain("map", "end of an orbit", pinned.ending, 0.45, 0.5, 0.2)
-    yield from seeded("toss", "in lanes", 8, ridden)
+    yield from seeded("toss", "in lanes", 8, ridden, in_lanes=True)
     yield from seeded("toss", "one by one", 4, ridden_one_by_one)
-    yield from seeded("toss", "map", 6, toss_map)
+    yield from seeded("toss", "map", 6, toss_map, in_lanes=True)
     yield from seeded("toss", "paths", 3, paths)
     yield from seeded("toss", "in time", 3, trajectory)
     yield plain("toss", "fastest", best_toss, "airborne_speed", 0.0)

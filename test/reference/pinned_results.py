@@ -21,19 +21,22 @@ STUDIES: dict[str, tuple[dict[str, Any], ...]] = {
          "angular_forcing": 20.0, **SIZE},
     ),
     "bifurcation": (
-        {"count": 20, "kept": 20, "doublings": 2, **FEW},
+        {"count": 20, "kept": 20, "doublings": 2, "initial_velocity": -1.3, **FEW},
         {"begin": 0.6, "end": 0.4, "count": 9, "kept": 10, "doublings": 0, "initial_phase": 1.0,
          "initial_velocity": -1.0, **FEW},
         {"along": "restitution", "begin": 0.45, "end": 0.6, "count": 9, "kept": 5,
-         "doublings": 1, **FEW},
-        {"along": "phase_lag", "begin": -1.0, "end": 1.0, "count": 9, "kept": 5, **FEW},
-        {"along": "angular_forcing", "begin": 5.0, "end": 50.0, "count": 9, "kept": 5, **FEW},
+         "doublings": 1, "initial_velocity": -1.3, **FEW},
+        {"along": "phase_lag", "begin": -1.0, "end": 1.0, "count": 9, "kept": 5,
+         "initial_velocity": -1.3, **FEW},
+        {"along": "angular_forcing", "begin": 5.0, "end": 50.0, "count": 9, "kept": 5,
+         "initial_velocity": -1.3, **FEW},
         {"starts": 7, "count": 5, "kept": 5, "doublings": 0, **FEW},
         {"starts": 5, "count": 3, "kept": 3, "along": "restitution", "begin": 0.1, "end": 0.9,
          "doublings": 0, **FEW},
     ),
     "parameter_map": (
-        {"x_count": 9, "y_count": 7, **FEW},
+        {"x_count": 9, "y_count": 7, "x_end": 0.47, "y_begin": 0.45, "y_end": 0.6,
+         "settling": 2000, "measured": 300},
         {"x_count": 5, "y_count": 4, "start": "contact", **FEW},
         {"x_axis": "phase_lag", "x_begin": -1.0, "x_end": 1.0, "y_axis": "angular_forcing",
          "y_begin": 2.0, "y_end": 60.0, "x_count": 5, "y_count": 4, **FEW},
@@ -128,7 +131,9 @@ def runs() -> Runs:
     """All of this file."""
     for name, many in STUDIES.items():
         for number, given in enumerate(many):
-            yield PinnedRun("study", f"{name} {number}", partial(studied, name, given))
+            work = partial(studied, name, given)
+            in_lanes = name not in ("bifurcation", "toss_paths") or "starts" in given
+            yield PinnedRun("study", f"{name} {number}", work, in_lanes)
     for name, given in BAGS.items():
         yield PinnedRun("bag", name, partial(bag_content, given))
     for name in ("defaults", "inputs of every kind"):

@@ -17,6 +17,7 @@ if __name__ == "__main__":  # as pytest finds the tests' own modules
 import pytest
 
 from reference import pinned_maps, pinned_results, pinned_simulations
+from support import pinned
 from support.digest import Digest, differences, digest_of
 from support.pinned_draws import PinnedRun
 
@@ -32,7 +33,7 @@ def read() -> dict[str, Digest]:
     """The digests that are pinned."""
     held = json.loads(FILE.read_text("utf-8")) if FILE.is_file() else {}
     return {
-        name: Digest(numbers, words, tuple((digits, number) for digits, number in near))
+        name: Digest(numbers, words, tuple((digits, tuple(some)) for digits, some in near))
         for name, (numbers, words, near) in held.items()
     }
 
@@ -42,6 +43,8 @@ PINNED = read()
 
 @pytest.mark.parametrize("run", RUNS, ids=title)
 def test_a_run_is_what_it_was(run: PinnedRun, tmp_path: Path) -> None:
+    if run.in_lanes and not pinned.is_fused():
+        pytest.skip("sums in lanes differ by roundings on a processor without fused multiply-add")
     found = digest_of(run.compute(tmp_path))
     said = differences(PINNED[title(run)], found)
     assert not said, f"{title(run)}: {'; '.join(said[:5])}"
@@ -55,6 +58,7 @@ def test_each_pinned_run_is_there() -> None:
 
 def rewrite() -> None:
     """Compute all runs, say what differs, and pin them."""
+    assert pinned.is_fused(), "this processor has no fused multiply-add: use another one"
     found = {}
     for run in RUNS:
         with tempfile.TemporaryDirectory() as folder:

@@ -21,13 +21,14 @@ LENGTH = 16
 
 
 class Near(NamedTuple):
-    """Numbers that another processor may compute with other last digits: kept as they are.
+    """Numbers that another processor may compute with other last digits: kept, and compared.
 
-    Rounding before the digest would only make the failure rare, not impossible.
+    Those of the C library, of numpy's vectors and of LAPACK. A digest of rounded numbers would fail
+    wherever one lies beside the edge of its rounding.
     """
 
     numbers: object
-    digits: int = 12  # that are the same everywhere
+    digits: int = 12  # that are the same everywhere, counted from the largest of these numbers
 
 
 class Digest(NamedTuple):
@@ -35,7 +36,7 @@ class Digest(NamedTuple):
 
     numbers: str  # of all numbers and bytes, in order
     words: str  # of all texts and published names, in order; empty: there are none
-    near: tuple[tuple[int, float], ...]  # of `Near`: digits and number
+    near: tuple[tuple[int, tuple[float, ...]], ...]  # each `Near`: digits and numbers
 
 
 class _Walk:
@@ -44,7 +45,7 @@ class _Walk:
     def __init__(self) -> None:
         self.numbers, self.words = hashlib.sha256(), hashlib.sha256()
         self.has_words = False
-        self.near: list[tuple[int, float]] = []
+        self.near: list[tuple[int, tuple[float, ...]]] = []
 
     def word(self, text: str) -> None:
         self.has_words = True
@@ -74,7 +75,8 @@ class _Walk:
         """Numbers to compare by their first digits; NaN and infinity have none, and are exact."""
         array = np.asarray(content, np.float64)
         self.array(np.where(np.isfinite(array), 0.0, array))
-        self.near += [(digits, number) for number in array[np.isfinite(array)].tolist()]
+        if np.isfinite(array).any():
+            self.near.append((digits, tuple(array[np.isfinite(array)].tolist())))
 
     def scalar(self, content: Any) -> None:
         """A number of Python or numpy, by what it is and not by its type."""
@@ -140,10 +142,29 @@ def differences(pinned: Digest, found: Digest) -> list[str]:
         )
         if before != now
     ]
-    if len(pinned.near) != len(found.near):
-        said.append(f"{len(pinned.near)} rounded numbers pinned, {len(found.near)} now")
-        return said
+    shapes = [[(digits, len(numbers)) for digits, numbers in one.near] for one in (pinned, found)]
+    if shapes[0] != shapes[1]:
+        return [*said, "there are other numbers of which only some digits count"]
     for (digits, before), (_, now) in zip(pinned.near, found.near, strict=True):
-        if not abs(now - before) <= 10.0**-digits * max(abs(before), abs(now)):
-            said.append(f"a rounded number differs: {before!r} pinned, {now!r} now ({digits=})")
+        allowed = 10.0**-digits * max(map(abs, before))
+        said += [
+            f"{first!r} pinned, {second!r} now, of which {digits} digits count"
+            for first, second in zip(before, now, strict=True)
+            if not abs(second - first) <= allowed
+        ]
     return said
+
+
+def nearly(content: Any, digits: int = 9) -> Any:
+    """The same result with all its floats, in arrays too, as `Near`."""
+    match content:
+        case float() | np.floating():
+            return Near(content, digits)
+        case np.ndarray() if content.dtype.kind == "f":
+            return Near(content, digits)
+        case Mapping():
+            return {name: nearly(value, digits) for name, value in content.items()}
+        case list() | tuple() if not isinstance(content, Near):
+            return [nearly(value, digits) for value in content]
+        case _:
+            return content

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import Simulation, parameters, simulate
@@ -35,6 +36,7 @@ from bouncing_disk_ros.core.attractor import attractor
 from bouncing_disk_ros.core.axial_map import axial_orbit
 from bouncing_disk_ros.core.collision_map import collision_orbit
 from bouncing_disk_ros.core.engine import joined
+from bouncing_disk_ros.core.lanes.arithmetic import fused
 from bouncing_disk_ros.core.lanes.attractor import attractors
 from bouncing_disk_ros.core.lanes.axial import iterate
 from bouncing_disk_ros.core.lanes.basin import label
@@ -47,7 +49,7 @@ from bouncing_disk_ros.run.records import Record, from_json, to_json
 from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.what_if import changes_of, what_if
-from support.digest import Near
+from support.digest import Near, nearly
 
 Values = Mapping[str, Any]
 Floats = NDArray[np.float64]
@@ -211,6 +213,12 @@ def compared(records: Sequence[Record], changes: Values, until_ns: int) -> Conte
             parting]  # fmt: skip
 
 
+def is_fused() -> bool:
+    """Whether the lanes round a product and its sum once, as most processors can."""
+    probe = njit(lambda a, b, c: fused(a, b, c))
+    return bool(probe(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0) != 0.0)
+
+
 # --- the next-collision map -----------------------------------------------------------------------
 def orbit(start: Sequence[float], given: Sequence[float], impacts: int) -> Content:
     """Impacts after (τ, w) at Γ, ε; or after (τ, w, α̇) at Γ, ε, θ, Γ_T."""
@@ -237,14 +245,17 @@ def derivatives(start: Sequence[float], given: Sequence[float], impacts: int) ->
 
 def carried(starts: Floats, given: Floats, impacts: int) -> Content:
     """Many trajectories (n, 2) or (n, 3) in lanes, at parameters (n, 2) or (n, 4)."""
-    states = [column.copy() for column in starts.T]
+    tau, w, *speed = (column.copy() for column in starts.T)
     counts, sums = np.zeros((len(starts), 2), np.int64), np.zeros((len(starts), 2))
-    columns = [np.ascontiguousarray(column) for column in given.T]
-    if len(states) == 2:
-        iterate(*states, *columns, impacts, counts)
+    forcing, restitution, *more = (np.ascontiguousarray(column) for column in given.T)
+    if speed:
+        lag, angular = more
+        iterate_rotation(
+            tau, w, speed[0], forcing, restitution, lag, angular, impacts, counts, sums
+        )
     else:
-        iterate_rotation(*states, *columns, impacts, counts, sums)
-    return [states, counts, sums]
+        iterate(tau, w, forcing, restitution, impacts, counts)
+    return [tau, w, speed, counts, sums]
 
 
 def measured_in_lanes(starts: Floats, given: Floats, settling: int, impacts: int) -> Content:
@@ -253,7 +264,7 @@ def measured_in_lanes(starts: Floats, given: Floats, settling: int, impacts: int
     states = np.hstack([starts, np.ones((n, 1)), np.zeros((n, 1))])
     out, results = np.zeros((n, 5, 6)), np.zeros((n, 5))
     attractors(states, given, settling, impacts, out, results)
-    return [states, out, results]
+    return [states, out, np.delete(results, 2, 1), nearly(results[:, 2])]
 
 
 def labelled(
@@ -277,7 +288,12 @@ def attractors_of(forcing: float, restitution: float, starts: Floats) -> Attract
 def described(found: Attractors) -> Content:
     """Attractors as numbers: each kind by its place among the kinds."""
     kinds = list(AttractorKind)
-    rows = [[kinds.index(one.kind), *one[1:]] for one in found.found]
+    # points of periodic ones come from Newton's method, which solves equations by LAPACK
+    rows = [
+        [kinds.index(kind), cycles, nearly([multiplier]),
+         nearly([phases, speeds]) if kind is AttractorKind.PERIODIC else [phases, speeds]]
+        for kind, phases, speeds, cycles, multiplier in found.found
+    ]  # fmt: skip
     return [rows, found.after_contact, found.unresolved]
 
 
@@ -289,15 +305,17 @@ def basins(found: Attractors, forcing: float, restitution: float, starts: Floats
 
 def boundary(labels: NDArray[np.int32]) -> Content:
     """Entropy, box dimension and uncertainty exponent of a map of labels."""
-    return [list(basin_entropy(labels)), list(box_dimension(labels)),
-            list(uncertainty_exponent(labels, periodic=True))]  # fmt: skip
+    found = basin_entropy(labels), box_dimension(labels), uncertainty_exponent(labels)
+    return nearly([list(one) for one in found])
 
 
 def best_phase_lags(
     found: Attractors, forcing: float, restitution: float, angular: float
 ) -> Content:
     """Best phase lag and speed of each attractor."""
-    return [list(best_lag(one, forcing, restitution, angular)) for one in found.found]
+    rows = [best_lag(one, forcing, restitution, angular) for one in found.found]
+    # a maximum is flat: where it lies is known to half of the digits
+    return [[nearly(lag, 5), nearly(speed)] for lag, speed in rows]
 
 
 def speeds(starts: Floats, speed: float, given: Sequence[float]) -> Content:
@@ -310,29 +328,31 @@ def jacobian(given: Sequence[float], start: Sequence[float], impacts: int) -> Co
     """An orbit of the map as an object, and its derivatives."""
     section = NextCollisionMap(*given)
     state = MapState(*start)
-    return [list(section.orbit(state, impacts)), section.jacobian(state, impacts)]
+    tau, w, slip, *rest = section.orbit(state, impacts)
+    return [tau, w, rest, nearly([slip, section.jacobian(state, impacts)])]
 
 
 def _orbit_numbers(orbit: PeriodicOrbit) -> Content:
-    return [*orbit[1:], *(abs(one) for one in orbit.multipliers), orbit.lyapunov_exponent]
+    sizes = [abs(one) for one in orbit.multipliers]
+    return nearly([*orbit[1:], np.array(sizes), orbit.lyapunov_exponent], 8)
 
 
-def periodic(given: Sequence[float]) -> Content:
-    """The period-1 orbit at Γ, ε, θ, Γ_T."""
-    return _orbit_numbers(fixed_point(*given))
+def periodic(forcing: float, restitution: float, lag: float, angular: float) -> Content:
+    """The period-1 orbit."""
+    return _orbit_numbers(fixed_point(forcing, restitution, lag, angular))
 
 
 def doublings(forcing: float, restitution: float, axis: str, limit: float, count: int) -> Content:
     """Points of period doubling on the way to a limit, along axial forcing or restitution."""
     inner = {"axial_forcing": "forcing", "restitution": "restitution"}[axis]
     found = period_doublings(fixed_point(forcing, restitution), inner, limit, count)
-    return [[point.value, *_orbit_numbers(point.orbit)] for point in found]
+    return [[nearly(point.value), _orbit_numbers(point.orbit)] for point in found]
 
 
 def ending(forcing: float, restitution: float, limit: float) -> Content:
     """Where the period-1 orbit ends along the axial forcing."""
     found = orbit_end(fixed_point(forcing, restitution), "forcing", limit)
-    return [found.kind, found.value, found.error]
+    return [str(found.kind), nearly(found.value, 8)]
 
 
 # --- single tosses --------------------------------------------------------------------------------
@@ -350,19 +370,20 @@ def ridden(starts: Floats, given: TossSetting, one_by_one: bool = False) -> Cont
 
 def toss_map(lags: Floats, angles: Floats, given: TossSetting, **start: float) -> Content:
     """Every measure of tosses over phase lag and amplitude angle."""
-    return list(toss(lags[:, None], angles[None, :], given, **start))
+    return nearly(list(toss(lags[:, None], angles[None, :], given, **start)), 10)
 
 
 def paths(lags: Floats, angles: Floats, given: TossSetting, points: int) -> Content:
     """Paths of the hand."""
-    return list(toss_paths(lags, angles, given, points=points))
+    return nearly(list(toss_paths(lags, angles, given, points=points)), 12)
 
 
 def trajectory(lag: float, angle: float, given: TossSetting, samples: int) -> Content:
     """One toss in time."""
-    return list(toss_trajectory(lag, angle, given, samples=samples))
+    # by whole nanoseconds, which the last digit of an amplitude may move by one
+    return nearly(list(toss_trajectory(lag, angle, given, samples=samples)), 7)
 
 
 def best_toss(measure: str, given: TossSetting, **fixed: float) -> Content:
     """The toss that makes a measure largest: that measure."""
-    return getattr(extreme(measure, given, **fixed), measure)
+    return nearly(getattr(extreme(measure, given, **fixed), measure))

@@ -22,20 +22,25 @@ class PinnedRun(NamedTuple):
     kind: str
     name: str
     compute: Callable[[Path], Any]
+    in_lanes: bool = False  # its sums are those of processors with fused multiply-add
 
 
 Runs = Iterator[PinnedRun]
 
 
-def plain(kind: str, name: str, function: Callable[..., Any], *given: object) -> PinnedRun:
+def plain(
+    kind: str, name: str, function: Callable[..., Any], *given: object, in_lanes: bool = False
+) -> PinnedRun:
     """A run that needs no folder."""
-    return PinnedRun(kind, name, lambda _: function(*given))
+    return PinnedRun(kind, name, lambda _: function(*given), in_lanes)
 
 
-def seeded(kind: str, name: str, count: int, function: Callable[[int], Any]) -> Runs:
+def seeded(
+    kind: str, name: str, count: int, function: Callable[[int], Any], in_lanes: bool = False
+) -> Runs:
     """Runs of the seeds from 0 on."""
     for seed in range(count):
-        yield plain(kind, f"{name} {seed}", function, seed)
+        yield plain(kind, f"{name} {seed}", function, seed, in_lanes=in_lanes)
 
 
 class Draw:

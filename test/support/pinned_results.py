@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag, study
 from bouncing_disk_ros.analysis.recorded.estimate import (
+    Estimate,
     friction_of,
     platform_velocities,
     restitution_of,
@@ -31,6 +32,7 @@ from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
 from bouncing_disk_ros.nodes.replay.recorded import Recorded, replay_bag
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.simulate import simulate
+from support.digest import nearly
 from support.recorded import START_NS, RecordedRun
 
 Rows = NDArray[np.void]
@@ -47,7 +49,27 @@ def studied(folder: Path, name: str, **given: Value) -> Content:
     assert found is not None
     first = [*made.axes, *made.fields]
     derived = [str(one) for one in found.variables if one not in first and one != "region_done"]
-    return {one: found[one].values for one in [*first, *sorted(derived)]}
+    result = {one: found[one].values for one in first}
+    # what is derived is worked out by numpy and by Newton's method; a best value is flat
+    digits = 5 if name in ("toss_map", "basin_shares") else 8
+    rest = {one: nearly(_some(found[one].values), digits) for one in sorted(derived)}
+    return {**{one: _kept(name, one, values) for one, values in result.items()}, **rest}
+
+
+def _some(values: NDArray[Any]) -> NDArray[Any]:
+    """The first of them, where they are the many points of a chaotic orbit."""
+    return values[:50] if values.size > 1000 else values
+
+
+def _kept(name: str, field: str, values: NDArray[Any]) -> Any:
+    """Exact where kernels alone made it; else the digits that are the same everywhere."""
+    if name in ("toss_paths", "toss_map"):  # amplitudes and paths by numpy's cosine
+        return nearly(values, 10)
+    if name == "basin_shares":  # the best phase lag is where a maximum lies
+        return nearly(values, 5)
+    # the logarithms of an exponent are the C library's; a start's speed is its cosine
+    inexact = field == "lyapunov_exponent" or (name == "parameter_map" and field.startswith("mean"))
+    return nearly(values, 9) if inexact else values
 
 
 # --- bags -----------------------------------------------------------------------------------------
@@ -140,37 +162,48 @@ def report(path: Path, choice: str = "longest", **wish: Any) -> Report:
 def _orbit(orbit: Orbit | None) -> Content:
     if orbit is None:
         return None
-    return [str(orbit.kind), *orbit[1:5], list(orbit.exponent[:4]) if orbit.exponent else None]
+    exponent = nearly(list(orbit.exponent[:3]), 6) if orbit.exponent else None
+    return [str(orbit.kind), *orbit[1:5], exponent]
 
 
 def _transient(found: Transient | None) -> Content:
     if found is None:
         return None
     kind, finished, initial, final, constant, rate, end, _ = found
-    return [str(kind), finished, initial, final, list(constant[:4]), list(rate[:4]), end]
+    # least squares by LAPACK, and the ends of intervals by halving
+    numbers = nearly([np.array([initial, final]), constant[:3], rate[:3], end], 5)
+    return [str(kind), finished, numbers]
+
+
+def _estimate(found: Estimate) -> Content:
+    """Velocities of the platform are numpy's cosine: an interval may be as narrow as its error."""
+    return [nearly(np.array(found[:3]), 10), found.impacts]
 
 
 def report_numbers(found: Report) -> Content:
     """The numbers of a report."""
     segments = [
         [part.segment.begin, part.segment.end, part.segment.motion, list(part.segment.disk),
-         part.rows, part.impacts, _orbit(part.orbit), _transient(part.transient), part.settled]
+         part.rows, part.impacts, _orbit(part.orbit), _transient(part.transient),
+         nearly(part.settled)]
         for part in found.segments
     ]  # fmt: skip
-    return [segments, found.shown, list(found.restitution[:4]), list(found.friction[:4]),
-            found.books, found.real_time, found.begin, found.end]  # fmt: skip
+    kept = found.real_time and [part for part in found.real_time if not isinstance(part, str)]
+    return [segments, found.shown, _estimate(found.restitution), _estimate(found.friction),
+            nearly([found.books, kept]), found.begin, found.end]  # fmt: skip
 
 
 def table_numbers(found: Report) -> Content:
     """The numbers in the tables of a report, in order: the words around them may change."""
     texts = [text for table in tables(found) for row in table.rows for text in row[1:]]
-    return [NUMBER.findall(text.split(": ")[-1]) for text in texts if "/" not in text]
+    numbers = [one for text in texts if "/" not in text for one in NUMBER.findall(text)]
+    return nearly(np.array([float(one.replace("−", "-")) for one in numbers]), 6)
 
 
 class Observed:
     """The impacts of a run of `simulate`, and the motion and disk that made them."""
 
-    def __init__(self, seconds: float, **values: Value) -> None:
+    def __init__(self, seconds: float, **values: Any) -> None:
         found = simulate(seconds, sample_rate=20.0, **values)
         self.rows, self.samples = found.impacts, found.samples
         self.disk = Disk(*(float(found.parameters[name]) for name in Disk._fields))
@@ -181,7 +214,7 @@ class Observed:
         speeds = platform_velocities(self.rows, self.motion)
         found = (restitution_of(self.rows, speeds), restitution_of(self.rows, mass=self.disk.mass),
                  friction_of(self.rows, self.disk))  # fmt: skip
-        return [list(estimate[:4]) for estimate in found]
+        return [_estimate(estimate) for estimate in found]
 
     def section(self) -> Content:
         """The section and the return map."""
