@@ -5,6 +5,7 @@ As `pinned`: plain values in, numbers, arrays and groups of them out, in an orde
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 from collections.abc import Callable, Mapping
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag, study
@@ -149,6 +152,15 @@ def replayed_bag(path: Path) -> Content:
         return [found.impacts, found.rows, found.not_compared, len(found.runs)]
 
 
+def first_difference(path: Path) -> Content:
+    """Of a replay that differs: rows found equal before, time, recorded and replayed number."""
+    with bag.open(path) as opened:
+        (found,) = replay_bag(Recorded(opened)).runs
+    assert found.difference is not None
+    difference = found.difference
+    return found.rows, difference.time, difference.recorded, difference.replayed
+
+
 # --- what recorded runs show ----------------------------------------------------------------------
 def report(path: Path, choice: str = "longest", **wish: Any) -> Report:
     """The report on a bag."""
@@ -235,3 +247,9 @@ class Observed:
     def energy(self) -> Content:
         """The losses in impacts."""
         return list(impact_energy(self.rows, self.disk))
+
+
+def drawn(module: str, made: study.Study, result: xr.Dataset) -> list[Figure]:
+    """The figures of a study's executable, from its module."""
+    exhibit = importlib.import_module(module).exhibit()
+    return list(exhibit.pictures(made, result).values())
