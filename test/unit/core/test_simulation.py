@@ -95,6 +95,25 @@ def test_a_row_beyond_the_range_of_float32_is_finite(sign: float) -> None:
     assert all(np.isfinite(rows[name]).all() for name in IMPACT_DTYPE.names or ())
 
 
+def test_a_disk_that_returns_after_sixty_years_lands_then() -> None:
+    """Such a flight is searched in pieces of three years."""
+    start = InitialState(axial_velocity=1e10)
+    sim = Simulation(Motion(0.0, 0.0, 1.0, 0.0), DISK, start)
+    rows, _ = sim.advance(2_000_000_001 * SECOND)
+    assert rows["time"][0] == pytest.approx(2e9, rel=1e-14)
+    assert rows["axial_impact_velocity"][0] == pytest.approx(-1e10, rel=1e-14)
+
+
+@pytest.mark.parametrize("amplitude", [0.28, 1e6])
+def test_a_disk_that_returns_after_ten_thousand_years_ends_no_run(amplitude: float) -> None:
+    """The phase of a fast platform had overflowed by then: no next event, a fault."""
+    start = InitialState(height=1e10, axial_velocity=1.5e12, forcing_phase=3.3)
+    sim = Simulation(Motion(amplitude, 0.0, 1e7, 0.3), DISK, start)
+    rows, behind = sim.advance(100 * SECOND)
+    assert (len(rows), behind) == (0, False)
+    assert sim.sample().axial_position == pytest.approx(1e10 + 1.5e14, rel=1e-7)
+
+
 def test_reset_goes_back_but_time_cycles_and_index_go_on() -> None:
     sim = run()
     before = sim.advance(SECOND)[0]
