@@ -1,4 +1,4 @@
-"""A million random commands, and ten thousand requests to each node from five clients at once.
+"""A million random commands in process and 10⁵ over DDS; 10⁴ requests of five clients to each node.
 
 `make test` takes a hundredth of each: test/unit/nodes/simulator/test_storms.py,
 test/integration/test_requests.py, test/integration/test_hostile_commands.py.
@@ -12,11 +12,17 @@ from pathlib import Path
 import pytest
 
 from support import requests
+from support.barrage import FAST, withstand
 from support.processes import Starter
 from support.requests import Clients
+from support.ros_peer import Peer
 from support.storms import COMMANDS, check_storm
+from support.twins import NAMES, Twin, compare, paused_in
 
 IN_PROCESS = 1_000_000
+OVER_DDS, OF_ONE = 100_000, 10_000
+"""Commands in all, and of one simulator."""
+ROWS = 100_000
 REQUESTS = 10_000
 SEED = 20_261_122
 
@@ -31,6 +37,31 @@ def test_a_million_random_commands_in_process() -> None:
         rows += len(found.rows)
     print(f"\nseeds from {SEED}: {accepted} accepted, {refused} refused, {rows} rows replayed")
     assert accepted + refused == IN_PROCESS
+
+
+@pytest.mark.parametrize("seed", range(SEED, SEED + OVER_DDS // OF_ONE))
+def test_a_hundred_thousand_random_commands_over_dds(start: Starter, seed: int) -> None:
+    process, peer = start("simulator", *FAST), Peer()
+    try:
+        print("\n" + withstand(peer, seed, OF_ONE))
+    finally:
+        peer.close()
+    assert process.end(signal.SIGINT) == 0
+    assert "Traceback" not in process.output
+
+
+def test_what_is_refused_changes_no_bit(start: Starter) -> None:
+    for name in NAMES:
+        start("simulator", *paused_in(name))
+    peers = [Peer(name) for name in NAMES]
+    try:
+        calm, disturbed = map(Twin, peers)
+        values = compare(calm, disturbed, SEED, ROWS)
+    finally:
+        for peer in peers:
+            peer.close()
+    print(f"\n{values['accepted']} accepted, {values['refused']} refused")
+    assert values["commands lost on the way"] == "0"
 
 
 @pytest.mark.parametrize("node", ["simulator", "recorder"])
