@@ -7,7 +7,7 @@ import random
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.run.records import Record
@@ -32,8 +32,8 @@ class Barrage:
     def __init__(self, peer: Peer, seed: int) -> None:
         self._peer = peer
         self._rng = random.Random(seed)
-        # within what a listener in Python keeps up with
-        self._draw = RandomCommands(self._rng, frequencies=(1e-1, 1e3))
+        # a listener in Python keeps up with these, and a disk so thrown soon returns
+        self._draw = RandomCommands(self._rng, frequencies=(10.0, 1e3))
         self.sent = 0
         self._marks = 0
 
@@ -47,6 +47,8 @@ class Barrage:
                 self._publish(command)
             if k % BATCH == BATCH - 1 or k == commands - 1:
                 self._mark()
+                if self._rng.random() < 0.5:
+                    self._peer.call(Trigger, "reset", repeatable=True)
 
     def _publish(self, command: Command) -> None:
         self._peer.publisher(command.topic).publish(command.data)
@@ -118,4 +120,5 @@ def withstand(peer: Peer, seed: int, commands: int) -> str:
     assert of_commands + refused == barrage.sent
     assert values["commands lost on the way"] == "0"
     assert min(accepted, refused) > commands // 10
+    assert len(rows) > commands // 100
     return f"{accepted} accepted, {refused} refused, {len(rows)} rows heard and replayed"
