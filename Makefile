@@ -42,7 +42,7 @@ bench: bench-environment   ## measure speed and lateness, beside other programs 
 figures: run-environment   ## compute every figure of the paper and docs/figures.md (minutes)
 	@$(BIN)/python tools/make_figures.py
 
-soak: test-environment   ## run for long: memory, lateness, lost rows; bags cut, damaged, killed and of gigabytes
+soak: test-environment   ## run for long: memory, lateness, lost rows, hostile commands; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
 	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference

@@ -47,7 +47,9 @@ _LAST_SLIP = 1e-8
 _PAST_BOUNDARY = 2e-9
 
 
-_LONGEST = 1e8  # s: longer waits go in several steps, so that whole nanoseconds never overflow
+# s: longer waits go in several steps, so that whole nanoseconds never overflow and the phase that
+# grows in one search keeps its whole turns
+_LONGEST = 1e8
 SLIDE_PERIODS = 8.0
 """Periods of one piece of a slide in a cross-fade."""
 _QUADRATURE_STEPS = 500  # of a search take the time of the energy of one such piece
@@ -111,11 +113,12 @@ def _after_flight(
             chatter = _chatter(state, motion, disk, jet, since, horizon)
             if chatter.kind != NOTHING:
                 return chatter
-    d, w, more = search_impact(motion, since, s, c, jet, disk.g, state.gap, state.u, start, horizon)
+    within = min(horizon, start + _LONGEST)
+    d, w, more = search_impact(motion, since, s, c, jet, disk.g, state.gap, state.u, start, within)
     if w > 0.0:
         return _stopped(d, horizon, steps + more)
-    if d > horizon or d == math.inf:
-        return NextEvent(NOTHING, 0.0, 0.0, steps + more)
+    if d > within or d == math.inf:
+        return _stopped(within, horizon, steps + more)
     return NextEvent(IMPACT, d, w, steps + more)
 
 

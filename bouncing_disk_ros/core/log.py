@@ -8,11 +8,18 @@ from typing import Any
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
 from bouncing_disk_ros.core.clock import elapsed
 from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.model import LARGEST_FLOAT32
 from bouncing_disk_ros.core.platform import Record, axial_jet, blend_jet
 
 Rows = Any  # array of IMPACT_DTYPE
 
 ONE_IMPACT, CHATTER_TAIL, CHATTER_CUT = 0, 1, 2  # model.ImpactKind
+
+
+@kernel
+def shown(value: float) -> float:
+    """The value as a float32 can hold it: one beyond the range would become infinite."""
+    return min(max(value, -LARGEST_FLOAT32), LARGEST_FLOAT32)
 
 
 @kernel
@@ -31,7 +38,7 @@ def begin_row(
             0
         ]
     omega = TWO_PI * (motion.f + motion.df * blend)
-    row.y = -w * omega / (math.pi * disk.g)
+    row.y = shown(-w * omega / (math.pi * disk.g))
 
 
 @kernel
@@ -50,7 +57,7 @@ def end_row(row: Record, state: Record, motion: Record) -> None:
     if motion.kind != STEADY:
         blend = blend_jet(since / motion.duration, motion.duration)[0]
     reach = TWO_PI * (motion.f + motion.df * blend) * (motion.p + motion.dp * blend)
-    row.z = state.omega / reach if reach > 0.0 else 0.0
+    row.z = shown(state.omega / reach) if reach > 0.0 else 0.0
 
 
 @kernel

@@ -148,5 +148,8 @@ IMPACT_DTYPE: np.dtype[np.void] = np.dtype(
 `axial_impact_velocity` and `angular_impact_velocity` are those just before the impact, w_A < 0;
 position, velocity and angular velocity those just after. Impulses are of the platform on the disk.
 A row with `count` > 1 holds summed impulses, the velocities of its first impact and the time at
-which it ended.
+which it ended. Where x, y or z would pass LARGEST_FLOAT32, they stand at it: a row is finite.
 """
+
+LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
+"""The largest finite float32; what is stored as one is held within ± this."""

@@ -20,7 +20,8 @@ from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
 from bouncing_disk_ros.topics import MAX_ROWS
 
 MAX_SAMPLES = 100
-"""Samples (and speeds) handed over in one slice of work; the rest are counted."""
+"""Samples (and speeds) handed over on the way to an instant, before the loop goes on without them;
+what is due until it has caught up, or its slice ends, is counted."""
 BUDGET_NS = 20_000_000
 """Wall time of one slice: between slices services, commands and signals are heard."""
 
@@ -46,6 +47,7 @@ class Loop:
     ) -> None:
         self.session = session
         self.skipped = 0
+        self._left = MAX_SAMPLES  # samples that may still be handed over
         self._sink = sink
         self._clock = clock
         self._speed_from: Sample | None = None
@@ -70,24 +72,37 @@ class Loop:
         self._speed_from = self.session.simulation.sample()
 
     def slice(self, until_ns: int, budget_ns: int = BUDGET_NS) -> bool:
-        """Advance towards an instant for at most a wall time; True when it was reached."""
+        """Advance towards an instant for about a wall time; True when it was reached.
+
+        Where samples cost more than the motion between them, slices of nothing but samples would
+        keep a simulation behind that could catch up. So MAX_SAMPLES of them, over however many
+        slices, are followed by half a slice or more without.
+        """
         deadline = self._clock() + budget_ns
         self.settle()
-        session, left = self.session, MAX_SAMPLES
+        session = self.session
         while session.time_ns < until_ns:
-            goal = min(until_ns, self._horizon(left))
+            goal = min(until_ns, self._horizon())
             session.advance(goal, EVENTS_AT_ONCE)
             if session.gathered >= MAX_ROWS:
                 self.flush()
-            if left > 0 and session.time_ns == goal:
-                left -= self._hand_over_samples()
+            if self._left > 0 and session.time_ns == goal and self._hand_over_samples():
+                self._left -= 1
+                if self._left == 0:
+                    deadline = max(deadline, self._clock() + budget_ns // 2)
             if session.fault or self._clock() >= deadline:
                 break
-        self.skipped += self._states.skip_to(session.time_ns) if left <= 0 else 0
-        if left <= 0:
-            self._speeds.skip_to(session.time_ns)
-        self.flush()
+        self._end_slice(reached=session.time_ns >= until_ns)
         return session.time_ns >= until_ns
+
+    def _end_slice(self, *, reached: bool) -> None:
+        """Count the samples passed over, if they were; hand over the impacts."""
+        if self._left == 0:
+            self.skipped += self._states.skip_to(self.session.time_ns)
+            self._speeds.skip_to(self.session.time_ns)
+        if self._left == 0 or reached:
+            self._left = MAX_SAMPLES
+        self.flush()
 
     def resolve_waiting(self, budget_ns: int = BUDGET_NS) -> bool:
         """Let waiting inputs act, for at most a wall time; True when none waits any more."""
@@ -98,18 +113,18 @@ class Loop:
         self.flush()
         return not self.session.waiting
 
-    def _horizon(self, left: int) -> int:
+    def _horizon(self) -> int:
         """Where the next call of the core may end: a grid instant, or far on past the limit."""
-        if left > 0:
+        if self._left > 0:
             return min(self._states.next_ns, self._speeds.next_ns)
         return self.session.time_ns + round(MAX_SAMPLES * NS / self._states.rate)
 
-    def _hand_over_samples(self) -> int:
-        """Hand over what is due at the instant reached; how many."""
+    def _hand_over_samples(self) -> bool:
+        """Hand over what is due at the instant reached; whether anything was."""
         now = self.session.time_ns
         due_state, due_speed = self._states.next_ns == now, self._speeds.next_ns == now
         if not (due_state or due_speed):
-            return 0
+            return False
         sample = self.session.simulation.sample()
         if due_state:
             self._sink.sample(sample)
@@ -119,7 +134,7 @@ class Loop:
                 self._sink.speed(self._speed_from, sample)
             self._speed_from = sample
             self._speeds.advance()
-        return 1
+        return True
 
     def settle(self) -> None:
         """Hand over a sample due at the very instant reached; to be called before each input."""

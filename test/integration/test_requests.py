@@ -101,7 +101,7 @@ def test_every_request_to_a_simulator_is_answered(
     process = start("simulator", "--ros-args", "-p", "crossfade_duration:=0.1")
     answers = clients("bouncing_disk", requests.OF_SIMULATOR).ask(SEED, COUNT)
     assert sum(map(len, answers.values())) == COUNT
-    check_answers(answers)
+    requests.check_answers(answers)
     ended_well(process)
 
 
@@ -111,17 +111,8 @@ def test_every_request_to_a_recorder_is_answered(
     process = start("recorder", str(tmp_path / "run"))
     answers = clients("recorder", requests.OF_RECORDER).ask(SEED, COUNT)
     assert sum(map(len, answers.values())) == COUNT
-    check_answers(answers)
+    requests.check_answers(answers)
     ended_well(process)
-
-
-def check_answers(answers: dict[str, list[tuple[Any, Any]]]) -> None:
-    """An answer has as many results as its request has parameters, and each refusal a reason."""
-    for request, answer in answers["set_parameters"]:
-        assert len(answer.results) == len(request.parameters)
-        assert all(result.successful or result.reason for result in answer.results)
-    for _, answer in answers["set_parameters_atomically"]:
-        assert answer.result.successful or answer.result.reason
 
 
 def ended_well(process: Process) -> None:

@@ -186,3 +186,12 @@ class Clients:
         for one in self._nodes:
             one.destroy_node()
         rclpy.shutdown(context=self.context)
+
+
+def check_answers(answers: dict[str, list[tuple[Any, Any]]]) -> None:
+    """An answer has as many results as its request has parameters, and each refusal a reason."""
+    for request, answer in answers["set_parameters"]:
+        assert len(answer.results) == len(request.parameters)
+        assert all(result.successful or result.reason for result in answer.results)
+    for _, answer in answers["set_parameters_atomically"]:
+        assert answer.result.successful or answer.result.reason

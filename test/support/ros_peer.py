@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.inputs import joined
+from bouncing_disk_ros.run.inputs import joined, replay
 from bouncing_disk_ros.run.records import Record, from_json
 from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import TOPICS, Direction
@@ -51,6 +51,7 @@ class Peer:
         self._executor.add_node(self.node)
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
+        self._records: list[Record] = []
         self.heard: dict[str, list[Any]] = {}
         for name, topic in TOPICS.items():
             if topic.direction is Direction.OUT and name not in without:
@@ -152,8 +153,10 @@ class Peer:
 
     @property
     def records(self) -> list[Record]:
-        """All records of disk/inputs."""
-        return [from_json(msg.data) for msg in self.heard["disk/inputs"]]
+        """All records of disk/inputs; each is read once."""
+        new = self.heard["disk/inputs"][len(self._records) :]
+        self._records += [from_json(msg.data) for msg in new]
+        return self._records
 
     @property
     def rows(self) -> NDArray[np.void]:
@@ -176,6 +179,17 @@ class Peer:
         self.spin_until(found)
         status = found()
         return status.level[0], status.message, {pair.key: pair.value for pair in status.values}
+
+    def check_replay(self) -> NDArray[np.void]:
+        """Replay the records up to the last; the rows heard are those, to the bit, none missing."""
+        records = self.records
+        assert [record["index"] for record in records] == list(range(len(records)))
+        again = replay(records, until_ns=records[-1]["time_ns"])
+        self.spin_until(lambda: self.rows["index"][-1] == again["index"][-1])
+        heard = self.rows
+        assert np.array_equal(np.diff(heard["index"]), np.ones(len(heard) - 1))
+        assert heard.tobytes() == again[-len(heard) :].tobytes()
+        return heard
 
     def wait_for_record(self, kind: str) -> Record:
         """Wait until the newest record of inputs is of a kind, and return it."""

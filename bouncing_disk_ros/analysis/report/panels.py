@@ -25,7 +25,7 @@ from bouncing_disk_ros.analysis.report.panel import (
 from bouncing_disk_ros.analysis.report.report import Report
 from bouncing_disk_ros.analysis.report.speeds import Speeds
 from bouncing_disk_ros.analysis.scales import velocity_scale
-from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Motion
 
 TIME = "simulated time t (s)"
 PHASE = "forcing phase at impact τ_imp (rad)"
@@ -144,7 +144,7 @@ def _points(report: Report) -> tuple[Column, Column, float]:
     """τ_imp and w_A/(πg/ω) of the single impacts shown, and the unit of w_A (nan: not known)."""
     rows, part = report.shown_rows, report.chosen
     if part is None or part.segment.motion is None or not known(part.segment.disk):
-        rows = rows[single_impacts(rows) & np.isfinite(rows["y"])]  # none without gravity
+        rows = rows[single_impacts(rows) & (np.abs(rows["y"]) < LARGEST_FLOAT32)]  # none at its end
         return rows["forcing_phase"], rows["y"].astype(float), math.nan
     section = section_of(rows, part.segment.motion, part.segment.disk)
     scale = velocity_scale(part.segment.motion, part.segment.disk)

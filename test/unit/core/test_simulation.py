@@ -11,7 +11,14 @@ import sys
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, InitialState, Motion, Phase
+from bouncing_disk_ros.core.model import (
+    IMPACT_DTYPE,
+    LARGEST_FLOAT32,
+    Disk,
+    InitialState,
+    Motion,
+    Phase,
+)
 from bouncing_disk_ros.core.simulation import Simulation
 
 MOTION = Motion(0.04, 0.5, 3.0, -0.7)
@@ -73,6 +80,38 @@ def test_a_kick_down_in_contact_is_an_impact_with_its_speed() -> None:
     rows, _ = sim.advance(1)
     assert rows["axial_impact_velocity"][0] == -1.0
     assert rows["axial_impulse"][0] == pytest.approx(0.3 * 1.5, rel=1e-15)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_row_beyond_the_range_of_float32_is_finite(sign: float) -> None:
+    slippery = DISK._replace(friction=0.0)
+    start = InitialState(angular_velocity=sign)
+    sim = Simulation(Motion(0.0, 1e-300, 1.0, 0.0), slippery, start)
+    sim.kick(0, -1e39, 0.0)
+    rows, _ = sim.advance(1)
+    assert rows["axial_impact_velocity"][0] == -1e39 / 0.3
+    assert rows["y"][0] == -LARGEST_FLOAT32
+    assert rows["z"][0] == sign * LARGEST_FLOAT32
+    assert all(np.isfinite(rows[name]).all() for name in IMPACT_DTYPE.names or ())
+
+
+def test_a_disk_that_returns_after_sixty_years_lands_then() -> None:
+    """Such a flight is searched in pieces of three years."""
+    start = InitialState(axial_velocity=1e10)
+    sim = Simulation(Motion(0.0, 0.0, 1.0, 0.0), DISK, start)
+    rows, _ = sim.advance(2_000_000_001 * SECOND)
+    assert rows["time"][0] == pytest.approx(2e9, rel=1e-14)
+    assert rows["axial_impact_velocity"][0] == pytest.approx(-1e10, rel=1e-14)
+
+
+@pytest.mark.parametrize("amplitude", [0.28, 1e6])
+def test_a_disk_that_returns_after_ten_thousand_years_ends_no_run(amplitude: float) -> None:
+    """The phase of a fast platform had overflowed by then: no next event, a fault."""
+    start = InitialState(height=1e10, axial_velocity=1.5e12, forcing_phase=3.3)
+    sim = Simulation(Motion(amplitude, 0.0, 1e7, 0.3), DISK, start)
+    rows, behind = sim.advance(100 * SECOND)
+    assert (len(rows), behind) == (0, False)
+    assert sim.sample().axial_position == pytest.approx(1e10 + 1.5e14, rel=1e-7)
 
 
 def test_reset_goes_back_but_time_cycles_and_index_go_on() -> None:

@@ -115,6 +115,32 @@ def test_a_free_run_without_events_ends_its_slice() -> None:
     assert 100 * NS < loop.session.time_ns < 300 * NS
 
 
+def test_samples_that_cost_a_millisecond_do_not_keep_the_motion_behind() -> None:
+    """A free run with slow subscribers: slices held nothing but samples."""
+    now_ns = 0
+
+    class Slow(Heard):
+        def sample(self, sample: Sample) -> None:
+            nonlocal now_ns
+            now_ns += 1_000_000
+            super().sample(sample)
+
+    def clock() -> int:
+        nonlocal now_ns
+        now_ns += 10_000
+        return now_ns
+
+    heard = Slow()
+    loop = Loop(Session(parameters.complete({}), lambda _: None), heard, clock)
+    while len(heard.samples) < 1 + MAX_SAMPLES:
+        assert not loop.slice(FAR_NS)
+    assert heard.times == grid(100, NS)  # none is passed over before that
+    assert loop.session.time_ns > 500 * NS
+    assert loop.skipped == loop.session.time_ns * 100 // NS - MAX_SAMPLES
+    loop.slice(FAR_NS)
+    assert len(heard.samples) > 1 + MAX_SAMPLES
+
+
 def test_speeds_span_their_interval_and_leave_a_reset_out() -> None:
     loop, heard = made(rotor_speed_rate=10.0, initial_angular_velocity=2.0, friction=0.0)
     loop.slice(NS, budget_ns=60 * NS)

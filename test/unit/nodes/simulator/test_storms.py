@@ -1,0 +1,16 @@
+"""Ten thousand random commands, right and wrong, leave a session alive, finite and replayable.
+
+`make soak` takes a million: test/soak/test_hostile.py.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from support.storms import check_storm
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_session_outlives_a_storm_and_its_record_replays(seed: int) -> None:
+    found = check_storm(seed)
+    assert len(found.rows) > 0
