@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, InputError, one_line
 
 
 def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str = "") -> int:
@@ -23,7 +23,7 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
         print(f"{name}: {error.line}", file=sys.stderr)
         return ExitCode.BAD_INPUT
     except (BagError, OSError) as error:
-        text = " ".join(str(error).split())
+        text = one_line(str(error))
         where = "" if path in text else f"{path}: "
         print(f"{name}: {where}{text}", file=sys.stderr)
         return ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED

@@ -16,6 +16,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag.chunks import Inner
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
@@ -344,3 +345,11 @@ def test_a_file_of_which_only_the_beginning_is_there_is_mended(tmp_path: Path) -
     report = bag.recover(put(tmp_path / "run", b"\x89MCAP0\r\n"))
     assert report.saved == 0
     assert rosbags_count(report.output) == 0
+
+
+def test_a_chunk_without_messages_has_no_index_of_them() -> None:
+    assert Inner(b"").index_records() == b""
+
+
+def test_an_error_of_a_bag_is_one_line_that_can_be_shown() -> None:
+    assert str(bag.BagError("a\nb \x1b[31m")) == "a b ?[31m"
