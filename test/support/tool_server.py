@@ -22,7 +22,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, NamedTuple
 
 TOOLS = {
     "bag_report": "bouncing_disk_ros.nodes.bags.bag_report:main",
@@ -82,30 +82,9 @@ class ToolServer:
 # --- tools of the tests ---------------------------------------------------------------------------
 def read(arguments: Sequence[str]) -> int:
     """The tool `read`: everything that the library can read of a bag; 0, or 2 and one line."""
-    from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag import decode
-    from bouncing_disk_ros.errors import InputError
+    from support.reading import read_all
 
-    refused: list[str] = []
-
-    def attempt(work: Any) -> None:
-        try:
-            work()
-        except (bag.BagError, InputError) as error:
-            refused.append(" ".join(str(error).split()))
-
-    def everything() -> None:
-        with bag.open(arguments[0]) as run:
-            run.info()
-            attempt(lambda: run.attachments)
-            attempt(lambda: sum(1 for _ in run.messages()))
-            for name, topic in run.topics.items():
-                attempt(lambda name=name: sum(1 for _ in run.decoded(name)))
-                attempt(lambda name=name: run.columns(name))
-                if topic.type == decode.CLOUD:
-                    attempt(lambda name=name: run.rows(name, 0, 2**62))
-
-    attempt(everything)
+    refused = read_all(arguments[0])
     if refused:
         print(refused[0], file=sys.stderr)
     return 2 if refused else 0
