@@ -7,6 +7,7 @@ BOUNCING_DISK_SOAK_DAMAGES=500 BOUNCING_DISK_SOAK_SEED=7 make soak
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,10 @@ def test_damaged_bags_are_read_or_refused(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def server(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> ToolServer:
-    return ToolServer(put(tmp_path_factory.mktemp("warm") / "run", forged({}, content())))
+def server(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToolServer]:
+    server = ToolServer(put(tmp_path_factory.mktemp("warm") / "run", forged({}, content())))
+    yield server
+    server.close()
 
 
 def test_each_value_of_each_field_is_read_or_refused(server: ToolServer, tmp_path: Path) -> None:
