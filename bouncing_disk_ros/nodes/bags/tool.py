@@ -28,6 +28,9 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
         print(f"{name}: {where}{text}", file=sys.stderr)
         return ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
     except KeyboardInterrupt:
+        # One that has passed through exec() of a text, as rosbags and dataclasses use it, makes
+        # CPython end by SIGINT whatever the exit code, until another text has been run.
+        exec("")  # noqa: S102
         print(interrupted or f"{name}: interrupted", file=sys.stderr)
         return ExitCode.INTERRUPTED
 
