@@ -15,7 +15,7 @@ The rooms, from the top; imports point down only:
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
 
 Beside them the tables that every room but `core` may read: `parameters`, `topics`, `errors`,
-`executables`, `input_limits`, `environment` with `folders`, `kernel_cache` and `safe_path`.
+`executables`, `limits`, `environment` with `folders`, `kernel_cache` and `safe_path`.
 
 Importing the package is cheap: what is named below is loaded when first used.
 """

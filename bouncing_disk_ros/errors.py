@@ -52,7 +52,7 @@ class InputError(ValueError):
         text = f"{cut(self.field)}: got {shown(self.given)}, allowed: {cut(self.allowed, LONGEST)}"
         if hint := self.hint:
             text += f". {cut(hint, LONGEST)}"
-        return " ".join(text.split())
+        return one_line(text)
 
     def __str__(self) -> str:
         return self.line
@@ -71,6 +71,12 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 3, 40, 60
 def cut(text: str, limit: int = 120) -> str:
     """A text of at most `limit` characters; one that is longer ends with an ellipsis."""
     return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def one_line(text: str) -> str:
+    """A text on one line, fit for a terminal: letters that cannot be shown become ?."""
+    line = " ".join(text.split())
+    return line if line.isprintable() else "".join(c if c.isprintable() else "?" for c in line)
 
 
 def shown(value: object, limit: int = 120) -> str:

@@ -1,7 +1,8 @@
-"""Limits of what is read from outside: bags, records of inputs, texts. The one table.
+"""Limits of what comes in from outside, as a file or over the middleware. The one table.
 
-What exceeds a limit is refused in one line before it costs time or memory. docs/recording.md shows
-the table (`table()`), and a test holds the two equal.
+They are checked before what is given costs time or memory; a file beyond one is refused in one
+line. docs/recording.md shows the limits of FILES_READ, docs/interfaces.md those of MESSAGES
+(`table`), and a test holds them equal.
 """
 
 from __future__ import annotations
@@ -14,17 +15,23 @@ KIB, MIB = 1 << 10, 1 << 20
 class Limit(NamedTuple):
     """One row of the table."""
 
+    home: str  # FILES_READ or MESSAGES
     what: str
     most: int
-    unit: str = ""  # MiB, KiB, or what is counted
+    unit: str  # MiB, KiB, or what is counted
+    beyond: str  # what becomes of more; of files: all are refused
 
 
+FILES_READ, MESSAGES = "files", "messages"
 TABLE: list[Limit] = []
 
 
-def _limit(what: str, most: int, unit: str = "") -> int:
-    """Enter a limit in the table; its value, in bytes where the unit is one of bytes."""
-    TABLE.append(Limit(what, most, unit))
+def _limit(what: str, most: int, unit: str = "", beyond: str = "") -> int:
+    """Enter a limit in the table; its value, in bytes where the unit is one of bytes.
+
+    `beyond`: what becomes of more, for those of messages.
+    """
+    TABLE.append(Limit(MESSAGES if beyond else FILES_READ, what, most, unit, beyond))
     return most * {"KiB": KIB, "MiB": MIB}.get(unit, 1)
 
 
@@ -61,12 +68,59 @@ WAITING = _limit("messages held to bring them into the order of sending", 64, "M
 EVENTS = _limit("motions, changes, or reports of a run kept in memory", 100_000)
 NUMBER_EXPONENT = _limit("exponent of ten of a number in impacts and states", 30)
 LARGEST = 10.0**NUMBER_EXPONENT
+# --- messages, requests and answers of other nodes ------------------------------------------------
+COMMAND_BYTES = _limit(
+    "a message of a command topic, serialized", 100_000, "bytes", "refused, unread"
+)
+COMMAND_NAMES = _limit("joint_names of platform/command", 4, "names", "refused")
+COMMAND_POINTS = _limit("points of platform/command", 1000, "points", "refused")
+INPUTS_AHEAD = _limit(
+    "accepted inputs whose instant is not resolved yet, or impulses that lie ahead",
+    1000,
+    "inputs",
+    "further commands are refused until some have acted",
+)
+REQUEST_ITEMS = _limit(
+    "names, parameters or prefixes in a request to a service, numbers in an array",
+    200,
+    "items",
+    "answered as refused, or with nothing where the answer has no room for that",
+)
+REQUEST_TEXT = _limit(
+    "a text in a request: the name or the value of a parameter", 10_000, "characters", "refused"
+)
+SHOWN_TEXT = _limit("a given value in a line of the log", 120, "characters", "cut")
+LOG_PERIOD = _limit(
+    "time between lines on the log about refusals for one reason",
+    1,
+    "s, at least",
+    "counted; the next line tells how many",
+)
+REASONS = _limit(
+    "reasons for which lines are counted apart", 100, "reasons", "counted together as others"
+)
+ASKED_NODES = _limit("nodes that a recorder asks for their parameters", 100, "nodes", "not asked")
+ANSWER_BYTES = _limit(
+    "the parameters of a node that a recorder attaches", 100_000, "bytes", "not attached"
+)
+PRESET_BYTES = _limit("a preset that a recorder attaches", 100_000, "bytes", "not attached")
+LOOKED_TOPICS = _limit(
+    "topics that a recorder with `all` or `regex` takes up", 10_000, "topics", "not recorded"
+)
 
 
-def table() -> str:
-    """The limits as a Markdown table."""
-    rows = [f"| {row.what} | {_shown(row.most)} {row.unit}".rstrip() for row in TABLE]
-    return "\n".join(["| | at most |", "|---|---|", *(f"{row} |" for row in rows)])
+def table(home: str) -> str:
+    """The limits of FILES_READ or of MESSAGES as a Markdown table."""
+    rows = [row for row in TABLE if row.home == home]
+    if home == FILES_READ:
+        head = ["| | at most |", "|---|---|"]
+        return "\n".join([*head, *(f"| {row.what} | {_most(row)} |" for row in rows)])
+    head = ["| | at most | beyond |", "|---|---|---|"]
+    return "\n".join([*head, *(f"| {row.what} | {_most(row)} | {row.beyond} |" for row in rows)])
+
+
+def _most(row: Limit) -> str:
+    return f"{_shown(row.most)} {row.unit}".rstrip()
 
 
 def _shown(number: int) -> str:

@@ -1,7 +1,7 @@
 """The tables of parameters, topics, services and exit codes as text: for --help and for docs/.
 
 `python -m bouncing_disk_ros.tables docs` writes docs/parameters.md and the tables of
-docs/interfaces.md again.
+docs/interfaces.md and docs/recording.md again.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
 from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
@@ -17,6 +18,8 @@ from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.tables docs` -->"
 END = "<!-- end of tables -->"
+LIMITS_BEGIN = "<!-- limits: written by `python -m bouncing_disk_ros.tables docs` -->"
+LIMITS_END = "<!-- end of limits -->"
 EXIT_MEANINGS = {
     ExitCode.DONE: "done; also a node ended by Ctrl-C or SIGTERM",
     ExitCode.FAILED: "failed for another reason than the input",
@@ -149,19 +152,26 @@ def topics_table() -> str:
     )  # fmt: skip
 
 
-def with_tables(page: str) -> str:
-    """A page with what lies between its two marks replaced by the current tables."""
-    head, _, rest = page.partition(f"{BEGIN}\n")
-    _, _, tail = rest.partition(f"{END}\n")
-    return f"{head}{BEGIN}\n\n{topics_table()}\n\n{END}\n{tail}"
+def with_table(page: str, begin: str, table: str, end: str) -> str:
+    """A page with what lies between two marks replaced by a table."""
+    head, _, rest = page.partition(f"{begin}\n")
+    _, _, tail = rest.partition(f"{end}\n")
+    return f"{head}{begin}\n\n{table}\n\n{end}\n{tail}"
+
+
+def with_limits(page: str, home: str) -> str:
+    """A page with the current limits of a home (`limits.FILES_READ` or `limits.MESSAGES`)."""
+    return with_table(page, LIMITS_BEGIN, limits.table(home), LIMITS_END)
 
 
 def main(folder: str) -> None:
-    """Write the generated page into a folder, and the tables into interfaces.md there."""
+    """Write the generated page into a folder, and the tables into other pages there."""
     Path(folder, "parameters.md").write_text(parameters_page(), encoding="utf-8")
-    interfaces = Path(folder, "interfaces.md")
-    page = interfaces.read_text(encoding="utf-8")
-    interfaces.write_text(with_tables(page), encoding="utf-8")
+    interfaces, recording = Path(folder, "interfaces.md"), Path(folder, "recording.md")
+    page = with_table(interfaces.read_text(encoding="utf-8"), BEGIN, topics_table(), END)
+    interfaces.write_text(with_limits(page, limits.MESSAGES), encoding="utf-8")
+    page = recording.read_text(encoding="utf-8")
+    recording.write_text(with_limits(page, limits.FILES_READ), encoding="utf-8")
 
 
 if __name__ == "__main__":

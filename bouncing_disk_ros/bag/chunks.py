@@ -196,6 +196,8 @@ class Inner:
 
     def index_records(self) -> bytes:
         """The message indices of all channels, as they stand behind a chunk."""
+        if not len(self.channels):
+            return b""
         order = np.argsort(self.channels, kind="stable")
         rows = np.empty(len(order), [("time", "<u8"), ("place", "<u8")])
         rows["time"], rows["place"] = self.times[order], self.places[order]

@@ -28,13 +28,14 @@ class Definitions:
             self._keep(row)
 
     def take_inner(self, inner: Inner) -> None:
-        """Take those in a chunk; BagError when damaged, or unlike those in another chunk."""
-        rows = list(inner_definitions(inner))
-        for opcode, row in rows:
-            if self._sure.get((opcode, row.id), row) != row:
-                raise BagError(f"it defines the number {row.id} unlike an earlier chunk")
-        for opcode, row in rows:
-            self._sure[opcode, row.id] = row
+        """Take those in a chunk; BagError when damaged, or unlike others in it or another chunk."""
+        found: dict[tuple[int, int], Schema | Channel] = {}
+        for opcode, row in inner_definitions(inner):
+            key = opcode, row.id
+            if self._sure.get(key, row) != row or found.setdefault(key, row) != row:
+                raise BagError(f"it defines the number {row.id} unlike an earlier definition")
+        self._sure.update(found)
+        for row in found.values():
             self._keep(row)
 
     def _keep(self, row: Schema | Channel) -> None:

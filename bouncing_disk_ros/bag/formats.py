@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Mapping
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.errors import one_line
 
 FORMAT_VERSION = 1
 """Grows when a bag is laid out in another way. Bags of every older version stay readable."""
@@ -21,6 +22,9 @@ _CRC = "crc32"
 
 class BagError(Exception):
     """A bag is damaged where it was read, or holds something that cannot be decoded. One line."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 def signed(notes: Mapping[str, str]) -> dict[str, str]:

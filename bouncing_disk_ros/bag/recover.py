@@ -1,12 +1,14 @@
 """Rebuild index and metadata.yaml of a cut or damaged bag in a new folder; the bag stays as it is.
 
-Whole chunks are copied byte for byte, whatever they hold; nothing is decoded or compressed anew.
+Whole chunks are copied, whatever they hold; nothing is decoded or compressed anew. Only the times
+at the head of a chunk, which have no checksum, are put right by its messages.
 """
 
 from __future__ import annotations
 
 import contextlib
 import shutil
+import struct
 import zlib
 from collections import Counter
 from pathlib import Path
@@ -33,6 +35,9 @@ from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.bag.stream import RecordStream
 from bouncing_disk_ros.errors import InputError
+
+_TIMES = struct.Struct("<QQ")
+"""First and last time of the messages, at the beginning of a chunk."""
 
 
 def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = nothing) -> Report:
@@ -162,8 +167,9 @@ class _File:
         if reason:
             self._lost.append(Damage(piece.offset, piece.length, reason, Counter(unknown)))
             return
-        self._stream.write(piece.record)
-        self._stream.write(inner.index_records())
+        if len(inner.times):  # else it holds definitions only, which the new index has
+            self._stream.write(_with_times(piece.record, inner.span))
+            self._stream.write(inner.index_records())
 
     def _end_plain(self) -> None:
         """Messages outside of chunks go into a chunk without compression."""
@@ -238,3 +244,12 @@ class _File:
         self.index.schemas, self.index.channels = self._found.schemas, self._found.channels
         self._stream.write_ending(self.index.closing())
         self._stream.file.close()
+
+
+def _with_times(record: bytes, span: tuple[int, int]) -> bytes:
+    """A chunk record that names these times; no checksum covers those that it names itself."""
+    times = _TIMES.pack(*span)
+    end = HEAD.size + _TIMES.size
+    return (
+        record if record[HEAD.size : end] == times else record[: HEAD.size] + times + record[end:]
+    )

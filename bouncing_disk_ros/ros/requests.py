@@ -20,7 +20,7 @@ from rclpy.service import Service
 from type_description_interfaces.srv import GetTypeDescription
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import REQUEST_ITEMS, REQUEST_TEXT
+from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from bouncing_disk_ros.run.rulings import too_many
 
 Refuse = Callable[[InputError], None]

@@ -12,7 +12,7 @@ import struct
 from typing import NamedTuple
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import (
+from bouncing_disk_ros.limits import (
     COMMAND_BYTES,
     COMMAND_NAMES,
     COMMAND_POINTS,

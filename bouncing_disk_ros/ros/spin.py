@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.environment import security_is_on
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.refusals import RefusalLog
@@ -66,6 +66,9 @@ def run_node(
             node = make()
     except InputError as error:
         return bad_input(name, error.line)
+    except FailedError as error:
+        bad_input(name, str(error))
+        return ExitCode.FAILED
     except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
         return bad_input(name, str(error))
     except rclpy_implementation.RCLError as error:
@@ -125,5 +128,5 @@ def bad_input(name: str, line: str) -> int:
     """Say on stderr what cannot be used; exit code 2."""
     if rclpy.ok():
         rclpy.try_shutdown()
-    print(f"{name}: {' '.join(line.split())}", file=sys.stderr, flush=True)
+    print(f"{name}: {one_line(line)}", file=sys.stderr, flush=True)
     return ExitCode.BAD_INPUT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -20,16 +21,32 @@ EVENTS_PER_SLICE = 2000
 """Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a
 watch are heard."""
 
+EVENTS_BEHIND = 100_000
+"""Events that may lie between the state of a snapshot and its time: some tenths of a second."""
+
 
 def restored(record: Record) -> Simulation:
     """The simulation of a snapshot record; InputError when it is none that this build can read."""
     try:
+        _check_reached(Simulation.restore(record["state"]))
         return Simulation.restore(record["state"])
     except (ValueError, KeyError, TypeError) as error:
         given = f"of version {record.get('version', 'unknown')} ({error})"
         allowed = f"snapshots that version {bouncing_disk_ros.__version__} can read"
         hint = "It is damaged, or of another build: replay it with the version that recorded it."
         raise InputError("snapshot", given, allowed, hint) from None
+
+
+def _check_reached(simulation: Simulation) -> None:
+    """Raise ValueError when the state of a snapshot lies far before the snapshot's own time.
+
+    A simulation has resolved what is due at its time. Without this check a false time is reached by
+    simulating years.
+    """
+    with contextlib.suppress(SimulationError):  # raised again when the run goes on
+        _, is_behind = simulation.advance(simulation.time_ns, EVENTS_BEHIND)
+        if is_behind:
+            raise ValueError(f"its state lies more than {EVENTS_BEHIND} events before its time")
 
 
 def apply(simulation: Simulation, record: Record) -> None:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import LOG_PERIOD, REASONS
+from bouncing_disk_ros.limits import LOG_PERIOD, REASONS
 
 _INDEX = re.compile(r"\[\d+\]")
 _OTHERS = "others"

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.input_limits import COMMAND_NAMES, COMMAND_POINTS
+from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, scaled
 from bouncing_disk_ros.topics import MOTION_NAMES, MOTION_UNITS

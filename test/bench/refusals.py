@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.input_limits import COMMAND_BYTES, COMMAND_POINTS
+from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
 from support.processes import Starter

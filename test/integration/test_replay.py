@@ -178,7 +178,7 @@ def test_rows_from_before_the_first_snapshot_only(
     run.advance(3.0)
     run.session.snapshot()
     del run.records[0]
-    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 1
+    assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
     assert "replay: none of the " in capsys.readouterr().err
 
 

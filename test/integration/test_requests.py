@@ -19,7 +19,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersA
 from rclpy.lifecycle import LifecycleNode
 
 import bouncing_disk_ros
-from bouncing_disk_ros.input_limits import REQUEST_ITEMS
+from bouncing_disk_ros.limits import REQUEST_ITEMS
 from support import requests
 from support.processes import Process, Starter
 from support.ros_peer import Peer

@@ -12,7 +12,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.input_limits import COMMAND_BYTES, COMMAND_POINTS
+from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
 from bouncing_disk_ros.topics import MOTION_NAMES

@@ -24,7 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 from type_description_interfaces.srv import GetTypeDescription
 
-from bouncing_disk_ros.input_limits import REQUEST_ITEMS, REQUEST_TEXT
+from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from support.processes import PATIENCE
 
 Make = Callable[[random.Random], Any]

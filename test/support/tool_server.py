@@ -1,7 +1,8 @@
-"""Runs the tools that read bags, each in a process of its own that has its libraries already.
+"""Runs the tools that read bags in processes that have their libraries already, and measures them.
 
-Started as `python -m support.tool_server`; `ToolServer` is its other end. A run is measured: time
-of the processor and of the clock, and the most memory it had.
+Started as `python -m support.tool_server`; `ToolServer` is its other end. A tool is called many
+times in one process; a call that ends this process (or takes too long) is told by its signal, and
+those after it are made in another one.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import io
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -20,26 +22,29 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, NamedTuple
 
 TOOLS = {
-    "bag_report": "bouncing_disk_ros.nodes.bags.bag_report",
-    "replay": "bouncing_disk_ros.nodes.replay.replay",
-    "bag_recover": "bouncing_disk_ros.nodes.bags.bag_recover",
-    "read": "support.tool_server",
+    "bag_report": "bouncing_disk_ros.nodes.bags.bag_report:main",
+    "replay": "bouncing_disk_ros.nodes.replay.replay:main",
+    "bag_recover": "bouncing_disk_ros.nodes.bags.bag_recover:main",
+    "read": "support.tool_server:read",
+    "study": "support.tool_server:study",
 }
-KILLED_AFTER = 60.0
+KILLED_AFTER = 30
+"""Seconds by the clock that a call may take: three times what is allowed of the processor."""
+MOST_ADDED = 3 << 30
+"""Bytes of address space that calls may add; with more they get a MemoryError."""
 
 
 class Done(NamedTuple):
-    """How one run ended."""
+    """How one call ended."""
 
-    code: int
+    code: int  # below 0: the signal that ended the process
     out: str
     err: str
     seconds: float  # of the processor
-    took: float  # by the clock
-    megabytes: float  # most resident memory
+    megabytes: float  # most resident memory of the process so far
 
 
 class ToolServer:
@@ -56,119 +61,133 @@ class ToolServer:
         assert self._process.stdout is not None
         assert self._process.stdout.readline() == "ready\n"
 
-    def run(self, tool: str, arguments: Sequence[str], folder: Path) -> Done:
-        """Run a tool in a folder."""
+    def run(self, tool: str, calls: Sequence[Sequence[str]], folder: Path) -> list[Done]:
+        """Call a tool with each of some command lines, in a folder."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        request = {"tool": tool, "arguments": list(arguments), "folder": str(folder)}
+        request = {"tool": tool, "calls": [list(call) for call in calls], "folder": str(folder)}
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
-        return Done(*json.loads(self._process.stdout.readline()))
+        return [Done(*row) for row in json.loads(self._process.stdout.readline())]
 
     def close(self) -> None:
         """End the process."""
         assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.close()
+        self._process.stdout.close()
         self._process.wait(timeout=60)
 
 
-def main(arguments: Sequence[str]) -> int:
+# --- tools of the tests ---------------------------------------------------------------------------
+def read(arguments: Sequence[str]) -> int:
     """The tool `read`: everything that the library can read of a bag; 0, or 2 and one line."""
-    from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag import decode
-    from bouncing_disk_ros.errors import InputError
+    from support.reading import read_all
 
-    refused: list[str] = []
-
-    def attempt(work: Any) -> None:
-        try:
-            work()
-        except (bag.BagError, InputError) as error:
-            refused.append(" ".join(str(error).split()))
-
-    def everything() -> None:
-        with bag.open(arguments[0]) as run:
-            run.info()
-            attempt(lambda: run.attachments)
-            attempt(lambda: sum(1 for _ in run.messages()))
-            for name, topic in run.topics.items():
-                attempt(lambda name=name: sum(1 for _ in run.decoded(name)))
-                attempt(lambda name=name: run.columns(name))
-                if topic.type == decode.CLOUD:
-                    attempt(lambda name=name: run.rows(name, 0, 2**62))
-
-    attempt(everything)
+    refused = read_all(arguments[0])
     if refused:
         print(refused[0], file=sys.stderr)
     return 2 if refused else 0
 
 
+def study(arguments: Sequence[str]) -> int:
+    """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
+    from bouncing_disk_ros.errors import InputError
+    from bouncing_disk_ros.nodes.studies.recorded import read_bag
+    from bouncing_disk_ros.ros.spin import bad_input
+    from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+    wanted = ("axial_forcing", "restitution", "phase_lag")
+    table = STUDY_TABLES["bifurcation"]
+    try:
+        found = read_bag(arguments[0], None, {name: table[name] for name in wanted})
+    except InputError as error:
+        return bad_input("study", error.line)
+    print(found.text)
+    return 0
+
+
+# --- the process ----------------------------------------------------------------------------------
 def _serve(warm: str) -> None:
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         os.chdir(folder)
         _tool("read")([warm])
-        _tool("bag_report")([warm, "report"])
+        _tool("bag_report")([warm, "--text-only"])
+        _tool("bag_report")([warm, "--prove", "--every", "9"])
         _tool("replay")([warm, "--what-if", "restitution:=0.4"])
         _tool("bag_recover")([warm, "recovered"])
+        _tool("study")([warm])
         os.chdir("/")
     gc.freeze()
     print("ready", flush=True)
     for line in sys.stdin:
-        request = json.loads(line)
-        print(json.dumps(_run(**request)), flush=True)
+        print(json.dumps(_run(**json.loads(line))), flush=True)
 
 
 def _tool(name: str) -> Callable[[Sequence[str]], int]:
-    main: Callable[[Sequence[str]], int] = importlib.import_module(TOOLS[name]).main
+    module, _, function = TOOLS[name].partition(":")
+    main: Callable[[Sequence[str]], int] = getattr(importlib.import_module(module), function)
     return main
 
 
-def _run(tool: str, arguments: list[str], folder: str) -> Done:
+def _run(tool: str, calls: list[list[str]], folder: str) -> list[Done]:
+    done: list[Done] = []
+    while len(done) < len(calls):
+        with tempfile.TemporaryFile("w+") as results:
+            child = os.fork()
+            if child == 0:
+                _be(tool, calls[len(done) :], folder, results)
+            _, status, usage = os.wait4(child, 0)
+            results.seek(0)
+            done += [Done(*json.loads(line)) for line in results]
+        if len(done) < len(calls):
+            seconds, most = usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+            done.append(Done(os.waitstatus_to_exitcode(status), "", "", seconds, most))
+    return done
+
+
+def _be(tool: str, calls: list[list[str]], folder: str, results: IO[str]) -> None:
+    """Make the calls in this process, which ends with the last."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    most = pages * resource.getpagesize() + MOST_ADDED
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.chdir(folder)
+    for call in calls:
+        results.write(json.dumps(_call(_tool(tool), call)) + "\n")
+        results.flush()
+    os._exit(0)
+
+
+def _call(main: Callable[[Sequence[str]], int], arguments: list[str]) -> Done:
+    """One call."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        begin = time.monotonic()
-        child = os.fork()
-        if child == 0:
-            _be(tool, arguments, folder, out.fileno(), err.fileno())
-        code, usage = _wait(child, begin)
-        took = time.monotonic() - begin
+        os.dup2(out.fileno(), 1)
+        os.dup2(err.fileno(), 2)
+        signal.alarm(KILLED_AFTER)  # without a handler: it also ends what hangs in the kernel
+        begin = time.process_time()
+        code = _exit_code(main, arguments)
+        seconds = time.process_time() - begin
+        signal.alarm(0)
+        sys.stdout.flush()
+        sys.stderr.flush()
         texts = []
         for file in (out, err):
             file.seek(0)
             texts.append(file.read(1_000_000).decode(errors="replace"))
-    seconds = usage.ru_utime + usage.ru_stime
-    return Done(code, texts[0], texts[1], seconds, took, usage.ru_maxrss / 1024)
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return Done(code, texts[0], texts[1], seconds, most)
 
 
-def _wait(child: int, begin: float) -> tuple[int, resource.struct_rusage]:
-    """Exit code of a child and what it used; it is killed when it takes too long."""
-    while True:
-        ended, status, usage = os.wait4(child, os.WNOHANG)
-        if ended:
-            return os.waitstatus_to_exitcode(status), usage
-        if time.monotonic() - begin > KILLED_AFTER:
-            os.kill(child, 9)
-            _, status, usage = os.wait4(child, 0)
-            return os.waitstatus_to_exitcode(status), usage
-        time.sleep(0.002)
-
-
-def _be(tool: str, arguments: list[str], folder: str, out: int, err: int) -> None:
-    """Be the tool; does not return."""
-    code = 70
+def _exit_code(main: Callable[[Sequence[str]], int], arguments: list[str]) -> int:
+    """The exit code of a call; 70 and a traceback on stderr for an exception."""
     try:
-        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-        os.dup2(out, 1)
-        os.dup2(err, 2)
-        os.chdir(folder)
-        code = int(_tool(tool)(arguments))
-    except SystemExit as exit_:
-        code = exit_.code if isinstance(exit_.code, int) else 71
+        return int(main(arguments))
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 71
     except BaseException:  # noqa: BLE001 (it is told)
         traceback.print_exc()
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
+        return 70
 
 
 if __name__ == "__main__":

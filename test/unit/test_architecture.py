@@ -24,7 +24,6 @@ TABLES = {
     "errors",
     "executables",
     "folders",
-    "input_limits",
     "kernel_cache",
     "limits",
     "parameters",

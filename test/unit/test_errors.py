@@ -7,7 +7,7 @@ import time
 from array import array
 from functools import partial
 
-from bouncing_disk_ros.errors import ExitCode, InputError, closest, shown
+from bouncing_disk_ros.errors import ExitCode, InputError, closest, one_line, shown
 from bouncing_disk_ros.tables import EXIT_MEANINGS
 
 
@@ -24,6 +24,12 @@ def test_line_is_one_line_whatever_was_given() -> None:
     line = InputError("preset", "a\nb", "one of\nthese", "do\n\tthis").line
     assert "\n" not in line
     assert "\t" not in line
+
+
+def test_a_line_holds_no_letters_that_a_terminal_obeys() -> None:
+    line = InputError("bag", "a", "b", "it holds \x1b[31m and \x00").line
+    assert line == "bag: got 'a', allowed: b. it holds ?[31m and ?"
+    assert one_line("a\n b\t\x07") == "a b ?"
 
 
 def test_texts_are_quoted_so_that_an_empty_one_is_seen() -> None:

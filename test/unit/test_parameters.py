@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros import parameters, tables
+from bouncing_disk_ros import limits, parameters, tables
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
@@ -29,6 +29,24 @@ def test_page_of_parameters_is_current() -> None:
 def test_page_of_interfaces_holds_the_current_tables() -> None:
     page = (DOCS / "interfaces.md").read_text(encoding="utf-8")
     assert tables.topics_table() in page, "run: python -m bouncing_disk_ros.tables docs"
+
+
+@pytest.mark.parametrize(
+    ("page", "home"), [("recording.md", limits.FILES_READ), ("interfaces.md", limits.MESSAGES)]
+)
+def test_pages_hold_the_current_limits(page: str, home: str) -> None:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    assert text == tables.with_limits(text, home), "run: python -m bouncing_disk_ros.tables docs"
+    (shown,) = [
+        part.partition(tables.LIMITS_END)[0] for part in text.split(tables.LIMITS_BEGIN)[1:]
+    ]
+    assert shown.strip() == limits.table(home)
+
+
+def test_every_limit_is_on_a_page() -> None:
+    shown = limits.table(limits.FILES_READ) + limits.table(limits.MESSAGES)
+    assert [row.what for row in limits.TABLE if f"| {row.what} |" not in shown] == []
+    assert len({row.what for row in limits.TABLE}) == len(limits.TABLE)
 
 
 def test_every_field_of_the_model_is_a_parameter() -> None:

@@ -63,6 +63,7 @@ class _Prover:
         self._inputs, self._impacts = f"{base}/{INPUTS}", f"{base}/{IMPACTS}"
         if not is_there(opened, self._inputs, INPUTS):
             raise InputError(f"bag {opened.path}", f"no {self._inputs}", "a bag that has it")
+        opened.check_installed(self._inputs)
         self._events = 0
         self._begun = self._reached = math.nan  # simulated s
         self._versions: set[str] = set()

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, InputError, one_line
 
 
 def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str = "") -> int:
@@ -23,11 +23,14 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
         print(f"{name}: {error.line}", file=sys.stderr)
         return ExitCode.BAD_INPUT
     except (BagError, OSError) as error:
-        text = " ".join(str(error).split())
+        text = one_line(str(error))
         where = "" if path in text else f"{path}: "
         print(f"{name}: {where}{text}", file=sys.stderr)
         return ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
     except KeyboardInterrupt:
+        # One that has passed through exec() of a text, as rosbags and dataclasses use it, makes
+        # CPython end by SIGINT whatever the exit code, until another text has been run.
+        exec("")  # noqa: S102
         print(interrupted or f"{name}: interrupted", file=sys.stderr)
         return ExitCode.INTERRUPTED
 

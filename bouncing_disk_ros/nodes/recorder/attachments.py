@@ -20,7 +20,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from bouncing_disk_ros.errors import InputError, cut
 from bouncing_disk_ros.folders import PACKAGE, share_directory
-from bouncing_disk_ros.input_limits import (
+from bouncing_disk_ros.limits import (
     ANSWER_BYTES,
     ASKED_NODES,
     PRESET_BYTES,

@@ -18,7 +18,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
 from bouncing_disk_ros.errors import ExitCode, InputError, cut
-from bouncing_disk_ros.input_limits import LOOKED_TOPICS
+from bouncing_disk_ros.limits import LOOKED_TOPICS
 from bouncing_disk_ros.nodes.recorder.attachments import (
     YAML,
     RunParameters,

@@ -30,7 +30,8 @@ class Recorded:
     """What one simulator published into a bag: its record of inputs and its impacts.
 
     `namespace` chooses among several simulators; `inputs` and `impacts` name topics that were
-    remapped. Raises InputError when that does not lead to one topic of each kind.
+    remapped. Raises InputError when that does not lead to one topic of each kind, or
+    one has other fields than its type here; BagError when its messages cannot be decoded.
     """
 
     bag: bag.Bag
@@ -48,6 +49,8 @@ class Recorded:
         if not self.bag.topics[self.inputs].count:
             hint = "The recorder must hear the simulator: its record is latched."
             raise InputError(self.inputs, "no messages", "a bag that holds some", hint)
+        for name in (self.inputs, self.impacts):
+            self.bag.check_installed(name)
 
     def _found(self, name: str, option: str, given: str, namespace: str | None) -> str:
         """The one topic meant by a relative name."""

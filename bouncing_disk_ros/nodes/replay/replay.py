@@ -87,7 +87,7 @@ def _work(given: argparse.Namespace) -> int:
             compare(recorded, found, changes, given.run, given.figure)
     if not found.rows and found.not_compared:
         print(f"replay: none of the {found.not_compared} rows can be compared", file=sys.stderr)
-        return ExitCode.FAILED
+        return ExitCode.BAD_INPUT
     print(verdict(found), flush=True)
     return ExitCode.DONE if found.identical else ExitCode.REPLAY_DIFFERS
 

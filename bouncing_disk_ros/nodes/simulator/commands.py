@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import INPUTS_AHEAD
+from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.ros.numbered import NumberedSubscription
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,

@@ -38,12 +38,14 @@ class FromBag(NamedTuple):
 def read_bag(path: str, namespace: str | None, wanted: Mapping[str, Spec]) -> FromBag:
     """The options of a study that are `wanted`, from the last steady motion of the last run.
 
-    Raises InputError for a bag without one, or whose values the study cannot use; FailedError
-    for a bag that cannot be read.
+    Raises InputError for a bag that is damaged or without one, or whose values the study cannot
+    use; FailedError when the disk fails.
     """
     try:
         segment = last_steady(_record(path, namespace), path)
-    except (bag.BagError, OSError) as error:
+    except bag.BagError as error:
+        raise InputError("bag", path, "a bag that can be read", str(error)) from None
+    except OSError as error:
         raise FailedError(f"{path}: {error}") from None
     assert segment.motion is not None
     values = numbers(segment.motion, segment.disk)

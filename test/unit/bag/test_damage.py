@@ -16,11 +16,15 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag.chunks import Inner
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags import bag_recover
 from support.bags import START_NS, TYPES, Sent, make, messages, write
+from support.hostile.base import content
+from support.hostile.base import messages as messages_of_a_run
+from support.mcap_bytes import forged
 
 CHUNK = 1500
 
@@ -344,3 +348,40 @@ def test_a_file_of_which_only_the_beginning_is_there_is_mended(tmp_path: Path) -
     report = bag.recover(put(tmp_path / "run", b"\x89MCAP0\r\n"))
     assert report.saved == 0
     assert rosbags_count(report.output) == 0
+
+
+def test_a_chunk_without_messages_has_no_index_of_them() -> None:
+    assert Inner(b"").index_records() == b""
+
+
+def test_an_error_of_a_bag_is_one_line_that_can_be_shown() -> None:
+    assert str(bag.BagError("a\nb \x1b[31m")) == "a b ?[31m"
+
+
+def test_recovery_puts_the_times_of_chunks_right(tmp_path: Path, sent: list[Sent]) -> None:
+    """They have no checksum; copied as they were, they made a new index that was not true."""
+    folder = make(tmp_path / "run", sent, chunk_size=CHUNK)
+    (file,) = folder.glob("*.mcap")
+    content = bytearray(file.read_bytes())
+    for place in (row.offset for row in Source(file).blocks):
+        content[place + 9 : place + 25] = bytes(8) + (1 << 62).to_bytes(8, "little")
+    report = bag.recover(put(tmp_path / "run", bytes(content[:-8])), tmp_path / "mended")
+    assert (report.saved, report.lost) == (len(sent), 0)
+    with bag.open(tmp_path / "mended") as run:
+        assert run.complete
+        assert (run.start_ns, run.end_ns) == (sent[0].log_time_ns, sent[-1].log_time_ns)
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
+
+
+def test_a_chunk_that_contradicts_itself_is_lost_and_told(tmp_path: Path) -> None:
+    """Two types of one number: whichever came last was taken, and the copy could not be read."""
+    whole = content(messages=messages_of_a_run()[:12], per_chunk=100)
+    file = tmp_path / "run.mcap"
+    file.write_bytes(forged({"schema.id": 7}, whole)[:-8])
+    with bag.open(file) as run:
+        assert any("defines the number 7 unlike an earlier" in line for line in run.remarks)
+        assert list(run.messages()) == []
+    report = bag.recover(file, tmp_path / "mended")
+    assert report.saved == 0
+    with bag.open(tmp_path / "mended") as run:
+        assert list(run.messages()) == []

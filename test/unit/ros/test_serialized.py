@@ -19,7 +19,7 @@ from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import COMMAND_BYTES, COMMAND_NAMES, COMMAND_POINTS
+from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,

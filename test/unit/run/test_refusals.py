@@ -7,7 +7,7 @@ import re
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import REASONS
+from bouncing_disk_ros.limits import REASONS
 from bouncing_disk_ros.run.refusals import RefusalLog
 
 

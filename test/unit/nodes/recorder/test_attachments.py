@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import ANSWER_BYTES, PRESET_BYTES
+from bouncing_disk_ros.limits import ANSWER_BYTES, PRESET_BYTES
 from bouncing_disk_ros.nodes.recorder.attachments import answered, dumped, preset_bytes
 from bouncing_disk_ros.nodes.recorder.topic import is_snapshot, message_class
 from bouncing_disk_ros.run.records import to_json

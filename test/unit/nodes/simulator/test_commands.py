@@ -10,7 +10,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.input_limits import INPUTS_AHEAD
+from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.run.clock import NS
 from support.commanded import WALL_NS, CommandedSession
 from support.wrong_commands import WRONG, trajectory, wrench
