@@ -32,7 +32,7 @@ from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
-    from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
     from bouncing_disk_ros.ros.conversions import impacts_from_msg
     from bouncing_disk_ros.run.simulate import simulate
 
@@ -41,7 +41,7 @@ __all__ = ["Simulation", "SimulatorNode", "__version__", "impacts_from_msg", "si
 #: public name -> the module that has it
 _HOMES = {
     "Simulation": "bouncing_disk_ros.core.simulation",
-    "SimulatorNode": "bouncing_disk_ros.nodes.simulator.node",
+    "SimulatorNode": "bouncing_disk_ros.nodes.simulator.simulator_node",
     "impacts_from_msg": "bouncing_disk_ros.ros.conversions",
     "simulate": "bouncing_disk_ros.run.simulate",
 }

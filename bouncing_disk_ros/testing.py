@@ -48,7 +48,7 @@ class SteppedSimulator:
         from rclpy.signals import SignalHandlerOptions
 
         from bouncing_disk_ros import environment
-        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+        from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 
         environment.prepare()
         self.context: Context = rclpy.Context()
@@ -112,17 +112,17 @@ class SteppedSimulator:
 
     def command(self, after: float = 0.0, **values: float) -> bool:
         """Command the platform: `values` reached `after` seconds from now; False when refused."""
-        from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
+        from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 
         point = PointRequest(tuple(values.values()), round(after * 1e9))
         return self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
 
-    def kick(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
+    def apply_impulse(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
         """Kick the disk now (N·s, N·m·s); False when refused."""
-        from bouncing_disk_ros.run.rulings import KickRequest
+        from bouncing_disk_ros.run.command_validation import ImpulseRequest
 
-        request = KickRequest((0.0, 0.0, axial_impulse), (0.0, 0.0, angular_impulse))
-        return self.node.commands.kick(request)
+        request = ImpulseRequest((0.0, 0.0, axial_impulse), (0.0, 0.0, angular_impulse))
+        return self.node.commands.apply_impulse(request)
 
     def reset(self) -> None:
         """Back to the initial state."""

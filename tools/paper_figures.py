@@ -51,7 +51,7 @@ def _tosses(_: xr.Dataset) -> list[Number]:
     best = extreme("speed_ratio")
     near = toss(0.0, 0.248 * math.pi)
     flat = "the maximum is at another place, close by"
-    books = (
+    ledger = (
         "no bookkeeping of the energies gives 0.519 with E_in = ∫(Nṡ + Mβ̇)dt from rest to "
         "separation; a wrong sign of gravity would give 0.522"
     )
@@ -65,7 +65,7 @@ def _tosses(_: xr.Dataset) -> list[Number]:
         Number("speed ratio at the fastest toss", "", abs(speed.speed_ratio)),
         Number("largest speed ratio along θ = 0", "0.995", straight.speed_ratio),
         Number("largest speed ratio of all, along θ = −τ_sep", "", best.speed_ratio),
-        Number("largest efficiency", "0.519", efficiency.efficiency, "", books),
+        Number("largest efficiency", "0.519", efficiency.efficiency, "", ledger),
         Number("φ_L/π there", "0.248", efficiency.amplitude_angle / math.pi, "", flat),
     ]  # fmt: skip
 

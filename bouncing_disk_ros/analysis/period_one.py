@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
+from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Disk, Motion
 
 
@@ -24,8 +24,8 @@ class PeriodOne(NamedTuple):
 
 def separation_phase(motion: Motion, disk: Disk) -> float | None:
     """τ_sep where the platform lets go of a disk at rest on it (eq. 3), rad; None: it does not."""
-    forcing = axial_forcing(motion, disk)
-    return math.asin(1.0 / (math.pi * forcing)) if forcing * math.pi > 1.0 else None
+    axial_forcing = axial_forcing_of(motion, disk)
+    return math.asin(1.0 / (math.pi * axial_forcing)) if axial_forcing * math.pi > 1.0 else None
 
 
 def stability_limit(restitution: float) -> float:
@@ -39,15 +39,15 @@ def period_one(motion: Motion, disk: Disk) -> PeriodOne | None:
 
     cos τ_imp = (1−ε)/((1+ε)Γ), w_A = −2/(1+ε) in units of πg/ω, α̇ = ωΦ cos(τ_imp + θ).
     """
-    e, forcing = disk.restitution, axial_forcing(motion, disk)
+    e, axial_forcing = disk.restitution, axial_forcing_of(motion, disk)
     least = (1.0 - e) / (1.0 + e)
-    if forcing < least or forcing == 0.0:
+    if axial_forcing < least or axial_forcing == 0.0:
         return None
-    phase = math.acos(least / forcing)
+    phase = math.acos(least / axial_forcing)
     omega = math.tau * motion.frequency
     return PeriodOne(
         phase,
         -2.0 / (1.0 + e) * velocity_scale(motion, disk),
         omega * motion.angular_amplitude * math.cos(phase + motion.phase_lag),
-        least < forcing < stability_limit(e),
+        least < axial_forcing < stability_limit(e),
     )

@@ -8,6 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def short_way(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def wrap_to_pi(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same angle in [−π, π): from one phase to another the short way round."""
     return np.mod(angle + math.pi, math.tau) - math.pi

@@ -16,13 +16,13 @@ def acceleration(disk: Disk) -> float:
     return disk.gravity + disk.preload / disk.mass
 
 
-def axial_forcing(motion: Motion, disk: Disk) -> float:
+def axial_forcing_of(motion: Motion, disk: Disk) -> float:
     """Γ = A ω² / (π g), 1."""
     omega = math.tau * motion.frequency
     return motion.axial_amplitude * omega**2 / (math.pi * acceleration(disk))
 
 
-def angular_forcing(motion: Motion, disk: Disk) -> float:
+def angular_forcing_of(motion: Motion, disk: Disk) -> float:
     """Γ_T = a_g² Φ ω² / (a_e π g μ), 1; inf without friction, nan without rotation besides."""
     omega = math.tau * motion.frequency
     pull = disk.friction_radius * math.pi * acceleration(disk) * disk.friction

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.bag.bag_topic import Form
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.message_type import MessageType, message_type
 from bouncing_disk_ros.bag.schema import schema_of
-from bouncing_disk_ros.bag.topic import Form
 from bouncing_disk_ros.errors import InputError, closest
 
 CLOUD = "sensor_msgs/msg/PointCloud2"

@@ -51,7 +51,7 @@ class Index:
         while position < len(view):
             opcode, length = HEAD.unpack_from(view, position)
             content = view[position + HEAD.size : position + HEAD.size + length]
-            taker = self._takers.get(opcode)
+            taker = self._handlers.get(opcode)
             if taker is not None:
                 taker(self, content, offset + position)
             position += HEAD.size + length
@@ -105,7 +105,7 @@ class Index:
         channel = fields.channel(content)
         self.channels[channel.id] = channel
 
-    _takers: Mapping[int, Callable[[Index, memoryview, int], None]] = {
+    _handlers: Mapping[int, Callable[[Index, memoryview, int], None]] = {
         Opcode.CHUNK: _chunk,
         Opcode.MESSAGE_INDEX: _message_index,
         Opcode.ATTACHMENT: _attachment,

@@ -14,9 +14,9 @@ from mcap.writer import Writer as McapWriter
 
 from bouncing_disk_ros.bag.latched import MARK, without_repeats
 from bouncing_disk_ros.bag.metadata import FileRow, TopicRow, qos_text
-from bouncing_disk_ros.bag.options import COMPRESSIONS, Options
 from bouncing_disk_ros.bag.schema import ENCODING, schema_of
 from bouncing_disk_ros.bag.stream import RecordStream
+from bouncing_disk_ros.bag.writer_options import COMPRESSIONS, Options
 
 PROFILE = "ros2"
 

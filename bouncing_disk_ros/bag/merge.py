@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.topic import Message
 
 
 class Part(NamedTuple):

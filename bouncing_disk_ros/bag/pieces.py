@@ -37,7 +37,7 @@ class Damage:
     holds_messages: bool = True
 
 
-def told(name: str, damage: Damage) -> str:
+def describe(name: str, damage: Damage) -> str:
     """A damage in words."""
     what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
     what = what if damage.holds_messages else "no messages"

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import clouds, decode
+from bouncing_disk_ros.bag.bag_topic import Message, Topic, topics_of
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import files_of
@@ -27,7 +28,6 @@ from bouncing_disk_ros.bag.scan import nothing
 from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.bag.summary import Block
-from bouncing_disk_ros.bag.topic import Message, Topic, topics_of
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.topics import IMPACT_LAYOUT
 

@@ -29,7 +29,7 @@ from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import Located, files_of
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow, qos_from_text
 from bouncing_disk_ros.bag.pieces import Damage, Piece
-from bouncing_disk_ros.bag.report import Report, lost_words
+from bouncing_disk_ros.bag.recovery_report import Report, loss_text
 from bouncing_disk_ros.bag.scan import BLOCK, nothing
 from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.source import Source
@@ -120,7 +120,7 @@ class _File:
             else:
                 self._take(opened, piece)
         self._end_plain()
-        self._tell()
+        self._report_file()
 
     # --- copying ----------------------------------------------------------------------------------
     def _take(self, opened: RegularFile, piece: Piece) -> None:
@@ -224,12 +224,12 @@ class _File:
         """The file as metadata.yaml names it."""
         return FileRow(self._stream.path.name, *self.index.span, self.counts.total())
 
-    def _tell(self) -> None:
+    def _report_file(self) -> None:
         report, saved = self._report, self._only_counted(self.index.channel_counts)
         report.saved += saved.total()
         topics = {number: channel.topic for number, channel in self._found.channels.items()}
         for damage in self._lost:
-            report.add(lost_words(self._name, damage, topics))
+            report.add(loss_text(self._name, damage, topics))
         if self._source.indexed:
             report.lost += (self._only_counted(self._source.counts) - saved).total()
             return

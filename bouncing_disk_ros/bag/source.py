@@ -17,7 +17,7 @@ from bouncing_disk_ros.bag.chunks import Inner, unpacked
 from bouncing_disk_ros.bag.definitions import Definitions, inner_definitions
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.pieces import Damage, Piece, told
+from bouncing_disk_ros.bag.pieces import Damage, Piece, describe
 from bouncing_disk_ros.bag.scan import Walk, nothing
 from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.summary import Block, summary_of
@@ -77,7 +77,9 @@ class Source:
                 self._take(found, piece)
             except BagError as error:
                 self.damages.append(Damage(piece.offset, piece.length, str(error)))
-        self.remarks += [told(self.path.name, damage) for damage in self.damages if damage.length]
+        self.remarks += [
+            describe(self.path.name, damage) for damage in self.damages if damage.length
+        ]
         if unnamed := sum(n for number, n in self.counts.items() if number not in self.channels):
             self.remarks.append(f"{self.path.name}: {unnamed} messages of topics without a name")
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.layout import FADE, FLIGHT, NEVER, SLIDING, STEADY
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
-from bouncing_disk_ros.core.schedule import Fade, Kick
+from bouncing_disk_ros.core.schedule import Fade, Impulse
 
 FORMAT = 1
 """Version of the checkpoint's layout; another one is refused."""
@@ -127,11 +127,11 @@ def pending_fade(name: str, values: Any) -> Fade:
     return Fade(begin, end, motion(f"{name} motion", values[2]))
 
 
-def queued_impulse(name: str, values: Any) -> Kick:
+def queued_impulse(name: str, values: Any) -> Impulse:
     """An impulse that has not acted, from [ns, N·s, N·m·s]."""
     if not isinstance(values, (list, tuple)) or len(values) != 3:
         raise refusal(name, values, "[instant, axial impulse, angular impulse]")
-    return Kick(instant(name, values[0]), *_numbers(name, values[1:], 2))
+    return Impulse(instant(name, values[0]), *_numbers(name, values[1:], 2))
 
 
 def in_order(name: str, instants: Sequence[int]) -> None:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core import checkpoint, platform, stepper
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
 from bouncing_disk_ros.core.layout import (
-    BOOKS,
     CHATTER_ENDS,
     DISK_DTYPE,
     FADE,
     FLIGHT,
+    LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
     UNKNOWN,
@@ -51,7 +51,7 @@ def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
     return k
 
 
-def joined(parts: Rows) -> NDArray[np.void]:
+def join_rows(parts: Rows) -> NDArray[np.void]:
     """One array of all rows; np.concatenate would drop the padding that the layout has."""
     if len(parts) == 1:
         return parts[0]
@@ -66,7 +66,7 @@ class Engine:
         self.k = disk_record(disk, report_speed)
         self.state = np.zeros(1, STATE_DTYPE)
         self.m = np.zeros(1, MOTION_DTYPE)
-        self._books = np.zeros((2, len(BOOKS)))
+        self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
         self._observed = np.zeros(1, stepper.OBSERVED)
@@ -100,7 +100,7 @@ class Engine:
             self._observe(s)
             s["u"] = initial.axial_velocity - self._observed["s1"]
         self.resume()
-        self._books[:] = 0.0
+        self._ledger[:] = 0.0
         self._observe(s)
         s["initial_energy"] = self._observed["energy"]
 
@@ -115,7 +115,7 @@ class Engine:
                 self.state,
                 self.m,
                 self.k,
-                self._books,
+                self._ledger,
                 self._buffer,
                 self._open_row,
                 boundary_ns,
@@ -140,7 +140,7 @@ class Engine:
         """Whether the next event is the end of a chatter in closed form."""
         return bool(self.state["event"][0] == CHATTER_ENDS)
 
-    def look_again(self) -> None:
+    def invalidate_next_event(self) -> None:
         """Forget the next event: the boundary that bounded its search has changed."""
         self.state["event"] = UNKNOWN
 
@@ -148,38 +148,40 @@ class Engine:
         """Resolve a chatter bounce by bounce up to time_ns; True when the budget ran out first."""
         if not self.in_chatter:
             return False
-        self.look_again()
+        self.invalidate_next_event()
         behind = self.step(time_ns, time_ns, budget, rows)[1]
-        self.look_again()  # what is known of the next event holds up to time_ns only
+        self.invalidate_next_event()  # what is known of the next event holds up to time_ns only
         return behind
 
-    def halt(self, time_ns: int, rows: Rows) -> None:
+    def advance_to(self, time_ns: int, rows: Rows) -> None:
         """Carry the state to time_ns, where all that is due earlier has been resolved."""
         while self.cut_chatter(time_ns, _MANY, rows):
             pass
-        arguments = (self.state, self.m, self.k, self._books, self._buffer, self._open_row)
-        n = stepper.halt(*arguments, time_ns)
+        arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
+        n = stepper.advance_to(*arguments, time_ns)
         if n:
             rows.append(self._written(n))
 
     def change_motion(self, motion: NDArray[np.void]) -> None:
         """Put another motion in force under the halted disk."""
         self.m = motion
-        stepper.take_motion(self.state, motion)
+        stepper.keep_sticking(self.state, motion)
 
-    def kick(self, axial_impulse: float, angular_impulse: float) -> None:
+    def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
-        stepper.kick(self.state, self.m, self.k, self._books, axial_impulse, angular_impulse)
+        stepper.apply_impulse(
+            self.state, self.m, self.k, self._ledger, axial_impulse, angular_impulse
+        )
 
     def change_disk(self, disk: Disk, report_speed: float) -> None:
         """Change the parameters of the halted disk."""
         new = disk_record(disk, report_speed)
-        stepper.change_disk(self.state, self.m, self.k, new, self._books)
+        stepper.change_disk(self.state, self.m, self.k, new, self._ledger)
         self.k = new
 
     def resume(self) -> None:
         """Decide contact or flight after the inputs of one instant."""
-        stepper.resume(self.state, self.m, self.k)
+        stepper.classify_after_input(self.state, self.m, self.k)
 
     def sample(self, time_ns: int) -> Sample:
         """State at time_ns, which lies before the next event; changes nothing."""
@@ -207,10 +209,10 @@ class Engine:
 
     def energy(self, time_ns: int) -> Energy:
         """Energy books at time_ns; changes nothing."""
-        state, books = self._at(time_ns)
+        state, ledger = self._at(time_ns)
         self._observe(state)
         kinetic, energy = float(self._observed["kinetic"][0]), float(self._observed["energy"][0])
-        sums = dict(zip(BOOKS, (float(v) for v in books[0] + books[1]), strict=True))
+        sums = dict(zip(LEDGER_FIELDS, (float(v) for v in ledger[0] + ledger[1]), strict=True))
         throughput = sums.pop("throughput")
         initial = float(state["initial_energy"][0])
         gains = sum(v if name.startswith("work") else -v for name, v in sums.items())
@@ -228,8 +230,8 @@ class Engine:
 
     def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
         """Copies of state and books, carried to time_ns."""
-        state, books, row = self.state.copy(), self._books.copy(), self._open_row.copy()
-        arguments = (state, self.m, self.k, books, np.zeros(64, IMPACT_DTYPE), row)
+        state, ledger, row = self.state.copy(), self._ledger.copy(), self._open_row.copy()
+        arguments = (state, self.m, self.k, ledger, np.zeros(64, IMPACT_DTYPE), row)
         status = stepper.DONE
         if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
@@ -238,10 +240,10 @@ class Engine:
             while status == stepper.FULL:
                 _, used, status = stepper.advance(*arguments, time_ns, time_ns, left)
                 left -= used
-        stepper.halt(*arguments, time_ns)
+        stepper.advance_to(*arguments, time_ns)
         if status != stepper.DONE:  # the rest of the bounces is below all that can be shown
             state["gap"] = state["u"] = 0.0
-        return state, books
+        return state, ledger
 
     def snapshot(self) -> dict[str, Any]:
         """All records as JSON-able numbers."""
@@ -249,7 +251,7 @@ class Engine:
             "state": checkpoint.plain(self.state),
             "motion": checkpoint.plain(self.m),
             "disk": checkpoint.plain(self.k),
-            "books": self._books.tolist(),
+            "books": self._ledger.tolist(),
             "open_row": checkpoint.plain(self._open_row),
         }
 
@@ -263,10 +265,10 @@ class Engine:
         engine.state = checkpoint.record(values["state"], STATE_DTYPE)
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
-        engine.look_again()
+        engine.invalidate_next_event()
         engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
         checkpoint.check_motion(engine.m[0])
         platform.derive(engine.m)
-        engine._books = checkpoint.table("books", values["books"], 2, len(BOOKS))
+        engine._ledger = checkpoint.table("books", values["books"], 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import kernel
 from bouncing_disk_ros.core.bounds import span_from
-from bouncing_disk_ros.core.clock import clock_after, elapsed, instant_of, seconds_between
 from bouncing_disk_ros.core.contact import (
     load_returns,
     period_of,
@@ -16,6 +15,7 @@ from bouncing_disk_ros.core.contact import (
     stick_fails,
 )
 from bouncing_disk_ros.core.flight import search_impact, separation_phase
+from bouncing_disk_ros.core.forcing_clock import clock_after, elapsed, instant_of, seconds_between
 from bouncing_disk_ros.core.impact import (
     BOUNCES,
     STILL,

@@ -100,7 +100,7 @@ DISK_DTYPE = np.dtype(
     align=True,
 )
 
-BOOKS = (
+LEDGER_FIELDS = (
     "work_axial",
     "work_angular",
     "work_kicks",
@@ -110,9 +110,9 @@ BOOKS = (
     "loss_sliding",
     "throughput",
 )
-W_AXIAL, W_ANGULAR, W_KICKS, W_PARAMETERS, L_AXIAL, L_FRICTION, L_SLIDING, THROUGHPUT = range(8)
+W_AXIAL, W_ANGULAR, W_IMPULSES, W_PARAMETERS, L_AXIAL, L_FRICTION, L_SLIDING, THROUGHPUT = range(8)
 
 STATE = from_dtype(STATE_DTYPE)[::1]
 MOTION = from_dtype(MOTION_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
-BOOK = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out
+LEDGER = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out

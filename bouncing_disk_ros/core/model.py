@@ -99,7 +99,7 @@ class Energy(NamedTuple):
     initial: float  # kinetic + potential at the start
     work_axial: float  # of the platform on the disk
     work_angular: float
-    work_kicks: float
+    work_impulses: float
     work_parameters: float  # jumps of the energy where parameters change
     loss_impact_axial: float
     loss_impact_friction: float

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel
-from bouncing_disk_ros.core.carry import carry, set_clock, settle, spin, stick_or_reverse, turn
-from bouncing_disk_ros.core.clock import elapsed
-from bouncing_disk_ros.core.energy import Books, book, book_impact
+from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, add_impact_energy
 from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.impact import (
     chatter_rotation,
     chatter_sums,
     friction_change,
     speed_after,
+)
+from bouncing_disk_ros.core.impact_log import (
+    CHATTER_TAIL,
+    Rows,
+    add_impulses,
+    begin_row,
+    close_row,
+    log_impact,
 )
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
@@ -27,33 +34,33 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.log import (
-    CHATTER_TAIL,
-    Rows,
-    add_impulses,
-    begin_row,
-    close_row,
-    log_impact,
-)
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.propagate import (
+    classify_contact,
+    propagate,
+    set_clock,
+    spin,
+    stick_or_reverse,
+    turn,
+)
 
 
 @kernel
 def resolve(
-    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
     """Carry the state to its next event and through it; returns the number of rows."""
     kind = state.event
     value = state.event_value
     if kind == CHATTER_ENDS:
-        return _end_chatter(state, motion, disk, books, rows, n, open_row)
+        return _end_chatter(state, motion, disk, ledger, rows, n, open_row)
     d, ns, sub = state.event_delay, state.event_ns, state.event_sub
     cycles, tau = state.event_cycles, state.event_tau
     if kind == IMPACT:
         spin(state, disk, d)
         set_clock(state, ns, sub, cycles, tau)
-        return _impact(state, motion, disk, books, -value, rows, n, open_row)
-    carry(state, motion, disk, books, d, ns, sub, cycles, tau)
+        return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
+    propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # a waypoint within rounding of an impact
     end_contact(state, motion, disk, kind, value)
@@ -79,7 +86,7 @@ def _impact(
     state: Record,
     motion: Record,
     disk: Record,
-    books: Books,
+    ledger: Ledger,
     w: float,
     rows: Rows,
     n: int,
@@ -97,17 +104,17 @@ def _impact(
     state.gap = 0.0
     state.u = disk.restitution * w
     state.phase = FLIGHT
-    book_impact(books, disk, w, 0.5 * (slip + left), push, twist, s[1], b[1])
+    add_impact_energy(ledger, disk, w, 0.5 * (slip + left), push, twist, s[1], b[1])
     n = log_impact(rows, n, open_row, state, motion, disk, w, slip, push, twist)
     if state.u == 0.0:
         n = close_row(open_row, rows, n, state, CHATTER_TAIL)
-        settle(state, motion, disk)
+        classify_contact(state, motion, disk)
     return n
 
 
 @kernel
 def _end_chatter(
-    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
     """All impacts that are left of a complete chatter, in closed form (rules 7 and 8).
 
@@ -116,7 +123,7 @@ def _end_chatter(
     completion is allowed.
     """
     if state.event_value == STILLED:
-        return _still(state, motion, disk, books, rows, n, open_row)
+        return _still(state, motion, disk, ledger, rows, n, open_row)
     t, sign, u = state.event_delay, state.event_value, state.u
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
@@ -134,15 +141,17 @@ def _end_chatter(
     if sign == 0.0:
         twist = b_end[1] - before + disk.lag * t
         late = squares / (1.0 - disk.restitution)
-        book(books, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * late))
-        book(books, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
+        add_entry(ledger, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * late))
+        add_entry(ledger, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
     else:
         twist = -sign * disk.grip * push
-        book(books, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2]))
+        add_entry(
+            ledger, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2])
+        )
         lost = -twist * (slip + 0.5 * twist) - disk.grip * sign * rho * moment
-        book(books, L_FRICTION, disk.inertia * lost)
-    book(books, W_AXIAL, disk.mass * (push * s[1] + s[2] * moment))
-    book(books, L_AXIAL, 0.5 * disk.mass * u * u)
+        add_entry(ledger, L_FRICTION, disk.inertia * lost)
+    add_entry(ledger, W_AXIAL, disk.mass * (push * s[1] + s[2] * moment))
+    add_entry(ledger, L_AXIAL, 0.5 * disk.mass * u * u)
     state.gap = 0.0
     state.u = 0.0
     row = open_row[0]
@@ -150,18 +159,18 @@ def _end_chatter(
         begin_row(row, state, motion, disk, u, slip)
     add_impulses(row, state, motion, disk, push, twist)
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
-    settle(state, motion, disk)
+    classify_contact(state, motion, disk)
     return n
 
 
 @kernel
 def _still(
-    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, n: int, open_row: Rows
+    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
     """Take a bounce too short to move the forcing phase as contact; its energy is lost."""
     climb = axial_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))[1]
-    book(books, W_AXIAL, -disk.mass * climb * state.u)
-    book(books, L_AXIAL, 0.5 * disk.mass * state.u * state.u)
+    add_entry(ledger, W_AXIAL, -disk.mass * climb * state.u)
+    add_entry(ledger, L_AXIAL, 0.5 * disk.mass * state.u * state.u)
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
-    settle(state, motion, disk)
+    classify_contact(state, motion, disk)
     return n

@@ -17,7 +17,7 @@ class Fade(NamedTuple):
     target: Motion
 
 
-class Kick(NamedTuple):
+class Impulse(NamedTuple):
     """An impulse on the disk that has not acted."""
 
     at_ns: int
@@ -61,6 +61,6 @@ def plan_fades(
     return fades
 
 
-def add_kick(kicks: list[Kick], kick: Kick) -> None:
+def add_impulse(impulses: list[Impulse], impulse: Impulse) -> None:
     """Queue a kick behind those of the same instant."""
-    insort(kicks, kick, key=lambda k: k.at_ns)
+    insort(impulses, impulse, key=lambda k: k.at_ns)

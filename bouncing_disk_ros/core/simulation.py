@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, platform
-from bouncing_disk_ros.core.engine import Engine, Rows, joined
+from bouncing_disk_ros.core.engine import Engine, Rows, join_rows
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -22,7 +22,7 @@ from bouncing_disk_ros.core.model import (
     Sample,
     SimulationError,
 )
-from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
+from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 
 _EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
 
@@ -52,11 +52,11 @@ class Simulation:
         self._disk, self._report_speed = disk, chatter_report_speed
         self._initial, self._initial_motion = initial, motion
         self._engine = Engine(disk, chatter_report_speed)
-        self._held: Rows = []  # rows of an input's own instant, for the next advance
+        self._unreported_rows: Rows = []  # rows of an input's own instant, for the next advance
         self._time_ns = 0
         self._motion_index = 0
         self._pending: list[Fade] = []
-        self._kicks: list[Kick] = []
+        self._impulses: list[Impulse] = []
         self._start = self._target = motion
         self._engine.place(0, initial, motion)
 
@@ -94,9 +94,9 @@ class Simulation:
         return tuple(self._pending)
 
     @property
-    def queued_kicks(self) -> int:
+    def queued_impulses(self) -> int:
         """Kicks that lie ahead."""
-        return len(self._kicks)
+        return len(self._impulses)
 
     @property
     def latest_target(self) -> Motion:
@@ -123,7 +123,7 @@ class Simulation:
         first: then time_ns lags behind and the call is to be repeated. Raises SimulationError for
         a run that cannot go on, each time.
         """
-        parts, self._held = self._held, []
+        parts, self._unreported_rows = self._unreported_rows, []
         behind = False
         while True:
             boundary = self._boundary_ns()
@@ -134,7 +134,7 @@ class Simulation:
                 used, behind = self._engine.step(target, boundary, max_events, parts)
             except SimulationError:
                 if parts:  # first the impacts before it; the next call raises
-                    return joined(parts), True
+                    return join_rows(parts), True
                 raise
             max_events -= used
             if behind:
@@ -145,11 +145,11 @@ class Simulation:
             if target < boundary:
                 break
             self._act(parts)
-        return joined(parts), behind
+        return join_rows(parts), behind
 
     def _boundary_ns(self) -> int:
         """The next instant at which a kick acts or a cross-fade begins or ends."""
-        instants = [self._kicks[0].at_ns] if self._kicks else []
+        instants = [self._impulses[0].at_ns] if self._impulses else []
         if self._engine.fading:
             instants.append(int(self._engine.m["end_ns"][0]))
         elif self._pending:
@@ -159,7 +159,7 @@ class Simulation:
     def _act(self, parts: Rows) -> None:
         """What is due at time_ns: the motion first, then kicks in order of arrival (rule 10)."""
         engine, now = self._engine, self._time_ns
-        engine.halt(now, parts)
+        engine.advance_to(now, parts)
         if engine.fading and int(engine.m["end_ns"][0]) == now:
             engine.change_motion(platform.steady(self._target, now, *engine.clock))
             self._note_motion(self._target, self._target)
@@ -168,9 +168,9 @@ class Simulation:
             plan = (self._target, fade.target, now, fade.end_ns)
             engine.change_motion(platform.fade(*plan, *engine.clock))
             self._note_motion(self._target, fade.target)
-        while self._kicks and self._kicks[0].at_ns == now:
-            kick = self._kicks.pop(0)
-            engine.kick(kick.axial_impulse, kick.angular_impulse)
+        while self._impulses and self._impulses[0].at_ns == now:
+            impulse = self._impulses.pop(0)
+            engine.apply_impulse(impulse.axial_impulse, impulse.angular_impulse)
         engine.resume()
 
     def _note_motion(self, start: Motion, target: Motion) -> None:
@@ -183,48 +183,48 @@ class Simulation:
         It replaces every cross-fade that has not begun; one that has begun runs out.
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
-        self._settle()
+        self._resolve_due()
         free = int(self._engine.m["end_ns"][0]) if self._engine.fading else self._time_ns
         self._pending = plan_fades(points, self._target, free, crossfade_ns)
-        self._engine.look_again()
-        self._follow()
+        self._engine.invalidate_next_event()
+        self._resolve_consequences()
 
-    def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
+    def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
         if at_ns < self._time_ns:
             raise ValueError(f"kick at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
-        self._settle()
-        add_kick(self._kicks, Kick(at_ns, axial_impulse, angular_impulse))
-        self._engine.look_again()
-        self._follow()
+        self._resolve_due()
+        add_impulse(self._impulses, Impulse(at_ns, axial_impulse, angular_impulse))
+        self._engine.invalidate_next_event()
+        self._resolve_consequences()
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy is booked."""
-        self._settle()
-        self._engine.halt(self._time_ns, self._held)
+        self._resolve_due()
+        self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._engine.change_disk(disk, self._report_speed)
         self._disk = disk
         self._engine.resume()
-        self._follow()
+        self._resolve_consequences()
 
     def set_chatter_report_speed(self, speed: float) -> None:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
-        self._settle()
+        self._resolve_due()
         self._report_speed = speed
         self._engine.k["report_speed"] = speed
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""
-        self._settle()
-        self._engine.halt(self._time_ns, self._held)
+        self._resolve_due()
+        self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
-        self._pending, self._kicks = [], []
+        self._pending, self._impulses = [], []
         self._engine.place(self._time_ns, self._initial, self._initial_motion)
         self._note_motion(self._initial_motion, self._initial_motion)
-        self._follow()
+        self._resolve_consequences()
 
-    def settle(self, max_events: int, *, cut_chatter: bool) -> bool:
+    def resolve_due(self, max_events: int, *, cut_chatter: bool) -> bool:
         """Resolve all that is due at time_ns; False when the budget ran out first: call it again.
 
         `cut_chatter`: a chatter too, bounce by bounce, as `set_disk` and `reset` need it.
@@ -233,24 +233,24 @@ class Simulation:
         parts = [rows] if len(rows) else []
         if cut_chatter and not behind:
             behind = self._engine.cut_chatter(self._time_ns, max_events, parts)
-        self._held = parts + self._held
+        self._unreported_rows = parts + self._unreported_rows
         return not behind
 
-    def _settle(self) -> None:
+    def _resolve_due(self) -> None:
         """Resolve all that is due at time_ns; rows wait for the next call of `advance`."""
         while True:
             rows, behind = self.advance(self._time_ns)
             if len(rows):
-                self._held.append(rows)
+                self._unreported_rows.append(rows)
             if not behind:
                 return
 
-    def _follow(self) -> None:
+    def _resolve_consequences(self) -> None:
         """Resolve what an input causes at its own instant, within one budget of events."""
         with suppress(SimulationError):  # the next call of `advance` raises it again
             rows, _ = self.advance(self._time_ns, _EVENTS_AT_ONCE)
             if len(rows):
-                self._held.append(rows)
+                self._unreported_rows.append(rows)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything the run depends on, JSON-able; `restore` continues it bit-identically."""
@@ -265,8 +265,10 @@ class Simulation:
             "start": list(self._start),
             "target": list(self._target),
             "pending": [[f.begin_ns, f.end_ns, list(f.target)] for f in self._pending],
-            "kicks": [list(k) for k in self._kicks],
-            "held": [checkpoint.plain(r[i : i + 1]) for r in self._held for i in range(len(r))],
+            "kicks": [list(k) for k in self._impulses],
+            "held": [
+                checkpoint.plain(r[i : i + 1]) for r in self._unreported_rows for i in range(len(r))
+            ],
             "engine": self._engine.snapshot(),
         }
 
@@ -289,10 +291,10 @@ class Simulation:
         run._start = checkpoint.motion("start", snapshot["start"])
         run._target = checkpoint.motion("target", snapshot["target"])
         run._pending = checkpoint.items("pending", snapshot["pending"], checkpoint.pending_fade)
-        run._kicks = checkpoint.items("kicks", snapshot["kicks"], checkpoint.queued_impulse)
+        run._impulses = checkpoint.items("kicks", snapshot["kicks"], checkpoint.queued_impulse)
         checkpoint.in_order("pending", [t for f in run._pending for t in f[:2]])
-        checkpoint.in_order("kicks", [run._time_ns, *(kick.at_ns for kick in run._kicks)])
-        run._held = checkpoint.items(
+        checkpoint.in_order("kicks", [run._time_ns, *(impulse.at_ns for impulse in run._impulses)])
+        run._unreported_rows = checkpoint.items(
             "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
         )
         run._engine = Engine.restore(run._disk, run._report_speed, snapshot["engine"])

@@ -6,26 +6,26 @@ import numpy as np
 from numba import from_dtype, types
 
 from bouncing_disk_ros.core.arithmetic import entry
-from bouncing_disk_ros.core.carry import carry, settle
-from bouncing_disk_ros.core.clock import elapsed, phase_of, seconds_between
-from bouncing_disk_ros.core.energy import Books, book, mechanical_energy
+from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
 from bouncing_disk_ros.core.events import find_next
+from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
+from bouncing_disk_ros.core.impact_log import CHATTER_CUT, Rows, close_row
 from bouncing_disk_ros.core.layout import (
-    BOOK,
     DISK,
     FAULT,
     FLIGHT,
+    LEDGER,
     MOTION,
     SLIDING,
     STATE,
     STICKING,
     UNKNOWN,
-    W_KICKS,
+    W_IMPULSES,
     W_PARAMETERS,
 )
-from bouncing_disk_ros.core.log import CHATTER_CUT, Rows, close_row
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.propagate import classify_contact, propagate
 from bouncing_disk_ros.core.resolve import resolve
 
 DONE, FULL, BEHIND, FAULTY = 0, 1, 2, 3
@@ -37,12 +37,12 @@ _OBSERVED = from_dtype(OBSERVED)[::1]
 _INT, _FLOAT = types.int64, types.float64
 
 
-@entry(types.UniTuple(_INT, 3)(STATE, MOTION, DISK, BOOK, ROWS, ROWS, _INT, _INT, _INT))
+@entry(types.UniTuple(_INT, 3)(STATE, MOTION, DISK, LEDGER, ROWS, ROWS, _INT, _INT, _INT))
 def advance(
     state: Record,
     motion: Record,
     disk: Record,
-    books: Books,
+    ledger: Ledger,
     rows: Rows,
     open_row: Rows,
     boundary_ns: int,
@@ -66,42 +66,42 @@ def advance(
             return n, work, DONE
         if n + 2 > len(rows):
             return n, work, FULL
-        n = resolve(state[0], motion[0], disk[0], books, rows, n, open_row)
+        n = resolve(state[0], motion[0], disk[0], ledger, rows, n, open_row)
         work += 1
     return n, work, BEHIND
 
 
-@entry(_INT(STATE, MOTION, DISK, BOOK, ROWS, ROWS, _INT))
-def halt(
-    state: Record, motion: Record, disk: Record, books: Books, rows: Rows, open_row: Rows, ns: int
+@entry(_INT(STATE, MOTION, DISK, LEDGER, ROWS, ROWS, _INT))
+def advance_to(
+    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, open_row: Rows, ns: int
 ) -> int:
     """Carry the state to a whole nanosecond before its next event, for an input; returns rows."""
     s = state[0]
     if seconds_between(s.ns, s.sub, ns, 0.0) > 0.0:
         d = seconds_between(s.ns, s.sub, ns, 0.0)
         cycles, tau = phase_of(motion[0], ns, 0.0)
-        carry(s, motion[0], disk[0], books, d, ns, 0.0, cycles, tau)
+        propagate(s, motion[0], disk[0], ledger, d, ns, 0.0, cycles, tau)
     s.event = UNKNOWN
     if s.phase == FLIGHT and s.gap < 0.0:
         s.gap = 0.0  # rounding: an impact has just been or is just to come
     return close_row(open_row, rows, 0, s, CHATTER_CUT)
 
 
-@entry(types.void(STATE, MOTION, DISK, BOOK, _FLOAT, _FLOAT))
-def kick(
-    state: Record, motion: Record, disk: Record, books: Books, axial: float, angular: float
+@entry(types.void(STATE, MOTION, DISK, LEDGER, _FLOAT, _FLOAT))
+def apply_impulse(
+    state: Record, motion: Record, disk: Record, ledger: Ledger, axial: float, angular: float
 ) -> None:
-    """Add impulses (N·s, N·m·s) to a halted state; `resume` follows the instant's last input."""
+    """Add impulses (N·s, N·m·s) to a halted state; `classify_after_input` follows the instant's last input."""
     s, k = state[0], disk[0]
     climb = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))[1]
-    book(books, W_KICKS, axial * (climb + s.u) + 0.5 * axial * axial / k.mass)
-    book(books, W_KICKS, angular * s.omega + 0.5 * angular * angular / k.inertia)
+    add_entry(ledger, W_IMPULSES, axial * (climb + s.u) + 0.5 * axial * axial / k.mass)
+    add_entry(ledger, W_IMPULSES, angular * s.omega + 0.5 * angular * angular / k.inertia)
     s.u += axial / k.mass
     s.omega += angular / k.inertia
 
 
 @entry(types.void(STATE, MOTION))
-def take_motion(state: Record, motion: Record) -> None:
+def keep_sticking(state: Record, motion: Record) -> None:
     """A new motion of the platform for a halted state: a disk that sticks still sticks.
 
     The new motion's β̇ is the old one's but for rounding, and rounding must not make it slip.
@@ -113,28 +113,28 @@ def take_motion(state: Record, motion: Record) -> None:
 
 
 @entry(types.void(STATE, MOTION, DISK))
-def resume(state: Record, motion: Record, disk: Record) -> None:
+def classify_after_input(state: Record, motion: Record, disk: Record) -> None:
     """After the inputs of one instant: contact, flight or an impact at once (rules 1, 4 and 10)."""
     s = state[0]
     s.event = UNKNOWN
     if s.phase == FLIGHT:
         if s.gap == 0.0 and s.u == 0.0:
-            settle(s, motion[0], disk[0])
+            classify_contact(s, motion[0], disk[0])
     elif s.u != 0.0:
         s.phase = FLIGHT
     else:
-        settle(s, motion[0], disk[0])
+        classify_contact(s, motion[0], disk[0])
 
 
-@entry(types.void(STATE, MOTION, DISK, DISK, BOOK))
-def change_disk(state: Record, motion: Record, disk: Record, new: Record, books: Books) -> None:
+@entry(types.void(STATE, MOTION, DISK, DISK, LEDGER))
+def change_disk(state: Record, motion: Record, disk: Record, new: Record, ledger: Ledger) -> None:
     """Book the jump of the energy of a halted state where parameters change."""
     s = state[0]
     jet = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))
     x, v = jet[0] + s.gap, jet[1] + s.u
     before = mechanical_energy(disk[0], x, v, s.turns, s.angle, s.omega)
     after = mechanical_energy(new[0], x, v, s.turns, s.angle, s.omega)
-    book(books, W_PARAMETERS, after - before)
+    add_entry(ledger, W_PARAMETERS, after - before)
 
 
 @entry(types.void(STATE, MOTION, DISK, _OBSERVED))

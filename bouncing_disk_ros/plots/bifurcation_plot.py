@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.bifurcation import Branch, sections_along
+from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
@@ -199,7 +199,10 @@ def _theory(
     """The period-1 orbit, stable or not: cos τ = (1 − ε)/((1 + ε)Γ), speed cos(τ + θ) (eq. 4)."""
     values = np.linspace(branch.values.min(), branch.values.max(), 400)
     sections = sections_along(section, axis, values)
-    ratio = [existence_limit(s.restitution) / s.forcing if s.forcing > 0 else 2.0 for s in sections]
+    ratio = [
+        existence_limit(s.restitution) / s.axial_forcing if s.axial_forcing > 0 else 2.0
+        for s in sections
+    ]
     phase = np.arccos(np.where(np.array(ratio) <= 1.0, ratio, math.nan))
     lag = np.array([s.phase_lag for s in sections])
     shown = low + np.mod(phase - low, math.tau)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.strips import thinned
+from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
@@ -54,7 +54,7 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     """One panel: the mean speed of the disk over the two parameters."""
     figure = new_figure(7.5, 6.0)
     axes = figure.subplots()
-    speed = thinned(result["mean_speed"], MOST_PIXELS)
+    speed = downsample(result["mean_speed"], MOST_PIXELS)
     known = np.isfinite(speed)
     top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
     axes.set_facecolor(UNRESOLVED)
@@ -85,7 +85,7 @@ def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.in
 
 
 def _draw_periods(axes: Any, result: xr.Dataset) -> None:
-    found = classes(*(thinned(result[name], MOST_PIXELS) for name in ("kind", "period")))
+    found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
     norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
     axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))
     shown = np.unique(found)
@@ -99,7 +99,7 @@ def _draw_periods(axes: Any, result: xr.Dataset) -> None:
 
 
 def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
-    exponent = thinned(result["lyapunov_exponent"], MOST_PIXELS)
+    exponent = downsample(result["lyapunov_exponent"], MOST_PIXELS)
     finite = np.isfinite(exponent)
     top = float(np.quantile(np.abs(exponent[finite]), _QUANTILE)) if finite.any() else 1.0
     ground = np.where(np.isneginf(exponent), 1.0, 0.0)

@@ -10,11 +10,11 @@ import plotly.graph_objects as go
 import plotly.io
 from plotly.offline import get_plotlyjs
 
-from bouncing_disk_ros.analysis.report.panel import Look, Panel, Series, places
-from bouncing_disk_ros.analysis.report.panels import panels
-from bouncing_disk_ros.analysis.report.report import Report
-from bouncing_disk_ros.analysis.report.tables import tables
-from bouncing_disk_ros.analysis.report.text import segment_rows
+from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, places
+from bouncing_disk_ros.analysis.report.report_panels import panels
+from bouncing_disk_ros.analysis.report.report_tables import tables
+from bouncing_disk_ros.analysis.report.report_text import segment_rows
+from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 
@@ -144,19 +144,19 @@ def _trace(part: Series) -> go.Scatter:
     color = COLOURS[part.colour]
     look: dict[str, object]
     match part.look:
-        case Look.POINTS:
+        case SeriesStyle.POINTS:
             at = places(part)
             size = 6 if at < 200 else 4 if at < 1000 else 2.5
             look = {"mode": "markers", "marker": {"color": color, "size": size}}
-        case Look.LINE | Look.WIDE:
-            width = 1.6 if part.look is Look.LINE else 5.0
+        case SeriesStyle.LINE | SeriesStyle.WIDE:
+            width = 1.6 if part.look is SeriesStyle.LINE else 5.0
             look = {"mode": "lines", "line": {"color": color, "width": width}}
-        case Look.DASHED:
+        case SeriesStyle.DASHED:
             look = {"mode": "lines", "line": {"color": color, "width": 1.6, "dash": "dash"}}
-        case Look.RINGS:
+        case SeriesStyle.RINGS:
             ring = {"color": color, "size": 12, "symbol": "circle-open", "line": {"width": 2}}
             look = {"mode": "markers", "marker": ring}
-        case Look.CROSSES:
+        case SeriesStyle.CROSSES:
             line = {"color": color, "width": 2}
             cross = {"color": color, "size": 18, "symbol": "cross-thin", "line": line}
             look = {"mode": "markers", "marker": cross}

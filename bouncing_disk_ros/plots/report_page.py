@@ -11,9 +11,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.analysis.report.panel import Look, Panel, Series, places
-from bouncing_disk_ros.analysis.report.panels import panels
-from bouncing_disk_ros.analysis.report.report import Report
+from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, places
+from bouncing_disk_ros.analysis.report.report_panels import panels
+from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 from bouncing_disk_ros.plots.style import new_figure
@@ -105,17 +105,17 @@ def _draw_series(axes: Any, part: Series) -> None:
     label = _math(part.name)
     many = {"rasterized": count > _RASTER}
     match part.look:
-        case Look.POINTS:
+        case SeriesStyle.POINTS:
             at = places(part)
             size = 4.0 if at < 200 else 2.0 if at < 1000 else 1.2
             axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
-        case Look.LINE | Look.WIDE:
-            width = 1.4 if part.look is Look.LINE else 4.0
+        case SeriesStyle.LINE | SeriesStyle.WIDE:
+            width = 1.4 if part.look is SeriesStyle.LINE else 4.0
             axes.plot(part.x, part.y, color=color, lw=width, label=label, **many)
-        case Look.DASHED:
+        case SeriesStyle.DASHED:
             axes.plot(part.x, part.y, "--", color=color, lw=1.4, label=label, zorder=3)
-        case Look.RINGS:
+        case SeriesStyle.RINGS:
             axes.plot(part.x, part.y, "o", mfc="none", color=color, ms=8, mew=1.4, label=label,
                       zorder=4)  # fmt: skip
-        case Look.CROSSES:
+        case SeriesStyle.CROSSES:
             axes.plot(part.x, part.y, "+", color=color, ms=14, mew=1.6, label=label, zorder=5)

@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.segments import known
-from bouncing_disk_ros.analysis.report.report import Report
-from bouncing_disk_ros.analysis.scales import axial_forcing
+from bouncing_disk_ros.analysis.report.run_report import Report
+from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
@@ -27,8 +27,8 @@ def headline(report: Report) -> tuple[str, str]:
     words = [f"segment {report.shown + 1} of {len(report.segments)}"]
     segment = part.segment
     if segment.motion and known(segment.disk):
-        forcing = axial_forcing(segment.motion, segment.disk)
-        words.append(f"axial forcing Γ = {forcing:.4f}")
+        axial_forcing = axial_forcing_of(segment.motion, segment.disk)
+        words.append(f"axial forcing Γ = {axial_forcing:.4f}")
         words.append(f"restitution ε = {segment.disk.restitution:g}")
         words.append(f"θ = {segment.motion.phase_lag:.3f} rad")
     words.append(f"orbit found: {part.orbit.name if part.orbit else 'none'}")

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.analysis.dynamics.strips import thinned
-from bouncing_disk_ros.plots.basins_plot import (
+from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
+from bouncing_disk_ros.plots.basin_plot import (
     frame,
     label_axes,
     title_of,
@@ -22,7 +22,7 @@ COLUMNS = 3
 
 def start_speeds_picture(result: xr.Dataset) -> Figure:
     """Maps of the mean speed over the starts of a result of the study `basins`."""
-    speeds = [thinned(one, MOST_PIXELS) for one in result["mean_speed"]]
+    speeds = [downsample(one, MOST_PIXELS) for one in result["mean_speed"]]
     columns = min(COLUMNS, len(speeds))
     rows = math.ceil(len(speeds) / columns)
     figure = new_figure(1.6 + 4.6 * columns, 1.2 + 3.6 * rows)

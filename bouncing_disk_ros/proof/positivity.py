@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from bouncing_disk_ros.proof.watched import Watched
+from bouncing_disk_ros.proof.event_functions import Watched
 
 End = tuple[arb, arb]  # value and slope
 Range = tuple[arb, arb, arb]  # value from below, slope, second derivative

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from flint import arb
 
+from bouncing_disk_ros.proof.event_functions import Watched
 from bouncing_disk_ros.proof.positivity import MOST_PIECES, decides
-from bouncing_disk_ros.proof.watched import Watched
 
 _NARROW = tuple(arb(2) ** -bits for bits in range(96, 56, -4))
 """Relative half widths of an enclosed zero: below the rounding of a float64."""

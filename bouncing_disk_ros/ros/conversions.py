@@ -20,8 +20,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, ProgrammeRequest
+from bouncing_disk_ros.run.command_validation import ImpulseRequest, ProgrammeRequest
+from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, MOTION_NAMES, WORLD_FRAME
 
 _FIELD_TYPES = {"f4": PointField.FLOAT32, "f8": PointField.FLOAT64, "u4": PointField.UINT32,
@@ -67,7 +67,7 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
 
 
-def kick_to_msg(request: KickRequest) -> WrenchStamped:
+def impulse_to_msg(request: ImpulseRequest) -> WrenchStamped:
     """A kick as the message of disk/impulse."""
     msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns), frame_id=WORLD_FRAME))
     force, torque = msg.wrench.force, msg.wrench.torque

@@ -18,13 +18,13 @@ from bouncing_disk_ros.limits import (
     COMMAND_POINTS,
     SHOWN_TEXT,
 )
-from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import (
-    KickRequest,
+from bouncing_disk_ros.run.command_validation import (
+    ImpulseRequest,
     PointRequest,
     ProgrammeRequest,
     too_many,
 )
+from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import MOTION_NAMES
 
 _HEAD = 4
@@ -87,7 +87,7 @@ def value_from_bytes(field: str, name: str, data: bytes) -> ProgrammeRequest:
     return ProgrammeRequest((name,), (PointRequest(values, 0),), field=field, is_value=True)
 
 
-def impulse_from_bytes(field: str, data: bytes) -> KickRequest:
+def impulse_from_bytes(field: str, data: bytes) -> ImpulseRequest:
     """The impulse asked by a geometry_msgs/WrenchStamped, not validated yet."""
     layouts = _opened(field, data)
     try:
@@ -96,7 +96,7 @@ def impulse_from_bytes(field: str, data: bytes) -> KickRequest:
         numbers = layouts.wrench.unpack_from(data, at + (_HEAD - at) % 8)
     except struct.error:
         raise _cut_off(field, data) from None
-    return KickRequest(numbers[:3], numbers[3:], sec * NS + nanosec, field)
+    return ImpulseRequest(numbers[:3], numbers[3:], sec * NS + nanosec, field)
 
 
 def programme_from_bytes(field: str, data: bytes) -> ProgrammeRequest:

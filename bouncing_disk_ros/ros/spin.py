@@ -72,7 +72,7 @@ def run_node(
     except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
         return bad_input(name, str(error))
     except rclpy_implementation.RCLError as error:
-        return _no_node(name, _told(error))
+        return _no_node(name, _describe(error))
     guard_services(node, RefusalLog(node.get_logger().warning).note)
     stop.running = True
     try:
@@ -94,15 +94,15 @@ def init(argv: Sequence[str]) -> None:
         rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 (rclpy raises several private types here)
         if security_is_on():
-            raise _no_security(_told(error)) from None
+            raise _no_security(_describe(error)) from None
         given = " ".join(argv[1:])
         raise InputError(
-            "arguments", given, "ROS 2 arguments after --ros-args", _told(error)
+            "arguments", given, "ROS 2 arguments after --ros-args", _describe(error)
         ) from None
     set_logger_level("rcl", LoggingSeverity.UNSET)
 
 
-def _told(error: Exception) -> str:
+def _describe(error: Exception) -> str:
     """What rcl says of an error, without the places in its sources."""
     return re.sub(r",? at /\S+", "", str(error)).removeprefix("failed to initialize rcl: ")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run.time_map import NS
 
 LAG_WARN = 0.1
 LAG_ERROR = 1.0
@@ -143,11 +143,11 @@ class Health:
     def _energy(now: Reading) -> Status:
         if now.energy is None:
             return Status("energy", Level.OK, "no run", {})
-        books = now.energy
-        scale = books.throughput if books.throughput > 0.0 else 1.0
-        relative = abs(books.residual) / scale
+        ledger = now.energy
+        scale = ledger.throughput if ledger.throughput > 0.0 else 1.0
+        relative = abs(ledger.residual) / scale
         level = Level.OK if relative <= RESIDUAL_LIMIT else Level.ERROR
-        values = {f"{name} (J)": f"{value:.9g}" for name, value in books._asdict().items()}
+        values = {f"{name} (J)": f"{value:.9g}" for name, value in ledger._asdict().items()}
         values["residual / throughput"] = f"{relative:.3g}"
         return Status("energy", level, f"residual {relative:.2g} of throughput", values)
 

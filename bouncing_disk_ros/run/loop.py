@@ -13,10 +13,10 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.engine import joined
+from bouncing_disk_ros.core.engine import join_rows
 from bouncing_disk_ros.core.model import Sample
-from bouncing_disk_ros.run.clock import NS, Grid
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
+from bouncing_disk_ros.run.time_map import NS, Grid
 from bouncing_disk_ros.topics import MAX_ROWS
 
 MAX_SAMPLES = 100
@@ -54,7 +54,7 @@ class Loop:
         # a session that starts hands over its first state too
         after = session.time_ns if session.time_ns > 0 else -1
         self._states, self._speeds = self._grids(after)
-        self._hand_over_samples()
+        self._advance_past_samples()
         self.restart_speed()
 
     def set_rates(self) -> None:
@@ -79,14 +79,14 @@ class Loop:
         slices, are followed by half a slice or more without.
         """
         deadline = self._clock() + budget_ns
-        self.settle()
+        self.finish_samples()
         session = self.session
         while session.time_ns < until_ns:
             goal = min(until_ns, self._horizon())
             session.advance(goal, EVENTS_AT_ONCE)
             if session.gathered >= MAX_ROWS:
                 self.flush()
-            if self._left > 0 and session.time_ns == goal and self._hand_over_samples():
+            if self._left > 0 and session.time_ns == goal and self._advance_past_samples():
                 self._left -= 1
                 if self._left == 0:
                     deadline = max(deadline, self._clock() + budget_ns // 2)
@@ -119,7 +119,7 @@ class Loop:
             return min(self._states.next_ns, self._speeds.next_ns)
         return self.session.time_ns + round(MAX_SAMPLES * NS / self._states.rate)
 
-    def _hand_over_samples(self) -> bool:
+    def _advance_past_samples(self) -> bool:
         """Hand over what is due at the instant reached; whether anything was."""
         now = self.session.time_ns
         due_state, due_speed = self._states.next_ns == now, self._speeds.next_ns == now
@@ -136,11 +136,11 @@ class Loop:
             self._speeds.advance()
         return True
 
-    def settle(self) -> None:
+    def finish_samples(self) -> None:
         """Hand over a sample due at the very instant reached; to be called before each input."""
         now = self.session.time_ns
         if self._states.next_ns <= now or self._speeds.next_ns <= now:
-            self._hand_over_samples()
+            self._advance_past_samples()
         self.skipped += self._states.skip_past(now)
         self._speeds.skip_past(now)
 
@@ -148,7 +148,7 @@ class Loop:
         """Hand over the impacts gathered so far."""
         rows = self.session.take_rows()
         if rows:
-            self._sink.impacts(joined(rows))
+            self._sink.impacts(join_rows(rows))
 
 
 class Steps:

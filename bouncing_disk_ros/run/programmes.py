@@ -21,8 +21,13 @@ from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.core.schedule import plan_fades
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.folders import share_directory
-from bouncing_disk_ros.run.clock import FAR_NS, NS, TimeMap, nanoseconds
-from bouncing_disk_ros.run.rulings import Instant, PointRequest, ProgrammeRequest, rule_programme
+from bouncing_disk_ros.run.command_validation import (
+    Instant,
+    PointRequest,
+    ProgrammeRequest,
+    accept_programme,
+)
+from bouncing_disk_ros.run.time_map import FAR_NS, NS, TimeMap, nanoseconds
 from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 from bouncing_disk_ros.topics import MOTION_NAMES
 
@@ -46,7 +51,7 @@ class Programme(NamedTuple):
 
     def targets(self, latest: Motion) -> tuple[tuple[int, Motion], ...]:
         """The full motions with their times; names left out keep the value of `latest`."""
-        return rule_programme(self.request, _AT_START, latest)
+        return accept_programme(self.request, _AT_START, latest)
 
 
 _AT_START = Instant(0, TimeMap(0, 0, 0, 1.0), 0)

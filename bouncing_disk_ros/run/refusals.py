@@ -44,7 +44,7 @@ class RefusalLog:
         if now - reason.logged_at < LOG_PERIOD:
             reason.since += 1
         else:
-            self._tell(reason, now)
+            self._log_reason(reason, now)
 
     def flush(self) -> None:
         """Log what was counted, for each reason whose last line is old enough."""
@@ -52,7 +52,7 @@ class RefusalLog:
         for reason in self._reasons.values():
             if reason.since and now - reason.logged_at >= LOG_PERIOD:
                 reason.since -= 1  # this line stands for one
-                self._tell(reason, now)
+                self._log_reason(reason, now)
 
     def _reason(self, field: str) -> _Reason:
         reason = self._of_field.get(field)
@@ -65,7 +65,7 @@ class RefusalLog:
                 self._of_field[field] = reason
         return reason
 
-    def _tell(self, reason: _Reason, now: float) -> None:
+    def _log_reason(self, reason: _Reason, now: float) -> None:
         assert reason.last is not None
         more = f" (and {reason.since} more for this reason)" if reason.since else ""
         reason.logged_at, reason.since = now, 0

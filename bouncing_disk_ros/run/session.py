@@ -16,9 +16,9 @@ import bouncing_disk_ros
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.clock import nanoseconds
-from bouncing_disk_ros.run.inputs import DISK_FIELDS, apply_parameters
-from bouncing_disk_ros.run.records import Record
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
+from bouncing_disk_ros.run.time_map import nanoseconds
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""
@@ -67,7 +67,7 @@ class Session:
     """
 
     def __init__(
-        self, values: Mapping[str, Value], record: Callable[[Record], None], held: bool = False
+        self, values: Mapping[str, Value], record: Callable[[Record], None], paused: bool = False
     ) -> None:
         """Start at time 0 from a whole set of parameters; `record` receives each record."""
         self.values: dict[str, Value] = dict(values)
@@ -77,7 +77,7 @@ class Session:
             initial_of(values),
             chatter_report_speed=float(values["chatter_report_speed"]),
         )
-        self.held = held
+        self.paused = paused
         self.fault = ""  # why the simulation cannot go on, if it cannot
         self.accepted = 0
         self.gathered = 0
@@ -97,7 +97,7 @@ class Session:
     @property
     def input_ns(self) -> int:
         """The instant at which an input without a stamp acts: held, or the next unsimulated one."""
-        return self.time_ns if self.held else self.time_ns + 1
+        return self.time_ns if self.paused else self.time_ns + 1
 
     @property
     def waiting(self) -> int:
@@ -130,7 +130,7 @@ class Session:
         while self._waiting:
             first = self._waiting[0]
             if self._input_ns is None:  # samples at the instant reached are out: one ns later
-                self._input_ns = self.time_ns if self.held else self.time_ns + 1
+                self._input_ns = self.time_ns if self.paused else self.time_ns + 1
             if self.advance(self._input_ns, max_events) or not self._settle(first, max_events):
                 return False
             self._waiting.pop(0)
@@ -140,7 +140,7 @@ class Session:
 
     def _settle(self, first: WaitingInput, max_events: int) -> bool:
         try:
-            return self.simulation.settle(max_events, cut_chatter=first.cuts_chatter)
+            return self.simulation.resolve_due(max_events, cut_chatter=first.cuts_chatter)
         except SimulationError as error:
             self.fault = str(error)
             return False
@@ -174,13 +174,13 @@ class Session:
 
         self._submit(act, target=target)
 
-    def kick(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
+    def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """An accepted kick at an instant not before `input_ns`."""
 
         def act() -> None:
             now = self.time_ns
             at = max(at_ns, now)
-            self.simulation.kick(at, axial_impulse, angular_impulse)
+            self.simulation.apply_impulse(at, axial_impulse, angular_impulse)
             impulses = {"axial_impulse": axial_impulse, "angular_impulse": angular_impulse}
             self._note("impulse", now, at_ns=at, **impulses)
 
@@ -197,15 +197,15 @@ class Session:
 
         self._submit(act, cuts_chatter=bool(DISK_FIELDS & values.keys()))
 
-    def hold(self, held: bool) -> None:
+    def set_paused(self, paused: bool) -> None:
         """Pause or resume; the state does not change."""
-        if held == self.held and not self._waiting:
+        if paused == self.paused and not self._waiting:
             return
 
         def act() -> None:
-            if held != self.held:
-                self.held = held
-                self._note("pause", self.time_ns, paused=held)
+            if paused != self.paused:
+                self.paused = paused
+                self._note("pause", self.time_ns, paused=paused)
 
         self._submit(act)  # while held, inputs act at this instant: all before it is resolved
 
@@ -226,7 +226,7 @@ class Session:
             "snapshot",
             self.time_ns,
             state=self.simulation.snapshot(),
-            held=self.held,
+            paused=self.paused,
             version=bouncing_disk_ros.__version__,
             parameters=dict(self.values),
         )

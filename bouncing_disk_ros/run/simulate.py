@@ -9,29 +9,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.engine import joined
+from bouncing_disk_ros.core.engine import join_rows
 from bouncing_disk_ros.core.model import Motion, Sample
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.clock import FAR_NS, Grid, TimeMap, nanoseconds
-from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.records import Record
-from bouncing_disk_ros.run.rulings import (
+from bouncing_disk_ros.run.command_validation import (
+    ImpulseRequest,
     Instant,
-    KickRequest,
     PointRequest,
     ProgrammeRequest,
-    rule_kick,
-    rule_programme,
+    accept_impulse,
+    accept_programme,
 )
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
 SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
 """One sample as a row; the fields are those of `core.model.Sample`."""
 
 Point = tuple[float, Mapping[str, float]]
-Kick = tuple[float, float, float]
+ImpulseRow = tuple[float, float, float]
 
 
 class Result(NamedTuple):
@@ -47,7 +47,7 @@ def simulate(
     duration: float,
     *,
     programme: Sequence[Point] = (),
-    kicks: Sequence[Kick] = (),
+    impulses: Sequence[ImpulseRow] = (),
     sample_rate: float | None = None,
     preset: str = "",
     **values: Value,
@@ -55,7 +55,7 @@ def simulate(
     """Simulate for `duration` seconds from the initial state of the parameters.
 
     `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
-    out keep the value of the point before. `kicks`: (time in s, axial impulse in N·s, angular
+    out keep the value of the point before. `impulses`: (time in s, axial impulse in N·s, angular
     impulse in N·m·s). `sample_rate` in Hz; None takes no samples. `preset` and further keywords
     are parameters of the table (see docs/parameters.md).
 
@@ -68,16 +68,16 @@ def simulate(
     whole = parameters.complete({**(load_preset(preset) if preset else {}), **values})
     end = _instant("duration", duration)
     records: list[Record] = []
-    session = Session(whole, records.append, held=True)
+    session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
-    for at, axial, angular in sorted(kicks, key=lambda kick: kick[0]):
-        request = KickRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="kicks")
-        _, axial, angular = rule_kick(request, arrival)
-        session.kick(_instant("kicks time", at), axial, angular)
+    for at, axial, angular in sorted(impulses, key=lambda impulse: impulse[0]):
+        request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="kicks")
+        _, axial, angular = accept_impulse(request, arrival)
+        session.apply_impulse(_instant("kicks time", at), axial, angular)
     samples = _run(session, end, sample_rate)
-    return Result(joined(session.take_rows()), samples, records, whole)
+    return Result(join_rows(session.take_rows()), samples, records, whole)
 
 
 def _instant(field: str, seconds: float) -> int:
@@ -95,7 +95,7 @@ def _points(
     for i, (at, values) in enumerate(programme):
         point = PointRequest(tuple(values.values()), _instant(f"programme[{i}] time", at))
         request = ProgrammeRequest(tuple(values), (point,), field=f"programme[{i}]")
-        (((effect, latest)),) = rule_programme(request, arrival, latest)
+        (((effect, latest)),) = accept_programme(request, arrival, latest)
         if accepted and effect <= accepted[-1][0]:
             raise InputError(f"programme[{i}] time", f"{at} s", "strictly increasing times")
         accepted.append((effect, latest))

@@ -8,17 +8,17 @@ from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any
 
-from bouncing_disk_ros.study.claim import token_of
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
+from bouncing_disk_ros.study.lock import token_of
 from bouncing_disk_ros.study.store import Store, put
 
-AHEAD = 2
+PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""
-AT_FIRST = 32
+FIRST_BATCH = 32
 """Most regions on their way until it is seen that results do not pile up here."""
-PILE = 8
+MAX_BACKLOG = 8
 """So many results sent back at once are a pile: then no more is given out."""
-LOOK_SECONDS = 0.2
+POLL_SECONDS = 0.2
 """How often a run that waits for results looks whether it is to stop."""
 
 Work = Callable[[Region], Arrays | None]
@@ -55,8 +55,8 @@ class Pipeline:
     def __init__(self, work: Work, store: Store, executor: Executor, workers: int) -> None:
         self.error: BaseException | None = None  # the first of a region
         self._work, self._store, self._executor = work, store, executor
-        self._most = AHEAD * workers
-        self._allowed = min(self._most, AT_FIRST)
+        self._most = PREFETCH * workers
+        self._allowed = min(self._most, FIRST_BATCH)
         self._at_work: dict[Future[Arrays | None], Region] = {}
 
     @property
@@ -64,14 +64,14 @@ class Pipeline:
         """Whether nothing is on its way."""
         return not self._at_work
 
-    def give_out(self, missing: Iterator[Region]) -> None:
+    def submit(self, missing: Iterator[Region]) -> None:
         """As many regions as there is room for."""
         for region in islice(missing, max(0, self._allowed - len(self._at_work))):
             self._at_work[self._executor.submit(self._work, region)] = region
 
     def collect(self) -> Iterator[Region]:
         """Wait for a while; the regions that are in the store now. Raises OSError of the store."""
-        finished = wait(self._at_work, LOOK_SECONDS, FIRST_COMPLETED).done
+        finished = wait(self._at_work, POLL_SECONDS, FIRST_COMPLETED).done
         done = [future for future in self._at_work if future in finished]
         sent_back = 0
         for future in done:
@@ -84,10 +84,10 @@ class Pipeline:
                 sent_back += 1
             yield region
         if done:
-            piled = sent_back >= PILE
-            self._allowed = min(self._most, AT_FIRST if piled else 2 * self._allowed)
+            piled = sent_back >= MAX_BACKLOG
+            self._allowed = min(self._most, FIRST_BATCH if piled else 2 * self._allowed)
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Take back what no worker has begun."""
         for future in [future for future in self._at_work if future.cancel()]:
             del self._at_work[future]

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.study.claim import claimed
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.pipeline import AHEAD, Pipeline, compute_here, compute_region
+from bouncing_disk_ros.study.lock import exclusive_lock
+from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import Store, open_result
 
 NICENESS = 10
@@ -60,7 +60,7 @@ def run(
     if study.sequential and scheduler:
         hint = "Each part starts from the one before: this study computes in order, here."
         raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
-    with claimed(Path(path)) as token:
+    with exclusive_lock(Path(path)) as token:
         store = Store(Path(path), study)
         regions = list(study.regions())
         resumed = store.regions_done
@@ -116,15 +116,15 @@ def _side_by_side(
     """Regions as they are stored; what is at work when it is to stop, or one fails, is kept."""
     try:
         while True:
-            pipeline.give_out(missing)
+            pipeline.submit(missing)
             if pipeline.empty:
                 break
             yield from pipeline.collect()
             if pipeline.error or stopped():
                 missing = iter(())
-                pipeline.withdraw()
+                pipeline.cancel()
     finally:
-        pipeline.withdraw()
+        pipeline.cancel()
     if pipeline.error:
         raise pipeline.error
 
@@ -133,7 +133,7 @@ def _side_by_side(
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
     if not scheduler:
-        with ThreadPoolExecutor(AHEAD * workers, initializer=_give_way) as pool:
+        with ThreadPoolExecutor(PREFETCH * workers, initializer=_give_way) as pool:
             yield pool, workers
         return
     try:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import platform
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.clock import clock_after
 from bouncing_disk_ros.core.flight import first_impact
+from bouncing_disk_ros.core.forcing_clock import clock_after
 from bouncing_disk_ros.core.model import Motion
 
 FREQUENCY = 1.0 / math.tau
@@ -27,15 +27,15 @@ class Regime(NamedTuple):
     """A forcing, and the launch (forcing phase, relative speed) that the run starts from."""
 
     name: str
-    forcing: float
+    axial_forcing: float
     phase: float
     speed: float
 
 
-def period_one(forcing: float) -> tuple[float, float]:
+def period_one(axial_forcing: float) -> tuple[float, float]:
     """Forcing phase and relative speed after the impacts of the period-1 orbit (paper, eq. 4)."""
     ratio = (1.0 - RESTITUTION) / (1.0 + RESTITUTION)
-    return math.acos(ratio / forcing), 2.0 * RESTITUTION / (1.0 + RESTITUTION)
+    return math.acos(ratio / axial_forcing), 2.0 * RESTITUTION / (1.0 + RESTITUTION)
 
 
 #: Γ = 0.45: the stable period-1 orbit, entered a little beside it. Γ = 0.55: the chaotic attractor,
@@ -53,9 +53,9 @@ def starts(regime: Regime, n: int) -> tuple[NDArray[np.float64], NDArray[np.floa
     return tau, np.full(n, -regime.speed / RESTITUTION)
 
 
-def motion_of(forcing: float) -> NDArray[np.void]:
+def motion_of(axial_forcing: float) -> NDArray[np.void]:
     """The platform's motion as the kernels read it."""
-    return platform.steady(Motion(forcing, 0.0, FREQUENCY, 0.0), 0, 0, 0.0)
+    return platform.steady(Motion(axial_forcing, 0.0, FREQUENCY, 0.0), 0, 0, 0.0)
 
 
 @njit(error_model="numpy", nogil=True)

@@ -20,7 +20,7 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.core.lanes.basin import label
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import label_lanes
 
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
 ROUNDS, PEER_ROUNDS, SEED = 20, 3, 1
@@ -36,14 +36,14 @@ Label = Callable[[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]], 
 class BasinMap:
     """The starts of the map, row by row, and their labels by the lanes."""
 
-    def __init__(self, forcing: float) -> None:
+    def __init__(self, axial_forcing: float) -> None:
         phases = math.tau * np.arange(PIXELS) / PIXELS
         speeds = -5.0 + 5.0 * (np.arange(PIXELS) + 0.5) / PIXELS
         grid = np.meshgrid(phases, speeds)
         self.tau, self.w = (np.ascontiguousarray(a.ravel()) for a in grid)
         ratio = (1.0 - RESTITUTION) / (1.0 + RESTITUTION)
-        point = (math.acos(ratio / forcing), -2.0 / (1.0 + RESTITUTION))
-        self.rule = Rule(forcing, point, TOLERANCE, CONFIRM, CAP)
+        point = (math.acos(ratio / axial_forcing), -2.0 / (1.0 + RESTITUTION))
+        self.rule = Rule(axial_forcing, point, TOLERANCE, CONFIRM, CAP)
         n = len(self.tau)
         self.labels, self.impacts = np.empty(n, np.int32), np.empty(n, np.int32)
         self._time = np.empty(n)
@@ -53,7 +53,9 @@ class BasinMap:
         points, of = np.array([self.rule.point]), np.ones(1, np.int32)
         ends = (TOLERANCE, CONFIRM, CAP, 0, 2)
         found = (self.labels, self.impacts, self._time)
-        label(self.tau, self.w, self.rule.forcing, RESTITUTION, points, of, *ends, *found)
+        label_lanes(
+            self.tau, self.w, self.rule.axial_forcing, RESTITUTION, points, of, *ends, *found
+        )
         return len(self.tau)
 
     def by_c(self, c: CLanes) -> tuple[Run, NDArray[np.int32]]:
@@ -61,17 +63,17 @@ class BasinMap:
         labels, rule = np.empty(len(self.tau), np.int32), self.rule
 
         def run() -> int:
-            given = (rule.forcing, RESTITUTION, rule.point, (TOLERANCE, CONFIRM, CAP))
+            given = (rule.axial_forcing, RESTITUTION, rule.point, (TOLERANCE, CONFIRM, CAP))
             c.label(self.tau, self.w, *given, labels)
             return len(self.tau)
 
         return run, labels
 
 
-def measure(forcing: float, folder: Path) -> list[Row]:
+def measure(axial_forcing: float, folder: Path) -> list[Row]:
     """The rows of the map at Γ = 0.45 or 0.55."""
-    subject = BasinMap(forcing)
-    where = f"basin map {PIXELS} × {PIXELS}, Γ = {forcing}"
+    subject = BasinMap(axial_forcing)
+    where = f"basin map {PIXELS} × {PIXELS}, Γ = {axial_forcing}"
     runs: dict[str, Run] = {"lanes": subject.lanes}
     if not CReference.missing():
         runs["C"], labels = subject.by_c(CLanes(folder))
@@ -89,7 +91,7 @@ def measure(forcing: float, folder: Path) -> list[Row]:
 
 def _peers(rule: Rule) -> list[tuple[str, Label, int]]:
     """Name, function and pixels of the peers that can be had."""
-    many, few = SAMPLES[rule.forcing]
+    many, few = SAMPLES[rule.axial_forcing]
     peers: list[tuple[str, Label, int]] = []
     if not missing("heyoka"):
         peers.append(("heyoka, scalar", ByHeyoka(rule, batch=False).label, many))
@@ -114,7 +116,7 @@ def _beside(subject: BasinMap, name: str, peer: Label, pixels: int, where: str) 
     times = interleaved({"lanes": subject.lanes, name: run}, PEER_ROUNDS)
     differ = int(np.sum(labels != subject.labels[picked]))
     allowed = math.ceil(AGREEMENT * pixels)
-    agree = subject.rule.forcing > CHAOTIC or differ <= allowed
+    agree = subject.rule.axial_forcing > CHAOTIC or differ <= allowed
     assert agree, f"{differ} of {pixels} pixels have another label by {name}"
     ratio = list(times[name] / times["lanes"])
     return [

@@ -29,7 +29,7 @@ IDLE = (1.0, -1.0)
 class Rule(NamedTuple):
     """Γ, the one point of the attractor, and when a start is decided."""
 
-    forcing: float
+    axial_forcing: float
     point: tuple[float, float]
     tolerance: float
     confirm: int
@@ -44,8 +44,8 @@ class _Start:
         self._rule = rule
         self._near = self._left = 0
         self._scale = chatter_scale(RESTITUTION)
-        most = GRAVITY + rule.forcing  # of a below: a faster impact completes no chatter
-        self._slow = -((self._scale * most**4 / rule.forcing) ** (1.0 / 3.0)) / RESTITUTION
+        most = GRAVITY + rule.axial_forcing  # of a below: a faster impact completes no chatter
+        self._slow = -((self._scale * most**4 / rule.axial_forcing) ** (1.0 / 3.0)) / RESTITUTION
 
     def begin(self, place: int, tau: float, w: float) -> bool:
         """Take start number `place`; True if it is decided at once."""
@@ -55,9 +55,9 @@ class _Start:
 
     def _complete(self, tau: float, w: float) -> bool:
         """The bound of `core.impact.may_end`: what the closed form leaves out is rounding."""
-        forcing, u = self._rule.forcing, -RESTITUTION * w
-        a, jerk = GRAVITY - forcing * math.sin(tau), forcing * math.cos(tau)
-        return a > 0.0 and u**3 * (jerk * jerk + forcing * a) <= self._scale * a**5
+        axial_forcing, u = self._rule.axial_forcing, -RESTITUTION * w
+        a, jerk = GRAVITY - axial_forcing * math.sin(tau), axial_forcing * math.cos(tau)
+        return a > 0.0 and u**3 * (jerk * jerk + axial_forcing * a) <= self._scale * a**5
 
     def after(self, tau: float, w: float) -> bool:
         """Note an impact; True if the start is decided."""
@@ -140,14 +140,14 @@ class ByHeyoka:
         falls = heyoka.event_direction.negative
         if batch:
             event = heyoka.t_event_batch(y, callback=impact, direction=falls)
-            given = (np.zeros((3, size)), np.full((1, size), rule.forcing))
+            given = (np.zeros((3, size)), np.full((1, size), rule.axial_forcing))
             self._integrator = heyoka.taylor_adaptive_batch(
                 system, given[0], t_events=[event], pars=given[1]
             )
         else:
             event = heyoka.t_event(y, callback=impact, direction=falls)
             self._integrator = heyoka.taylor_adaptive(
-                system, np.zeros(3), t_events=[event], pars=[rule.forcing]
+                system, np.zeros(3), t_events=[event], pars=[rule.axial_forcing]
             )
         self._until = np.full(size, FAR) if batch else FAR
         self._state = self._integrator.state.reshape(3, size)  # a view
@@ -167,7 +167,7 @@ class ByScipy:
     """DOP853 with an event at rtol 1e-9 (tighter is slower still), one flight after the other."""
 
     def __init__(self, rule: Rule) -> None:
-        self._start, self._forcing = _Start(rule), rule.forcing
+        self._start, self._forcing = _Start(rule), rule.axial_forcing
 
     def label(self, tau: Floats, w: Floats, labels: Labels) -> None:
         """Label starts."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.nodes.studies.basins import OPTIONS
-from bouncing_disk_ros.study.basins import Basins
+from bouncing_disk_ros.study.basin_study import Basins
 from bouncing_disk_ros.study_tables import COMMON
 
 
-def basins(side: int, forcing: float = 0.45) -> Basins:
+def basins(side: int, axial_forcing: float = 0.45) -> Basins:
     """The study of a square map, all else by default."""
     values = {name: spec.default for name, spec in OPTIONS.items() if name not in COMMON}
-    return Basins({**values, "width": side, "height": side, "axial_forcing": forcing})
+    return Basins({**values, "width": side, "height": side, "axial_forcing": axial_forcing})

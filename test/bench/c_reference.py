@@ -36,10 +36,15 @@ class CReference:
         self._impacts.restype = ctypes.c_long
 
     def impacts(
-        self, forcing: float, restitution: float, tau: float, u: float, out: NDArray[np.float64]
+        self,
+        axial_forcing: float,
+        restitution: float,
+        tau: float,
+        u: float,
+        out: NDArray[np.float64],
     ) -> int:
         """Fill out (n, 2) with the phase and |w_A| of n impacts; the whole cycles passed."""
-        cycles: int = self._impacts(forcing, restitution, tau, u, out.ctypes.data, len(out))
+        cycles: int = self._impacts(axial_forcing, restitution, tau, u, out.ctypes.data, len(out))
         return cycles
 
     @staticmethod
@@ -70,19 +75,19 @@ class CLanes:
         self,
         tau: NDArray[np.float64],
         w: NDArray[np.float64],
-        forcing: float,
+        axial_forcing: float,
         restitution: float,
         impacts: int,
     ) -> None:
         """Carry trajectories on, in place."""
         states = (tau.ctypes.data, w.ctypes.data, len(tau))
-        self._library.iterate(*states, forcing, restitution, impacts)
+        self._library.iterate(*states, axial_forcing, restitution, impacts)
 
     def label(
         self,
         tau: NDArray[np.float64],
         w: NDArray[np.float64],
-        forcing: float,
+        axial_forcing: float,
         restitution: float,
         point: tuple[float, float],
         rule: tuple[float, int, int],
@@ -90,7 +95,7 @@ class CLanes:
     ) -> None:
         """Label starts: 1 near `point`, 0 in contact, −1 neither; rule: tolerance, confirm, cap."""
         states = (tau.ctypes.data, w.ctypes.data, len(tau))
-        numbers = (forcing, restitution, *point, *rule)
+        numbers = (axial_forcing, restitution, *point, *rule)
         self._library.label(*states, *numbers, labels.ctypes.data)
 
 

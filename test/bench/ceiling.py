@@ -23,7 +23,7 @@ class Regime(NamedTuple):
     """A forcing Γ, and whether it starts on the period-1 orbit, else at rest at the bottom."""
 
     name: str
-    forcing: float
+    axial_forcing: float
     on_orbit: bool
 
 
@@ -39,12 +39,12 @@ def simulation_of(regime: Regime, frequency: float) -> Simulation:
     omega = math.tau * frequency
     unit = math.pi * GRAVITY / omega  # of speed
     disk = Disk(0.5, RESTITUTION, 0.5, 0.1, 0.1, GRAVITY)
-    amplitude = regime.forcing * unit / omega
+    amplitude = regime.axial_forcing * unit / omega
     motion = Motion(amplitude, amplitude / disk.friction_radius, frequency, -0.7)
     initial = InitialState()
     if regime.on_orbit:
-        phase, speed = period_one(regime.forcing)
-        climb = regime.forcing * math.cos(phase)
+        phase, speed = period_one(regime.axial_forcing)
+        climb = regime.axial_forcing * math.cos(phase)
         initial = InitialState(axial_velocity=(climb + speed) * unit, forcing_phase=phase)
     return Simulation(motion, disk, initial)
 

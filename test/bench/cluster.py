@@ -13,7 +13,7 @@ import numpy as np
 from bench.basin_study import basins
 from bench.table import Row, row
 from bouncing_disk_ros.study import Region, open_result, run
-from bouncing_disk_ros.study.basins import Basins
+from bouncing_disk_ros.study.basin_study import Basins
 from bouncing_disk_ros.study.store import Store
 
 PART = "cluster"
@@ -38,8 +38,8 @@ def measure() -> tuple[list[Row], list[str]]:
         row(PART, "shares and measures of 10⁵ × 10⁵ labels, by one process", "h", _measures()),
     ]
     call, put = float(np.median(overhead)), float(np.median(store))
-    for name, forcing in FORCING.items():
-        compute = _seconds_to_compute(basins(SIDE, forcing))
+    for name, axial_forcing in FORCING.items():
+        compute = _seconds_to_compute(basins(SIDE, axial_forcing))
         mean = float(np.mean(compute))
         # the spread is that of the tiles, wider than that of whole regions
         rows.append(row(PART, f"region of {REGION} × {REGION}, to compute, {name}", "s", compute))

@@ -48,7 +48,7 @@ class HeyokaReference:
             [(y, v), (v, heyoka.par[0] * heyoka.sin(heyoka.time) - GRAVITY)],
             [0.0, 0.0],
             t_events=[event],
-            pars=[regime.forcing],
+            pars=[regime.axial_forcing],
         )
         self._impact: _Impact = self._integrator.t_events[0].callback  # heyoka keeps a copy
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from bench.axial import RESTITUTION, Regime
-from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
-from bouncing_disk_ros.core.lanes.attractor import attractors
+from bouncing_disk_ros.collision_map.attractor_measures import LYAPUNOV, measure_attractor
+from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
 
 TRAJECTORIES, FEW = 1024, 16  # in the lanes; one by one
 SETTLING, MEASURED, KEPT = 100, 100, 10
@@ -22,17 +22,17 @@ def lyapunov_runs(regime: Regime) -> dict[str, Callable[[], int]]:
     n = TRAJECTORIES
     starts = np.tile([regime.phase, -regime.speed / RESTITUTION, 0.0, 1.0, 0.0], (n, 1))
     starts[:, 0] += 1e-4 * np.arange(n) / n
-    parameters = np.tile([regime.forcing, RESTITUTION, -0.7, 100.0], (n, 1))
+    parameters = np.tile([regime.axial_forcing, RESTITUTION, -0.7, 100.0], (n, 1))
     rows, results = np.empty((n, KEPT, 6)), np.empty((n, 5))
 
     def lanes() -> int:
-        attractors(starts.copy(), parameters, SETTLING, MEASURED, rows, results)
+        measure_attractors(starts.copy(), parameters, SETTLING, MEASURED, rows, results)
         return n * (SETTLING + MEASURED)
 
     def scalar(few: int = FEW) -> int:
         for i in range(few):
             state, given = starts[i].copy(), (*parameters[i], SETTLING, MEASURED)
-            attractor(state, *given, rows[i], results[i])
+            measure_attractor(state, *given, rows[i], results[i])
         return few * (SETTLING + MEASURED)
 
     found = []

@@ -22,8 +22,8 @@ from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
 from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.core.lanes.axial import iterate
-from bouncing_disk_ros.core.lanes.rotation import iterate_rotation
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60
@@ -39,9 +39,12 @@ class _Regime:
 
     def __init__(self, regime: Regime, folder: Path) -> None:
         n = TRAJECTORIES
-        self.forcing = regime.forcing
+        self.axial_forcing = regime.axial_forcing
         self._tau, self._w = starts(regime, n)
-        self._forcings, self._restitutions = np.full(n, regime.forcing), np.full(n, RESTITUTION)
+        self._forcings, self._restitutions = (
+            np.full(n, regime.axial_forcing),
+            np.full(n, RESTITUTION),
+        )
         self._counts, self._sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
         self._lags, self._angular = np.full(n, -0.7), np.full(n, 100.0)
         self._folder = folder
@@ -54,7 +57,7 @@ class _Regime:
     def lanes(self, impacts: int = IMPACTS) -> tuple[Floats, Floats]:
         """Where the lanes go."""
         tau, w = self.states()
-        iterate(tau, w, self._forcings, self._restitutions, impacts, self._counts)
+        iterate_axial(tau, w, self._forcings, self._restitutions, impacts, self._counts)
         return tau, w
 
     def rotation(self) -> int:
@@ -87,20 +90,20 @@ class _Regime:
         if not CReference.missing():
             many, one = CLanes(self._folder), CReference(self._folder)
             runs["C"] = self.in_place(
-                lambda tau, w, n: many.iterate(tau, w, self.forcing, RESTITUTION, n), IMPACTS
+                lambda tau, w, n: many.iterate(tau, w, self.axial_forcing, RESTITUTION, n), IMPACTS
             )
 
             def scalar() -> int:
                 launch = (self._tau[0], -RESTITUTION * self._w[0])
-                one.impacts(self.forcing, RESTITUTION, *launch, self._out)
+                one.impacts(self.axial_forcing, RESTITUTION, *launch, self._out)
                 return len(self._out)
 
             runs["scalar C"] = scalar
-        runs["numpy"] = self.in_place(lambda tau, w, n: by_numpy(tau, w, self.forcing, n), 5)
+        runs["numpy"] = self.in_place(lambda tau, w, n: by_numpy(tau, w, self.axial_forcing, n), 5)
         if not missing("jax"):
-            runs["JAX"] = self.in_place(ByJax(self.forcing).iterate, 20)
+            runs["JAX"] = self.in_place(ByJax(self.axial_forcing).iterate, 20)
         if not missing("heyoka"):
-            batch = ByHeyoka(self.forcing)
+            batch = ByHeyoka(self.axial_forcing)
             batch.iterate(self._tau, self._w, 2 * COMPARED_OF_HEYOKA)
             for k in range(COMPARED_OF_HEYOKA):
                 apart = abs(batch.times[k] % math.tau - self.lanes(k + 1)[0][0])
@@ -110,7 +113,7 @@ class _Regime:
 
     def scipy(self) -> int:
         """SciPy: one trajectory, a few impacts."""
-        by_scipy(self._tau[0], self._w[0], self.forcing, 3)
+        by_scipy(self._tau[0], self._w[0], self.axial_forcing, 3)
         return 3
 
 
@@ -127,7 +130,7 @@ def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
         notes.append(why)
     else:
         times |= interleaved({"SciPy": subject.scipy}, 5)
-    where = f"Γ = {regime.forcing} ({regime.name})"
+    where = f"Γ = {regime.axial_forcing} ({regime.name})"
     rows = [row(PART, f"{name}, {where}", "ns an impact", list(t)) for name, t in times.items()]
     aims = {"C": 1.0, "rotation": 1.25, "heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
     for name, aim in aims.items():
@@ -174,7 +177,7 @@ def _toss(folder: Path) -> list[Row]:
 def _lyapunov(regime: Regime) -> list[Row]:
     """Settled, measured with the exponent, the last impacts kept."""
     times = interleaved(lyapunov_runs(regime), ROUNDS)
-    where = f"Γ = {regime.forcing} ({regime.name})"
+    where = f"Γ = {regime.axial_forcing} ({regime.name})"
     rows = [row(PART, f"Lyapunov, {k}, {where}", "ns an impact", list(t)) for k, t in times.items()]
     values = list(times["lanes"] / times["scalar"])
     return [*rows, row(PART, f"Lyapunov, lanes / scalar, {where}", "×", values, Aim(0.1))]
@@ -188,7 +191,7 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
         more, notes = _trajectories(regime, folder)
         rows += more + _lyapunov(regime)
         skipped |= set(notes)
-    for forcing in (0.45, 0.55):
-        rows += basin_map.measure(forcing, folder)
+    for axial_forcing in (0.45, 0.55):
+        rows += basin_map.measure(axial_forcing, folder)
     rows += _toss(folder)
     return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]

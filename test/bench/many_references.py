@@ -26,22 +26,22 @@ def missing(module: str) -> str:
     return "" if importlib.util.find_spec(module) else f"{module} is not installed"
 
 
-def _first_delay(xp: Any, forcing: float, s: Any, c: Any, u: Any) -> Any:
+def _first_delay(xp: Any, axial_forcing: float, s: Any, c: Any, u: Any) -> Any:
     """A safe delay after the launch: above the crest until then, or a parabola below the gap."""
-    v, k = forcing * c + u, GRAVITY + forcing
-    q = v * v + 2.0 * GRAVITY * forcing * (s - 1.0)
+    v, k = axial_forcing * c + u, GRAVITY + axial_forcing
+    q = v * v + 2.0 * GRAVITY * axial_forcing * (s - 1.0)
     r = xp.sqrt(xp.maximum(q, 0.0))
     step, begin, end = 2.0 * u / k, (v - r) / GRAVITY, (v + r) / GRAVITY
     return xp.where((q > 0.0) & (begin <= step) & (step < end), end, step)
 
 
-def _looked(xp: Any, forcing: float, tau: Any, s: Any, c: Any, u: Any, d: Any) -> Any:
+def _looked(xp: Any, axial_forcing: float, tau: Any, s: Any, c: Any, u: Any, d: Any) -> Any:
     """The delay after one look at the gap, the slope there and whether it is a root."""
-    k = GRAVITY + forcing
+    k = GRAVITY + axial_forcing
     sine, cosine = xp.sin(tau + d), xp.cos(tau + d)
-    h = (u - 0.5 * GRAVITY * d) * d - forcing * (sine - s - c * d)
-    h1 = u - GRAVITY * d - forcing * (cosine - c)
-    h2, h3, h4 = forcing * sine - GRAVITY, forcing * cosine, -forcing * sine
+    h = (u - 0.5 * GRAVITY * d) * d - axial_forcing * (sine - s - c * d)
+    h1 = u - GRAVITY * d - axial_forcing * (cosine - c)
+    h2, h3, h4 = axial_forcing * sine - GRAVITY, axial_forcing * cosine, -axial_forcing * sine
     above = xp.maximum(h, 0.0)
     ahead = (h1 < 0.0) & (4.0 * k * above <= h1 * h1)
     root = xp.sqrt(h1 * h1 + 2.0 * k * above)
@@ -55,15 +55,15 @@ def _looked(xp: Any, forcing: float, tau: Any, s: Any, c: Any, u: Any, d: Any) -
     return d + step, slope, ahead & (xp.abs(x) < _SHORT)
 
 
-def by_numpy(tau: Floats, w: Floats, forcing: float, impacts: int) -> None:
+def by_numpy(tau: Floats, w: Floats, axial_forcing: float, impacts: int) -> None:
     """Carry trajectories on, in place."""
     for _ in range(impacts):
         s, c, u = np.sin(tau), np.cos(tau), -RESTITUTION * w
-        d = _first_delay(np, forcing, s, c, u)
+        d = _first_delay(np, axial_forcing, s, c, u)
         left = np.arange(len(tau))
         while len(left):
             part = (tau[left], s[left], c[left], u[left], d[left])
-            d[left], w[left], done = _looked(np, forcing, *part)
+            d[left], w[left], done = _looked(np, axial_forcing, *part)
             left = left[~done]
         tau += d
         tau %= math.tau
@@ -72,7 +72,7 @@ def by_numpy(tau: Floats, w: Floats, forcing: float, impacts: int) -> None:
 class ByJax:
     """The same, compiled; all trajectories look until the last has landed."""
 
-    def __init__(self, forcing: float) -> None:
+    def __init__(self, axial_forcing: float) -> None:
         import jax
         from jax import numpy as jnp
 
@@ -84,10 +84,10 @@ class ByJax:
 
             def step(carried: Any) -> Any:
                 d, w, done = carried
-                new, slope, landed = _looked(jnp, forcing, tau, s, c, u, d)
+                new, slope, landed = _looked(jnp, axial_forcing, tau, s, c, u, d)
                 return jnp.where(done, d, new), jnp.where(done, w, slope), done | landed
 
-            start = (_first_delay(jnp, forcing, s, c, u), w, jnp.zeros(w.shape, bool))
+            start = (_first_delay(jnp, axial_forcing, s, c, u), w, jnp.zeros(w.shape, bool))
             d, w, _ = jax.lax.while_loop(lambda carried: ~carried[2].all(), step, start)
             return jnp.mod(tau + d, math.tau), w
 
@@ -105,7 +105,7 @@ class ByJax:
 class ByHeyoka:
     """One integrator for a batch of trajectories, as wide as the processor's vectors."""
 
-    def __init__(self, forcing: float) -> None:
+    def __init__(self, axial_forcing: float) -> None:
         import heyoka
 
         self.size: int = heyoka.recommended_simd_size()
@@ -126,7 +126,7 @@ class ByHeyoka:
             [(y, v), (v, heyoka.par[0] * heyoka.sin(heyoka.time) - GRAVITY)],
             np.zeros((2, self.size)),
             t_events=[event],
-            pars=np.full((1, self.size), forcing),
+            pars=np.full((1, self.size), axial_forcing),
         )
         self._counter = counter
 
@@ -143,19 +143,19 @@ class ByHeyoka:
         return self._counter[0] - before
 
 
-def by_scipy(tau: float, w: float, forcing: float, impacts: int) -> tuple[float, float]:
+def by_scipy(tau: float, w: float, axial_forcing: float, impacts: int) -> tuple[float, float]:
     """One trajectory by SciPy."""
     for _ in range(impacts):
-        tau, w = flight(tau, (HAIR, -RESTITUTION * w), forcing)
+        tau, w = flight(tau, (HAIR, -RESTITUTION * w), axial_forcing)
     return tau, w
 
 
-def flight(tau: float, start: tuple[float, float], forcing: float) -> tuple[float, float]:
+def flight(tau: float, start: tuple[float, float], axial_forcing: float) -> tuple[float, float]:
     """One flight by DOP853 with an event, at rtol 1e-9: far less exact, and far slower."""
     from scipy.integrate import solve_ivp
 
     def fall(t: float, y: Floats) -> tuple[float, float]:
-        return y[1], forcing * math.sin(t) - GRAVITY
+        return y[1], axial_forcing * math.sin(t) - GRAVITY
 
     def gap(_: float, y: Floats) -> float:
         return float(y[0])

@@ -39,9 +39,9 @@ Run = Callable[[], int]
 
 def full_simulation(regime: Regime) -> Simulation:
     """The same axial problem in a whole simulation: rotation, energy books and rows besides."""
-    climb = regime.forcing * math.cos(regime.phase)
+    climb = regime.axial_forcing * math.cos(regime.phase)
     return Simulation(
-        Motion(regime.forcing, 1.0, FREQUENCY, -0.7),
+        Motion(regime.axial_forcing, 1.0, FREQUENCY, -0.7),
         Disk(1.0, RESTITUTION, 0.5, 0.1, 0.1, GRAVITY),
         InitialState(axial_velocity=climb + regime.speed, forcing_phase=regime.phase),
     )
@@ -49,7 +49,7 @@ def full_simulation(regime: Regime) -> Simulation:
 
 def runs_of(regime: Regime, c: CReference | None, heyoka: HeyokaReference | None) -> dict[str, Run]:
     """One run of each: does some impacts and returns how many. Peers are checked first."""
-    motion, out = motion_of(regime.forcing), np.empty((IMPACTS, 2))
+    motion, out = motion_of(regime.axial_forcing), np.empty((IMPACTS, 2))
     launch = (regime.phase, regime.speed)
     simulation = full_simulation(regime)
     span = round(IMPACTS * math.tau * 1e9)
@@ -70,7 +70,7 @@ def runs_of(regime: Regime, c: CReference | None, heyoka: HeyokaReference | None
         by_c, out_of_c = c, np.empty((IMPACTS, 2))
 
         def compiled() -> int:
-            by_c.impacts(regime.forcing, RESTITUTION, *launch, out_of_c)
+            by_c.impacts(regime.axial_forcing, RESTITUTION, *launch, out_of_c)
             return IMPACTS
 
         compiled()
@@ -115,10 +115,12 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
     for regime in REGIMES:
         heyoka = None if HeyokaReference.missing() else HeyokaReference(regime)
         times = interleaved(runs_of(regime, c, heyoka), ROUNDS)
-        rows += rows_of(f"Γ = {regime.forcing} ({regime.name})", times)
+        rows += rows_of(f"Γ = {regime.axial_forcing} ({regime.name})", times)
         if heyoka is not None:
             callback = heyoka.callback_ns()
-            notes.append(f"heyoka, Γ = {regime.forcing}: {callback:.0f} ns are its Python callback")
+            notes.append(
+                f"heyoka, Γ = {regime.axial_forcing}: {callback:.0f} ns are its Python callback"
+            )
     return rows, skipped + notes
 
 

@@ -70,12 +70,12 @@ def measure_cost() -> list[Row]:
     """From the middleware's take to the counted refusal, in the node itself."""
     simulator = SteppedSimulator(start_paused=False)
     try:
-        takers = {one.topic: one.on_message for one in simulator.node.commands.subscriptions}
+        handlers = {one.topic: one.on_message for one in simulator.node.commands.subscriptions}
         rows = []
         for name, topic, msg, aim in CASES:
             data = msg if isinstance(msg, bytes) else bytes(serialize_message(msg))
             calls = CALLS if aim else CALLS // 100
-            rows.append(row("refusals", name, "µs", per_call(takers[topic], data, calls), aim))
+            rows.append(row("refusals", name, "µs", per_call(handlers[topic], data, calls), aim))
         return rows
     finally:
         simulator.close()

@@ -17,9 +17,9 @@ import numpy as np
 from bench import cluster
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.basins import Basins
+from bouncing_disk_ros.study.basin_study import Basins
 
 PART = "studies"
 ROUNDS = 5
@@ -137,10 +137,10 @@ def _linear() -> Row:
             n = 1024
             rng = np.random.default_rng(7)
             tau, w = rng.uniform(0, 6.28, n), -rng.uniform(1.0, 2.0, n)
-            forcing, restitution = np.full(n, 0.45), np.full(n, 0.5)
+            axial_forcing, restitution = np.full(n, 0.45), np.full(n, 0.5)
             counts = np.zeros((n, 2), np.int64)
             begin = time.perf_counter()
-            iterate(tau, w, forcing, restitution, max(1, work // n), counts)
+            iterate_axial(tau, w, axial_forcing, restitution, max(1, work // n), counts)
             times.append(time.perf_counter() - begin)
         slopes.append(float(np.polyfit(np.log(works), np.log(times), 1)[0]))
     return row(PART, "exponent of time against impacts, 10⁴ to 10⁸", "1", slopes)

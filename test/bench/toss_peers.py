@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bench.c_reference import CReference, CTosses
 from bouncing_disk_ros.analysis.toss.tosses import LOWEST, PAPER, amplitudes
-from bouncing_disk_ros.core import ride
+from bouncing_disk_ros.collision_map import single_toss
+from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes.rides import tosses
-from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
 
 LAGS, ANGLES = 400, 250
 AGREEMENT = 1e-10  # of the largest speed, delay and work; roundings are magnified near a graze
@@ -29,10 +29,10 @@ class TossMap:
         all_angles, all_lags = (a.ravel() for a in np.meshgrid(angle, lag))
         axial, angular = amplitudes(all_angles, PAPER)
         self.starts = np.zeros((lags * angles, 5))
-        self.starts[:, ride.AXIAL_AMPLITUDE] = axial
-        self.starts[:, ride.ANGULAR_AMPLITUDE] = angular
-        self.starts[:, ride.PHASE_LAG] = all_lags
-        self.starts[:, ride.FORCING_PHASE] = LOWEST
+        self.starts[:, single_toss.START_AXIAL_AMPLITUDE] = axial
+        self.starts[:, single_toss.START_ANGULAR_AMPLITUDE] = angular
+        self.starts[:, single_toss.START_PHASE_LAG] = all_lags
+        self.starts[:, single_toss.START_FORCING_PHASE] = LOWEST
 
     def _room(self) -> Found:
         return np.empty((len(self.starts), 4)), np.empty(len(self.starts), np.int8)
@@ -44,9 +44,9 @@ class TossMap:
     def scalar(self) -> Found:
         """One ride after the other by the functions of the stepper."""
         out, codes = self._room()
-        state, books = np.zeros(1, STATE_DTYPE), np.zeros((2, len(BOOKS)))
+        state, ledger = np.zeros(1, STATE_DTYPE), np.zeros((2, len(LEDGER_FIELDS)))
         disk = disk_record(PAPER.disk, 0.0)
-        ride.rides(self.starts, PAPER.frequency, disk, 1000, state, books, out, codes)
+        single_toss.toss_each(self.starts, PAPER.frequency, disk, 1000, state, ledger, out, codes)
         return out, codes
 
     def by(self, peer: CTosses) -> Found:

@@ -22,7 +22,7 @@ from bench.basin_map import PIXELS, BasinMap
 from bench.c_reference import CLanes, CReference
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
 
 PART = "narrower vectors"
 #: name of the processor -> what its vectors are called, and the flags of /proc/cpuinfo it needs
@@ -79,13 +79,13 @@ def _in_process_of_its_own(processor: str, folder: Path) -> dict[str, dict[str, 
 
 def _trajectories(regime: Regime, c: CLanes) -> dict[str, Run]:
     """Both from the same starts; the bench fails if they do not go the same way."""
-    given = regime.forcing, RESTITUTION
-    forcing, restitution = (np.full(TRAJECTORIES, value) for value in given)
+    given = regime.axial_forcing, RESTITUTION
+    axial_forcing, restitution = (np.full(TRAJECTORIES, value) for value in given)
     counts = np.zeros((TRAJECTORIES, 2), np.int64)
 
     def lanes(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         tau, w = starts(regime, TRAJECTORIES)
-        iterate(tau, w, forcing, restitution, impacts, counts)
+        iterate_axial(tau, w, axial_forcing, restitution, impacts, counts)
         return tau, w
 
     def compiled(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -112,7 +112,7 @@ def _here(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
     c = CLanes(folder, processor)
     found = {}
     for regime in REGIMES:
-        what = f"Γ = {regime.forcing} ({regime.name})"
+        what = f"Γ = {regime.axial_forcing} ({regime.name})"
         found[what] = interleaved(_trajectories(regime, c), ROUNDS)
     subject = BasinMap(FORCING)
     run, labels = subject.by_c(c)

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.nodes.demo.bag import make_room
+from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
 from support.processes import Starter
 
 OWN_DOMAIN: dict[str, str | None] = dict.fromkeys(
@@ -85,9 +85,9 @@ def test_a_signal_leaves_nothing_behind_but_a_whole_bag(
 def test_an_earlier_bag_is_replaced_and_nothing_else(start: Starter, tmp_path: Path) -> None:
     earlier, other = tmp_path / "earlier", tmp_path / "other"
     bag.Writer(earlier).close()
-    make_room(earlier)
+    remove_old_bag(earlier)
     assert not earlier.exists()
-    make_room(earlier)
+    remove_old_bag(earlier)
     bag.Writer(other).close()
     (other / "thesis.txt").write_text("two years of work")
     code, demo = start.finish("demo", "--bag", str(other))

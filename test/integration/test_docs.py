@@ -18,7 +18,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.live import echo_impacts, perform
-from bouncing_disk_ros.nodes.recorder import options as recorder_options
+from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of

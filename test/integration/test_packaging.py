@@ -58,8 +58,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
     tree = {str(path.relative_to(ROOT)) for path in (ROOT / "bouncing_disk_ros").rglob("*.py")}
-    held = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
-    assert held == tree | {"bouncing_disk_ros/py.typed"}
+    paused = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
+    assert paused == tree | {"bouncing_disk_ros/py.typed"}
 
 
 def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
@@ -70,8 +70,8 @@ def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
         files = [path for path in files if "__pycache__" not in path.parts]
         assert files, f"{folder} is empty"
         wanted |= {share + str(path.relative_to(ROOT)) for path in files}
-    held = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
-    assert held == wanted
+    paused = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
+    assert paused == wanted
 
 
 def test_wheel_names_the_executables_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:

@@ -19,8 +19,8 @@ from std_msgs.msg import Float64MultiArray, String
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.run.inputs import replay
-from bouncing_disk_ros.run.records import from_json
+from bouncing_disk_ros.run.input_records import from_json
+from bouncing_disk_ros.run.input_replay import replay
 from support.processes import PATIENCE, Process, Starter
 from support.talker import RELIABLE, Talker, wait_until
 

@@ -15,9 +15,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.replay import replay
-from bouncing_disk_ros.ros.conversions import impacts_to_msg, kick_to_msg
-from bouncing_disk_ros.run.records import to_json
-from bouncing_disk_ros.run.rulings import KickRequest
+from bouncing_disk_ros.ros.conversions import impacts_to_msg, impulse_to_msg
+from bouncing_disk_ros.run.command_validation import ImpulseRequest
+from bouncing_disk_ros.run.input_records import to_json
 from support.driven import Driven, flipped
 from support.processes import Starter
 from support.ros_peer import Peer
@@ -163,7 +163,7 @@ def test_remapped_topics(
 def test_a_bag_without_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = Driven()
     run.advance(1.0)
-    run.session.hold(True)
+    run.session.set_paused(True)
     del run.records[0]
     assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
     error = capsys.readouterr().err
@@ -247,11 +247,15 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
     recorder.wait_for("hearing /disk/impacts")
     peer.command((0.4, {"axial_amplitude": 0.05, "frequency": 3.2}), (0.9, {"axial_amplitude": 0.04,
                  "frequency": 3.0}))  # fmt: skip
-    peer.publish("disk/impulse", kick_to_msg(KickRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0)))
+    peer.publish(
+        "disk/impulse", impulse_to_msg(ImpulseRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0))
+    )
     peer.wait_for_record("impulse")
     assert peer.set_parameters(restitution=0.45, friction=0.4).successful
     assert peer.call(SetBool, "pause", SetBool.Request(data=True), repeatable=True).success
-    peer.publish("disk/impulse", kick_to_msg(KickRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0)))
+    peer.publish(
+        "disk/impulse", impulse_to_msg(ImpulseRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0))
+    )
     peer.wait_for_record("impulse")
     assert peer.call(Trigger, "step").success
     assert peer.call(SetBool, "pause", SetBool.Request(data=False), repeatable=True).success

@@ -22,8 +22,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
-from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.session import motion_of
+from bouncing_disk_ros.run.time_map import NS
 from support.processes import Process, Starter
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
@@ -218,15 +218,15 @@ def test_pause_step_reset(start: Starter, peer: Peer) -> None:
     peer.spin_until(lambda: peer.phases[-1] == "paused")
     # topics have no common order
     peer.spin_until(lambda: peer.records and peer.records[-1].get("paused"))
-    held = peer.records[-1]["time_ns"]
+    paused = peer.records[-1]["time_ns"]
     for k in (1, 2, 3):
         answer = peer.call(Trigger, "step")
         assert answer.success
-        end = held + round(k * NS / 3)
+        end = paused + round(k * NS / 3)
         assert f"now at {end / NS:.9f} s" in answer.message
 
     assert peer.call(Trigger, "reset").success
-    assert peer.wait_for_record("reset")["time_ns"] == held + NS  # at the held instant
+    assert peer.wait_for_record("reset")["time_ns"] == paused + NS  # at the held instant
     assert peer.phases[-1] == "paused"
 
     assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success

@@ -13,11 +13,11 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.conversions import time_to_ns
-from bouncing_disk_ros.run import inputs
-from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.testing import SteppedSimulator
 from support.ros_peer import Peer
 
@@ -66,7 +66,7 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
                     frequency=rng.uniform(2.0, 5.0),
                 )
             case 2:
-                assert simulator.kick(rng.uniform(-0.05, 0.05), rng.uniform(-0.002, 0.002))
+                assert simulator.apply_impulse(rng.uniform(-0.05, 0.05), rng.uniform(-0.002, 0.002))
             case 3:
                 change = [Parameter("restitution", value=rng.uniform(0.0, 0.9))]
                 assert simulator.node.set_parameters_atomically(change).successful
@@ -78,7 +78,7 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
     total = session.simulation.rows_total
     assert total > 100
     peer.spin_until(lambda: len(peer.rows) == total and len(peer.records) == session.accepted + 1)
-    again = inputs.replay(peer.records, until_ns=session.time_ns)
+    again = input_replay.replay(peer.records, until_ns=session.time_ns)
     assert again.tobytes() == peer.rows.tobytes()
 
 
@@ -109,7 +109,7 @@ def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) 
     reached = run.session.time_ns
     run.tick(0)
     assert run.session.time_ns > reached  # it goes on in the ticks
-    assert simulator.kick(0.01)  # and takes inputs meanwhile
+    assert simulator.apply_impulse(0.01)  # and takes inputs meanwhile
     run.pause(True)
     reached = run.session.time_ns
     run.tick(0)
@@ -127,7 +127,7 @@ def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
     assert run.session.time_ns > NS
     assert run.session.fault == ""
     run.pause(True)
-    assert run.session.held
+    assert run.session.paused
 
 
 def test_a_run_that_cannot_go_on_says_so_once_and_refuses_inputs(make: Make) -> None:
@@ -135,10 +135,10 @@ def test_a_run_that_cannot_go_on_says_so_once_and_refuses_inputs(make: Make) -> 
     run = simulator.node.run
     assert run is not None
     run.session.simulation._engine.state["u"] = float("nan")
-    run.session.simulation._engine.look_again()
+    run.session.simulation._engine.invalidate_next_event()
     simulator.advance(1.0)
     assert run.read().fault
-    assert not simulator.kick(0.1)
+    assert not simulator.apply_impulse(0.1)
     with pytest.raises(InputError, match="cleanup, configure"):
         run.reset()
 
@@ -147,7 +147,7 @@ def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
     simulator = make(initial_height=1.0)
     simulator.advance(0.125)
     before = simulator.state
-    assert simulator.kick(0.1)
+    assert simulator.apply_impulse(0.1)
     after = simulator.state
     assert after.time_ns == before.time_ns
     mass = 0.25
@@ -181,7 +181,7 @@ def test_reset_returns_to_the_start_but_time_goes_on(make: Make) -> None:
 def test_kicks_and_commands_work_without_a_peer(make: Make) -> None:
     simulator = make()
     assert not simulator.command(frequency=-1.0)
-    assert not simulator.kick(float("nan"))
+    assert not simulator.apply_impulse(float("nan"))
     assert simulator.command(frequency=4.0)
     assert simulator.motion.frequency == 4.0
 
@@ -315,7 +315,7 @@ def test_an_inactive_node_refuses_with_a_reason(make: Make) -> None:
     with pytest.raises(InputError, match=r"~/pause: got 'an input while inactive'.*activate"):
         node.run.pause(False)
     assert node.trigger_activate() == SUCCESS
-    assert not node.run.session.held
+    assert not node.run.session.paused
 
 
 def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:

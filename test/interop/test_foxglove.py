@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from rclpy.serialization import deserialize_message
 
-from bouncing_disk_ros.nodes.recorder.topic import message_class
+from bouncing_disk_ros.nodes.recorder.recorded_topic import message_class
 from support.bags import TYPES, Sent, make, messages
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]

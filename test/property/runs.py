@@ -65,7 +65,7 @@ class Run(NamedTuple):
             sim.command([(now + round(3 * n[4] * self.period_ns), target)])
         elif item.kind == "kick":
             speed = GRAVITY / self.motion.frequency
-            sim.kick(
+            sim.apply_impulse(
                 now + round(n[0] * self.period_ns),
                 self.disk.mass * speed * (n[1] - 0.5),
                 self.disk.mass * self.disk.gyration_radius**2 * (n[2] - 0.5),

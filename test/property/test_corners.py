@@ -309,7 +309,7 @@ def test_8_friction_in_a_chatter_sticks_or_slips_as_in_the_single_impacts(load: 
     for _ in range(400):  # an input that changes nothing, every so often: chatter is cut by it
         goal = halted.time_ns + PERIOD // 97
         rows_until(halted, goal)
-        halted.kick(goal, 0.0, 0.0)
+        halted.apply_impulse(goal, 0.0, 0.0)
         rows_until(whole, goal)
     a, b = whole.sample(), halted.sample()
     assert a.phase == b.phase
@@ -327,7 +327,7 @@ def test_9_an_input_in_a_chatter_closes_its_row_as_cut() -> None:
     fall = math.sqrt(2 * 0.2 / G)
     cut = round(2.9 * fall * SECOND)  # the end would be at 3
     rows_until(sim, cut)
-    sim.kick(cut, 0.3, 0.0)
+    sim.apply_impulse(cut, 0.3, 0.0)
     rows = rows_until(sim, 20 * SECOND)
     assert rows["kind"].tolist() == [ImpactKind.CHATTER_CUT, ImpactKind.CHATTER_TAIL]
     # flights take 1, then 1, 1/2, 1/4, ... of the fall time: 1 + Σ < 2.9
@@ -359,7 +359,7 @@ def test_9_a_bounce_too_short_to_move_the_phase_is_contact(
 ) -> None:
     disk = PIZZA._replace(restitution=restitution)
     sim = Simulation(motion(0.2), disk, InitialState())
-    sim.kick(SECOND, impulse, 0.0)
+    sim.apply_impulse(SECOND, impulse, 0.0)
     rows_until(sim, 2 * SECOND)
     assert sim.sample().phase in CONTACT
     dropped = Simulation(Motion(0.1, 0.5, 1.0, 0.0), disk._replace(restitution=5e-324),
@@ -399,7 +399,7 @@ def test_a_fade_of_a_nanosecond_under_a_falling_disk_stays_finite() -> None:
 def test_10_a_kick_down_in_contact_is_an_impact(restitution: float) -> None:
     disk = PIZZA._replace(restitution=restitution)
     sim = Simulation(Motion(0.0, 0.0, F, 0.0), disk, InitialState())
-    sim.kick(SECOND, -0.6, 0.0)
+    sim.apply_impulse(SECOND, -0.6, 0.0)
     rows = rows_until(sim, SECOND)
     assert rows["axial_impact_velocity"].tolist() == [-2.0]
     assert rows["time"][0] == 1.0
@@ -408,7 +408,7 @@ def test_10_a_kick_down_in_contact_is_an_impact(restitution: float) -> None:
 
 def test_10_a_kick_up_launches_without_friction() -> None:
     sim = Simulation(Motion(0.0, 0.0, F, 0.0), PIZZA, InitialState(angular_velocity=50.0))
-    sim.kick(0, 0.6, 0.0)
+    sim.apply_impulse(0, 0.6, 0.0)
     assert len(rows_until(sim, 1000)) == 0
     sample = sim.sample()
     assert sample.phase == Phase.FLIGHT
@@ -419,10 +419,10 @@ def test_10_kicks_of_one_instant_act_together_and_turn_first() -> None:
     """−1 and +1 cancel before the impact law sees them; an angular kick acts before it."""
     sim = Simulation(Motion(0.0, 0.0, F, 0.0), PIZZA, InitialState())
     for axial, angular in ((-0.3, 0.0), (0.3, 0.0)):
-        sim.kick(SECOND, axial, angular)
+        sim.apply_impulse(SECOND, axial, angular)
     assert len(rows_until(sim, 2 * SECOND)) == 0
     for axial, angular in ((0.0, 0.01), (-0.3, 0.0)):
-        sim.kick(3 * SECOND, axial, angular)
+        sim.apply_impulse(3 * SECOND, axial, angular)
     row = rows_until(sim, 3 * SECOND)[0]
     assert row["angular_impact_velocity"] == pytest.approx(
         0.01 / (PIZZA.mass * PIZZA.gyration_radius**2), rel=1e-14
@@ -436,7 +436,7 @@ def test_10_kicks_of_one_instant_act_together_and_turn_first() -> None:
 def test_11_reset_clears_fades_queue_and_books_and_time_goes_on() -> None:
     sim = Simulation(motion(0.45), PIZZA, InitialState())
     sim.command([(4 * SECOND, motion(0.6))])
-    sim.kick(5 * SECOND, 0.1, 0.0)
+    sim.apply_impulse(5 * SECOND, 0.1, 0.0)
     rows_until(sim, 2 * SECOND)
     cycles, index = sim.sample().cycles, sim.rows_total
     sim.reset()
@@ -445,7 +445,7 @@ def test_11_reset_clears_fades_queue_and_books_and_time_goes_on() -> None:
     assert sim.latest_target == motion(0.45)
     energy = sim.energy()
     # w_T of the start is the rounding of cos(3π/2): the slip that ends it at once is booked
-    works = (energy.work_axial, energy.work_angular, energy.work_kicks, energy.work_parameters)
+    works = (energy.work_axial, energy.work_angular, energy.work_impulses, energy.work_parameters)
     losses = (energy.loss_impact_axial, energy.loss_impact_friction, energy.loss_sliding)
     assert sum(abs(value) for value in (*works, *losses)) < 1e-28
     sample = sim.sample()

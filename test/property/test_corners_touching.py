@@ -161,12 +161,12 @@ def test_6_a_load_beyond_friction_turns_the_disk_for_ever() -> None:
 @pytest.mark.parametrize("restitution", [5e-324, 1e-310, 1e-160, 1.0 - 2**-53, 1.0])
 @pytest.mark.parametrize("kick", [5e-324, 1e-160, 1e-20, 1e-14])
 def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
-    restitution: float, kick: float
+    restitution: float, impulse: float
 ) -> None:
     """A flight that does not move the forcing phase is no flight: contact, and no endless loop."""
     disk = PIZZA._replace(restitution=restitution)
     run = Simulation(forced(0.3), disk, InitialState(forcing_phase=1.0))
-    run.kick(SECOND, kick, 0.0)
+    run.apply_impulse(SECOND, impulse, 0.0)
     _, behind = run.advance(2 * SECOND, max_events=100_000)
     sample = run.sample()
     assert sample.gap < 1e-12
@@ -183,7 +183,7 @@ def test_10_an_impact_comes_before_a_kick_of_its_instant() -> None:
     """g = 2 m/s² from 1 m: the impact is at 1 s to the nanosecond, and so is the kick."""
     disk = PIZZA._replace(gravity=2.0)
     run = Simulation(STILL, disk, InitialState(height=1.0))
-    run.kick(SECOND, 0.25 * disk.mass, 0.0)
+    run.apply_impulse(SECOND, 0.25 * disk.mass, 0.0)
     rows, _ = run.advance(SECOND)
     assert rows["axial_impact_velocity"].tolist() == [-2.0]
     assert rows["axial_velocity"].tolist() == [1.0]
@@ -203,7 +203,7 @@ def test_10_parameters_after_an_impact_of_their_instant() -> None:
 
 def test_10_an_angular_kick_in_contact_slips_and_sticks_again() -> None:
     run = Simulation(STILL, PIZZA, InitialState())
-    run.kick(SECOND, 0.0, 0.5 * INERTIA)
+    run.apply_impulse(SECOND, 0.0, 0.5 * INERTIA)
     run.advance(SECOND)
     assert run.sample().phase == Phase.SLIDING
     assert run.sample().angular_velocity == 0.5
@@ -237,7 +237,7 @@ def test_12_a_checkpoint_in_a_chatter_and_before_a_held_row() -> None:
     """Rows that wait for the next advance, open rows and queued kicks are part of a checkpoint."""
     disk = PIZZA._replace(restitution=0.9)
     run = Simulation(STILL, disk, InitialState(0.2), chatter_report_speed=100.0)
-    run.kick(5 * SECOND, 0.1, 0.01)
+    run.apply_impulse(5 * SECOND, 0.1, 0.01)
     for instant in (SECOND // 2, SECOND, 2 * SECOND):
         run.advance(instant)
         twin = Simulation.restore(json.loads(json.dumps(run.snapshot())))
@@ -245,7 +245,7 @@ def test_12_a_checkpoint_in_a_chatter_and_before_a_held_row() -> None:
         rows, _ = twin.advance(8 * SECOND)
         original = Simulation.restore(run.snapshot())
         assert rows.tobytes() == original.advance(8 * SECOND)[0].tobytes()
-    run.kick(run.time_ns, -0.5, 0.0)
+    run.apply_impulse(run.time_ns, -0.5, 0.0)
     twin = Simulation.restore(run.snapshot())
     assert twin.advance(run.time_ns)[0].tobytes() == run.advance(run.time_ns)[0].tobytes()
 

@@ -49,7 +49,7 @@ class Case(NamedTuple):
     disk: Disk
     initial: InitialState
     fades: tuple[Fade, ...] = ()
-    kicks: tuple[Kick, ...] = ()
+    impulses: tuple[Kick, ...] = ()
 
     def start(self, report_speed: float = 0.0) -> Simulation:
         """The run at t = 0, with its inputs queued."""
@@ -57,8 +57,8 @@ class Case(NamedTuple):
         if self.fades:
             duration = self.fades[0].end_ns - self.fades[0].begin_ns
             run.command([(fade.end_ns, fade.target) for fade in self.fades], crossfade_ns=duration)
-        for kick in self.kicks:
-            run.kick(*kick)
+        for impulse in self.impulses:
+            run.apply_impulse(*impulse)
         return run
 
     @property
@@ -76,9 +76,9 @@ def effective_gravity(disk: Disk) -> float:
     return disk.gravity + disk.preload / disk.mass
 
 
-def axial_amplitude(forcing: float, frequency: float, disk: Disk) -> float:
+def axial_amplitude(axial_forcing: float, frequency: float, disk: Disk) -> float:
     """A of a given Γ = A ω²/(π g), m."""
-    return forcing * math.pi * effective_gravity(disk) / (math.tau * frequency) ** 2
+    return axial_forcing * math.pi * effective_gravity(disk) / (math.tau * frequency) ** 2
 
 
 @st.composite
@@ -142,7 +142,7 @@ def runs(
     motion = draw(motions(disk, 1.0))
     initial = draw(initial_states(disk, motion))
     fades: tuple[Fade, ...] = ()
-    kicks: tuple[Kick, ...] = ()
+    impulses: tuple[Kick, ...] = ()
     if inputs and draw(st.booleans()):
         begin, duration = draw(st.floats(0.05, 0.6)), draw(st.floats(0.1, 0.6))
         times = [round(periods * NS * t) for t in (begin, begin + duration)]
@@ -153,5 +153,5 @@ def runs(
         axial = draw(st.floats(-0.5, 0.5)) * math.pi * effective_gravity(disk) / omega
         angular = draw(st.floats(-1.0, 1.0)) * omega * motion.angular_amplitude
         at = round(periods * NS * draw(st.floats(0.0, 0.8)))
-        kicks = (Kick(at, disk.mass * axial, inertia * angular),)
-    return Case(motion, disk, initial, fades, kicks)
+        impulses = (Kick(at, disk.mass * axial, inertia * angular),)
+    return Case(motion, disk, initial, fades, impulses)

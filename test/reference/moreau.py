@@ -112,7 +112,7 @@ def angular(rows, t):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
+def _integrate(rows, impulses, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
     restitution, limit, gravity, brake = constants
     x, v, angle, spin = state
     np.random.seed(seed)  # noqa: NPY002 (numba has this one)
@@ -123,13 +123,13 @@ def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-
         v += p
         spin -= min(max(slip, -limit * p), limit * p)
     while True:
-        while k < len(kicks) and kicks[k, 0] <= t:
-            v += kicks[k, 1]
-            spin += kicks[k, 2]
+        while k < len(impulses) and impulses[k, 0] <= t:
+            v += impulses[k, 1]
+            spin += impulses[k, 2]
             k += 1
         if t >= end:
             return x, v, angle, spin
-        stop = min(end, kicks[k, 0]) if k < len(kicks) else end
+        stop = min(end, impulses[k, 0]) if k < len(impulses) else end
         after = min(t + h * (0.5 + np.random.random()), stop)  # noqa: NPY002
         dt = after - t
         v_free, spin_free = v - gravity * dt, spin - brake * dt
@@ -146,7 +146,7 @@ def _integrate(rows, kicks, constants, state, end, h, seed):  # type: ignore[no-
 
 def integrate(
     rows: NDArray[np.float64],
-    kicks: Sequence[Kick],
+    impulses: Sequence[Kick],
     disk: Disk,
     state: State,
     end: float,
@@ -159,7 +159,9 @@ def integrate(
     `rows` come from `segments`; kicks are in order of time and act between two steps.
     """
     inertia = disk.mass * disk.gyration_radius**2
-    scaled = [(kick.time, kick.axial / disk.mass, kick.angular / inertia) for kick in kicks]
+    scaled = [
+        (impulse.time, impulse.axial / disk.mass, impulse.angular / inertia) for impulse in impulses
+    ]
     constants = (
         disk.restitution,
         disk.friction * disk.friction_radius / disk.gyration_radius**2,

@@ -67,9 +67,9 @@ def rotating_lanes(seed: int) -> Any:
 
 
 def attractor(place: int) -> Any:
-    forcing, restitution = PLATFORMS[place]
+    axial_forcing, restitution = PLATFORMS[place]
     starts = [[0.74, -1.33, 0.5], *drawn_starts(500 + place, 1, 3).tolist()]
-    given = (forcing, restitution, 0.3, 20.0)
+    given = (axial_forcing, restitution, 0.3, 20.0)
     return [pinned.measured(start, given, 500, 1000) for start in starts]
 
 
@@ -80,9 +80,9 @@ def attractor_lanes(seed: int) -> Any:
 
 
 def derivatives(place: int) -> Any:
-    forcing, restitution = PLATFORMS[place]
+    axial_forcing, restitution = PLATFORMS[place]
     start = drawn_starts(700 + place, 1, 2)[0].tolist()
-    return [pinned.derivatives(start, (forcing, restitution), n) for n in (1, 3, 10)]
+    return [pinned.derivatives(start, (axial_forcing, restitution), n) for n in (1, 3, 10)]
 
 
 @cache
@@ -101,8 +101,8 @@ def labels(place: int) -> Any:
 def lane_labels(seed: int) -> Any:
     """The rule of the lanes with points that are given, not found."""
     points = np.array([[1.0, -1.3], [0.8, -1.2], [0.736624, -1.333333], [2.0, -2.0]])
-    forcing = (0.36, 0.45, 0.55)[seed]
-    return pinned.labelled(grid(20), forcing, 0.5, points, [0, 1, 2, 2], 400)
+    axial_forcing = (0.36, 0.45, 0.55)[seed]
+    return pinned.labelled(grid(20), axial_forcing, 0.5, points, [0, 1, 2, 2], 400)
 
 
 def boundary(place: int) -> Any:

@@ -111,7 +111,9 @@ class Path:
                 bound = max(bound, self.reach * (self.omega**2 + rate) + fading)
         return bound
 
-    def forcing(self, t: Real) -> tuple[Real, Real, Real, Real, Real, Real, Real, Motion, Motion]:
+    def axial_forcing(
+        self, t: Real
+    ) -> tuple[Real, Real, Real, Real, Real, Real, Real, Motion, Motion]:
         """Return τ, ω, ω̇, b, ḃ, b̈ and the rest of the piece in force at t."""
         begin, duration, tau, a, b = next(p for p in reversed(self._pieces) if p[0] <= t)
         elapsed, w, dw = t - begin, _omega(a), _omega(b) - _omega(a)
@@ -126,7 +128,7 @@ class Path:
 
     def at(self, t: Real) -> At:
         """The platform at t."""
-        tau, w, w1, x, x1, x2, _, a, b = self.forcing(t)
+        tau, w, w1, x, x1, x2, _, a, b = self.axial_forcing(t)
         lag, short = mpf(a.phase_lag), mpf(b.phase_lag) - mpf(a.phase_lag)
         short -= 2 * mp.pi * mpmath.nint(short / (2 * mp.pi))
         axial = _sine(a.axial_amplitude, b.axial_amplitude, x, x1, x2, tau, w, w1)

@@ -46,7 +46,7 @@ def disk(restitution: float, load: float = 0.0) -> Disk:
 def kicked(motion: Motion, body: Disk, spin: float, phase: float, u: float) -> Simulation:
     """A disk in contact at t = 0, just kicked."""
     run = Simulation(motion, body, InitialState(angular_velocity=spin, forcing_phase=phase))
-    run.kick(0, body.mass * u, 0.0)
+    run.apply_impulse(0, body.mass * u, 0.0)
     return run
 
 
@@ -68,11 +68,11 @@ def chattered(run: Simulation, duration: float) -> Chattered:
     ],
 )
 def test_sums_of_a_complete_chatter(
-    restitution: float, forcing: float, phase: float, slip: str
+    restitution: float, axial_forcing: float, phase: float, slip: str
 ) -> None:
     body = disk(restitution)
     gravity = body.gravity + body.preload / body.mass
-    motion = Motion(axial_amplitude(forcing, FREQUENCY, body), 0.02, FREQUENCY, 0.7)
+    motion = Motion(axial_amplitude(axial_forcing, FREQUENCY, body), 0.02, FREQUENCY, 0.7)
     u = 1e-3 * math.pi * gravity / OMEGA
     path = Path(motion, phase)
     grip = body.friction * body.friction_radius / body.gyration_radius**2
@@ -179,9 +179,9 @@ def test_chatter_that_meets_separation(seed: int) -> None:
     random = np.random.default_rng(seed)
     body = disk(random.choice([0.1, 0.5, 0.8]))
     gravity = body.gravity + body.preload / body.mass
-    forcing, early = random.uniform(0.33, 1.5), 10 ** random.uniform(-3, -0.3)
-    motion = Motion(axial_amplitude(forcing, FREQUENCY, body), 0.0, FREQUENCY, 0.0)
-    phase = math.asin(1 / (math.pi * forcing)) - early
+    axial_forcing, early = random.uniform(0.33, 1.5), 10 ** random.uniform(-3, -0.3)
+    motion = Motion(axial_amplitude(axial_forcing, FREQUENCY, body), 0.0, FREQUENCY, 0.0)
+    phase = math.asin(1 / (math.pi * axial_forcing)) - early
     load = gravity - motion.axial_amplitude * OMEGA**2 * math.sin(phase)
     u = random.uniform(0.8, 1.5) * early / OMEGA * load * (1 - body.restitution) / 2
     rows, _ = kicked(motion, body, 0.0, phase, u).advance(NS)

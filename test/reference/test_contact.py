@@ -92,7 +92,7 @@ def test_platform_that_only_rotates(
 
 
 @given(
-    forcing=st.floats(0.02, 0.31),
+    axial_forcing=st.floats(0.02, 0.31),
     friction=st.floats(0.05, 1.0),
     swing=st.floats(0.2, 3.0),
     lag=st.floats(-3.0, 3.0),
@@ -101,12 +101,12 @@ def test_platform_that_only_rotates(
 )
 @settings(SLOW, max_examples=60)
 def test_platform_that_presses(
-    forcing: float, friction: float, swing: float, lag: float, phase: float, spin: float
+    axial_forcing: float, friction: float, swing: float, lag: float, phase: float, spin: float
 ) -> None:
     """Γ < 1/π: contact never ends while its force, and with it friction, comes and goes."""
     disk = Disk(0.5, 0.5, friction, 0.1, 0.08, 9.81, 1.0)
     torque = friction * 0.1 * (0.5 * 9.81 + 1.0)
-    amplitude = axial_amplitude(forcing, FREQUENCY, disk)
+    amplitude = axial_amplitude(axial_forcing, FREQUENCY, disk)
     motion = Motion(amplitude, swing * torque / (0.5 * 0.08**2 * OMEGA**2), FREQUENCY, lag)
     start = spin * OMEGA * motion.angular_amplitude
     compare(motion, disk, InitialState(angular_velocity=start, angle=-2.0, forcing_phase=phase))

@@ -74,20 +74,20 @@ def assert_lands(row: np.void, end: Landing, allowed: Tolerance) -> None:
 
 
 @given(
-    forcing=st.floats(0.05, 1.5),
+    axial_forcing=st.floats(0.05, 1.5),
     frequency=st.sampled_from([1.0, 37.5, 40e3]),
     phase=st.floats(0.0, 6.28),
     exponent=st.floats(-10.0, 0.0),
 )
-@example(forcing=0.45, frequency=3.0, phase=4.0, exponent=-10.0)
-@example(forcing=0.0, frequency=3.0, phase=4.0, exponent=-10.0)
+@example(axial_forcing=0.45, frequency=3.0, phase=4.0, exponent=-10.0)
+@example(axial_forcing=0.0, frequency=3.0, phase=4.0, exponent=-10.0)
 @settings(SLOW, max_examples=150)
 def test_bounce_from_contact(
-    forcing: float, frequency: float, phase: float, exponent: float
+    axial_forcing: float, frequency: float, phase: float, exponent: float
 ) -> None:
     """A kick of a disk in contact launches it with u = J/m: its digits survive however small it
     is."""
-    motion = Motion(axial_amplitude(forcing, frequency, DISK), 0.0, frequency, 0.0)
+    motion = Motion(axial_amplitude(axial_forcing, frequency, DISK), 0.0, frequency, 0.0)
     omega, g = math.tau * frequency, DISK.gravity
     assume(g - motion.axial_amplitude * omega**2 * math.sin(phase) > 0.01 * g)  # in contact
     u = 10.0**exponent * math.pi * g / omega
@@ -96,17 +96,17 @@ def test_bounce_from_contact(
     allowed = tolerance(motion, DISK, (phase, 0.0, u), 0.0, end)
     assume(allowed.duration * omega < 1e-9)  # not a graze
     run = Simulation(motion, DISK, InitialState(forcing_phase=phase))
-    run.kick(0, DISK.mass * u, 0.0)
+    run.apply_impulse(0, DISK.mass * u, 0.0)
     row = first_impact(run, float(end.duration))
     assert_lands(row, end, allowed)
-    pressed = 1 - math.pi * forcing * math.sin(phase)
+    pressed = 1 - math.pi * axial_forcing * math.sin(phase)
     if exponent < -4 and pressed > 0.3:  # neither test above is a loose one
         assert allowed.duration < 1e-12 * float(end.duration)
         assert allowed.impact_velocity < 1e-12 * u
 
 
 @given(
-    forcing=st.floats(0.0, 4.0),
+    axial_forcing=st.floats(0.0, 4.0),
     frequency=st.sampled_from([1.0, 37.5, 40e3]),
     phase=st.floats(0.0, 6.28),
     height=st.one_of(st.just(0.0), st.floats(1e-6, 3.0)),
@@ -115,10 +115,15 @@ def test_bounce_from_contact(
 )
 @settings(SLOW, max_examples=150)
 def test_flight_from_anywhere(
-    forcing: float, frequency: float, phase: float, height: float, speed: float, preload: float
+    axial_forcing: float,
+    frequency: float,
+    phase: float,
+    height: float,
+    speed: float,
+    preload: float,
 ) -> None:
     disk = DISK._replace(preload=preload)
-    motion = Motion(axial_amplitude(forcing, frequency, disk), 0.0, frequency, 0.0)
+    motion = Motion(axial_amplitude(axial_forcing, frequency, disk), 0.0, frequency, 0.0)
     omega, g = math.tau * frequency, effective_gravity(disk)
     gap, velocity = height * g / omega**2, speed * math.pi * g / omega
     path = Path(motion, phase)
@@ -134,7 +139,7 @@ def test_flight_from_anywhere(
 
 
 @given(
-    forcing=st.floats(0.0, 1.5),
+    axial_forcing=st.floats(0.0, 1.5),
     phase=st.floats(0.0, 6.28),
     height=st.floats(1e-3, 3.0),
     speed=st.floats(-1.0, 2.0),
@@ -143,7 +148,7 @@ def test_flight_from_anywhere(
 )
 @settings(SLOW, max_examples=80)
 def test_flight_through_a_crossfade(
-    forcing: float,
+    axial_forcing: float,
     phase: float,
     height: float,
     speed: float,
@@ -153,7 +158,7 @@ def test_flight_through_a_crossfade(
     """The first root is found, and to rounding, where frequency and amplitude change on the way."""
     frequency, g = 2.0, DISK.gravity
     omega = math.tau * frequency
-    motion = Motion(axial_amplitude(forcing, frequency, DISK), 0.0, frequency, 0.0)
+    motion = Motion(axial_amplitude(axial_forcing, frequency, DISK), 0.0, frequency, 0.0)
     target = Motion(motion.axial_amplitude * factors[0], 0.0, frequency * factors[1], 0.0)
     begin, end_ns = round(fade[0] / frequency * NS), round((fade[0] + fade[1]) / frequency * NS)
     case = Case(
@@ -196,9 +201,9 @@ def test_a_change_of_frequency_much_shorter_than_a_period(duration_ns: int, late
 
 @pytest.mark.parametrize("frequency", [1.0, 40e3])
 @pytest.mark.parametrize("forcing", [0.3184, 0.32, 0.34, 0.45, 0.6, 1.0, 3.0])
-def test_separation_and_the_flight_from_it(forcing: float, frequency: float) -> None:
+def test_separation_and_the_flight_from_it(axial_forcing: float, frequency: float) -> None:
     """Eq. 3: contact ends at sin τ = 1/(πΓ): relative position, velocity, acceleration all 0."""
-    motion = Motion(axial_amplitude(forcing, frequency, DISK), 0.0, frequency, 0.0)
+    motion = Motion(axial_amplitude(axial_forcing, frequency, DISK), 0.0, frequency, 0.0)
     path = Path(motion, 0.0)
     omega = path.omega
     sine = mpf(DISK.gravity) / (path.reach * omega**2)

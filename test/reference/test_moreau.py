@@ -121,7 +121,7 @@ def root_mean_square(case: Case, end_ns: int, h: float, seeds: range) -> float:
     """Distance of Moreau's final states, one for each seed, from the core's, in the units of the
     model."""
     fades = [moreau.Crossfade(f.begin_ns / NS, f.end_ns / NS, f.target) for f in case.fades]
-    kicks = [moreau.Kick(k.at_ns / NS, k.axial, k.angular) for k in case.kicks]
+    impulses = [moreau.Kick(k.at_ns / NS, k.axial, k.angular) for k in case.impulses]
     rows = moreau.segments(case.motion, case.initial.forcing_phase, fades)
     s, s1 = moreau.axial(rows, 0.0)
     velocity = case.initial.axial_velocity
@@ -133,7 +133,7 @@ def root_mean_square(case: Case, end_ns: int, h: float, seeds: range) -> float:
     )
     end = by_core(case, end_ns)
     found = np.array(
-        [moreau.integrate(rows, kicks, case.disk, start, end_ns / NS, h, seed) for seed in seeds]
+        [moreau.integrate(rows, impulses, case.disk, start, end_ns / NS, h, seed) for seed in seeds]
     )
     return float(np.sqrt(np.mean(np.sum(((found - end) / case.scales) ** 2, axis=1))))
 

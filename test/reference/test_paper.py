@@ -74,23 +74,23 @@ def test_energy_efficiency() -> None:
     rotation = 0.5 * PIZZA.mass * PIZZA.gyration_radius**2 * run.sample().angular_velocity ** 2
     efficiency = rotation / (energy.work_axial + energy.work_angular)
     assert efficiency == pytest.approx(0.344, abs=5e-4)
-    assert energy.work_kicks == 0.0
+    assert energy.work_impulses == 0.0
     assert abs(energy.residual) < 1e-10 * energy.throughput
 
 
-def orbit(forcing: float, restitution: float) -> tuple[float, float]:
+def orbit(axial_forcing: float, restitution: float) -> tuple[float, float]:
     """τ_imp and w_A (in πg/ω) of the period-1 orbit."""
     ratio = (1 - restitution) / (1 + restitution)
-    return math.acos(ratio / forcing), -2 / (1 + restitution)
+    return math.acos(ratio / axial_forcing), -2 / (1 + restitution)
 
 
 def period_one(
-    forcing: float, restitution: float, phase_lag: float, shift: float = 0.0
+    axial_forcing: float, restitution: float, phase_lag: float, shift: float = 0.0
 ) -> tuple[Simulation, Motion, Disk]:
     """A run that begins with an impact of the period-1 orbit, `shift` (rad) late."""
     body = PIZZA._replace(restitution=restitution)
-    motion = Motion(axial_amplitude(forcing, FREQUENCY, body), 0.4, FREQUENCY, phase_lag)
-    tau, fall = orbit(forcing, restitution)
+    motion = Motion(axial_amplitude(axial_forcing, FREQUENCY, body), 0.4, FREQUENCY, phase_lag)
+    tau, fall = orbit(axial_forcing, restitution)
     speed = motion.axial_amplitude * OMEGA * math.cos(tau) + fall * math.pi * body.gravity / OMEGA
     start = InitialState(0.0, speed, forcing_phase=tau + shift)
     return Simulation(motion, body, start), motion, body
@@ -100,10 +100,10 @@ def period_one(
 @pytest.mark.parametrize("phase_lag", [0.0, -0.8, 2.5])
 def test_period_one_orbit(restitution: float, phase_lag: float) -> None:
     """Phase, velocity and speed (eq. 4) hold to 1e-12 after 1000 periods."""
-    forcing = 1.2 * (1 - restitution) / (1 + restitution)
-    run, motion, body = period_one(forcing, restitution, phase_lag)
+    axial_forcing = 1.2 * (1 - restitution) / (1 + restitution)
+    run, motion, body = period_one(axial_forcing, restitution, phase_lag)
     rows, _ = run.advance(round(1000.5 / FREQUENCY * NS))
-    tau, fall = orbit(forcing, restitution)
+    tau, fall = orbit(axial_forcing, restitution)
     assert len(rows) == 1001
     assert rows["cycles"].tolist() == list(range(1001))
     late = rows[-1]
@@ -118,17 +118,17 @@ def test_period_one_orbit(restitution: float, phase_lag: float) -> None:
     assert np.all(rows["kind"] == ImpactKind.IMPACT)
 
 
-def deviations(forcing: float, impacts: int) -> NDArray[np.float64]:
+def deviations(axial_forcing: float, impacts: int) -> NDArray[np.float64]:
     """Distance of the phase from the period-1 orbit, impact by impact, after a small push (ε =
     0.5)."""
-    run, _, _ = period_one(forcing, 0.5, 0.0, 1e-6)
+    run, _, _ = period_one(axial_forcing, 0.5, 0.0, 1e-6)
     rows, _ = run.advance(round(impacts / FREQUENCY * NS))
-    return rows["forcing_phase"] - orbit(forcing, 0.5)[0]
+    return rows["forcing_phase"] - orbit(axial_forcing, 0.5)[0]
 
 
-def growth(forcing: float) -> float:
+def growth(axial_forcing: float) -> float:
     """Logarithm of the growth of a small deviation over 2000 impacts."""
-    distance = np.abs(deviations(forcing, 2200))
+    distance = np.abs(deviations(axial_forcing, 2200))
     return math.log(distance[2100:2110].max() / distance[100:110].max())
 
 

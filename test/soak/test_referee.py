@@ -21,8 +21,8 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.proof.lanes import prove_collision
-from bouncing_disk_ros.proof.toss import prove_toss
+from bouncing_disk_ros.proof.map_proof import prove_collision
+from bouncing_disk_ros.proof.toss_proof import prove_toss
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 from support.random_maps import random_collisions, random_tosses
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.run.records import Record
+from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Direction
 from support.random_commands import Command, RandomCommands, packed
 from support.ros_peer import Peer

@@ -11,10 +11,10 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.clock import NS, TimeMap
-from bouncing_disk_ros.run.records import Record
-from bouncing_disk_ros.run.rulings import Instant
+from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import NS, TimeMap
 
 WALL_NS = 1_700_000_000 * NS
 """ROS time at simulated time 0."""

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.run import inputs
-from bouncing_disk_ros.run import records as records_of
-from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run import input_records as records_of
+from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import NS
 
 Record = dict[str, Any]
 Rows = NDArray[np.void]
@@ -28,14 +28,14 @@ def wild_input(session: Session, rng: random.Random) -> None:
             session.command([(first, target), (first + 10**8, target._replace(phase_lag=-1.0))])
         case 2:
             later = session.input_ns + rng.choice([0, rng.randrange(10**9)])
-            session.kick(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
+            session.apply_impulse(later, rng.uniform(-0.1, 0.1), rng.uniform(-0.01, 0.01))
         case 3:
             session.set_parameters({"restitution": rng.uniform(0.0, 0.9)})
         case 4:
             session.set_parameters({"preload": rng.uniform(-0.5, 2.0), "load_torque": 0.001})
             session.set_parameters({"chatter_report_speed": rng.choice([0.0, 1e-3, 0.3])})
         case 5:
-            session.hold(not session.held)
+            session.set_paused(not session.paused)
         case 6:
             session.reset() if rng.random() < 0.3 else session.snapshot()
 
@@ -43,11 +43,11 @@ def wild_input(session: Session, rng: random.Random) -> None:
 class Driven:
     """A session with all that it publishes; `sent` counts messages and stands for their times."""
 
-    def __init__(self, held: bool = False, sent: int = 0, **values: Any) -> None:
+    def __init__(self, paused: bool = False, sent: int = 0, **values: Any) -> None:
         self.sent = sent
         self.records: list[tuple[int, Record]] = []
         self.rows: list[tuple[int, Rows]] = []
-        self.session = Session(parameters.complete(values), self._record, held=held)
+        self.session = Session(parameters.complete(values), self._record, paused=paused)
 
     def _record(self, record: Record) -> None:
         self.sent += 1
@@ -61,7 +61,7 @@ class Driven:
     def flush(self) -> None:
         gathered = self.session.take_rows()
         if gathered:
-            rows = inputs.joined(gathered)
+            rows = input_replay.join_rows(gathered)
             for first in range(0, len(rows), 3):
                 self.sent += 1
                 self.rows.append((self.sent, rows[first : first + 3]))
@@ -73,7 +73,7 @@ class Driven:
             self.advance(rng.choice([0.0, 1e-9, 0.001, rng.uniform(0.0, 0.3)]))
             wild_input(self.session, rng)
             self.flush()
-        self.session.hold(False)
+        self.session.set_paused(False)
         self.advance(1.0)
         return self
 

@@ -9,36 +9,49 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.scales import velocity_scale
-from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, TAU, W, axial_orbit
+from bouncing_disk_ros.collision_map.axial_map import (
+    MAP_IMPACT,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, Motion
 
 DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
 
 
-def motion_of(forcing: float) -> Motion:
+def motion_of(axial_forcing: float) -> Motion:
     """The paper's frequency, and the amplitude of an axial forcing Γ."""
-    return Motion(forcing * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
+    return Motion(axial_forcing * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
 
 
-def map_rows(forcing: float, impacts: int, skip: int = 0, away: float = 0.02) -> NDArray[np.void]:
-    """Impacts of DISK under `motion_of(forcing)`, begun `away` from the period-1 orbit.
+def map_rows(
+    axial_forcing: float, impacts: int, skip: int = 0, away: float = 0.02
+) -> NDArray[np.void]:
+    """Impacts of DISK under `motion_of(axial_forcing)`, begun `away` from the period-1 orbit.
 
     Only what an orbit detector reads is filled in. A flight out of contact ends a row of its own
     kind (the detector must not take it for a flight from the impact before).
     """
-    motion = motion_of(forcing)
+    motion = motion_of(axial_forcing)
     orbit = period_one(motion, DISK)
     assert orbit is not None
     out = np.empty((skip + impacts, 4))
     w = orbit.axial_impact_velocity / velocity_scale(motion, DISK)
-    axial_orbit(orbit.forcing_phase + away, w - away, forcing, DISK.restitution, len(out), out)
+    axial_orbit(
+        orbit.forcing_phase + away, w - away, axial_forcing, DISK.restitution, len(out), out
+    )
     out = out[skip:]
     rows = np.zeros(impacts, IMPACT_DTYPE)
     rows["index"] = np.arange(impacts)
     rows["count"] = 1
-    rows["forcing_phase"] = out[:, TAU]
-    rows["axial_impact_velocity"] = out[:, W] * velocity_scale(motion, DISK)
-    turned = np.round((out[1:, DELAY] - np.diff(out[:, TAU])) / math.tau)
+    rows["forcing_phase"] = out[:, ORBIT_TAU]
+    rows["axial_impact_velocity"] = out[:, ORBIT_W] * velocity_scale(motion, DISK)
+    turned = np.round((out[1:, ORBIT_DELAY] - np.diff(out[:, ORBIT_TAU])) / math.tau)
     rows["cycles"][1:] = np.cumsum(turned)
-    rows["kind"] = np.where(out[:, KIND] == MAP_IMPACT, ImpactKind.IMPACT, ImpactKind.CHATTER_TAIL)
+    rows["kind"] = np.where(
+        out[:, ORBIT_KIND] == MAP_IMPACT, ImpactKind.IMPACT, ImpactKind.CHATTER_TAIL
+    )
     return rows

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import Simulation, parameters, simulate
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors
-from bouncing_disk_ros.analysis.dynamics.basins import label_starts
+from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.boundary import (
     basin_entropy,
@@ -31,24 +31,24 @@ from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.path import toss_paths, toss_trajectory
 from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss, toss_pixels
+from bouncing_disk_ros.collision_map.attractor_measures import measure_attractor
+from bouncing_disk_ros.collision_map.axial_map import axial_orbit
+from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import label_lanes
+from bouncing_disk_ros.collision_map.lanes.lane_arithmetic import fused
+from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
+from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
+from bouncing_disk_ros.collision_map.rotation_map import collision_orbit
 from bouncing_disk_ros.core.arithmetic import sine_and_cosine
-from bouncing_disk_ros.core.attractor import attractor
-from bouncing_disk_ros.core.axial_map import axial_orbit
-from bouncing_disk_ros.core.collision_map import collision_orbit
-from bouncing_disk_ros.core.engine import joined
-from bouncing_disk_ros.core.lanes.arithmetic import fused
-from bouncing_disk_ros.core.lanes.attractor import attractors
-from bouncing_disk_ros.core.lanes.axial import iterate
-from bouncing_disk_ros.core.lanes.basin import label
-from bouncing_disk_ros.core.lanes.rotation import iterate_rotation
+from bouncing_disk_ros.core.engine import join_rows
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
-from bouncing_disk_ros.core.tangent import axial_tangent
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.inputs import restored
-from bouncing_disk_ros.run.records import Record, from_json, to_json
-from bouncing_disk_ros.run.replay import replay
+from bouncing_disk_ros.run.changed_run import changes_of, what_if
+from bouncing_disk_ros.run.input_records import Record, from_json, to_json
+from bouncing_disk_ros.run.input_replay import restored
+from bouncing_disk_ros.run.replay_check import replay
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.what_if import changes_of, what_if
 from support.digest import Near, nearly
 
 Values = Mapping[str, Any]
@@ -81,7 +81,7 @@ def simulated(
     """Rows of impacts, samples and inputs of a run of `simulate`."""
     found = simulate(
         duration,
-        programme=programme, kicks=impulses, sample_rate=sample_rate, preset=preset, **values,
+        programme=programme, impulses=impulses, sample_rate=sample_rate, preset=preset, **values,
     )  # fmt: skip
     return [found.impacts, found.samples, without_snapshots(found.inputs)]
 
@@ -122,7 +122,7 @@ def stepped(run: Simulation, instants_ns: Sequence[int], max_events: int = 1_000
         samples.append(list(run.sample()))
         energies.append(list(run.energy()))
     table = np.array(samples, float)
-    return [joined([part for part in rows if len(part)]), table, np.array(energies, float)]
+    return [join_rows([part for part in rows if len(part)]), table, np.array(energies, float)]
 
 
 def resumed(run: Simulation) -> Simulation:
@@ -143,7 +143,7 @@ class DrivenRun:
     def __init__(self, values: Values) -> None:
         self.records: list[Record] = []
         self.batches: list[Rows] = []
-        self._session = Session(parameters.complete(values), self._take, held=False)
+        self._session = Session(parameters.complete(values), self._take, paused=False)
 
     def _take(self, record: Record) -> None:
         self.records.append(from_json(to_json(record)))
@@ -165,7 +165,7 @@ class DrivenRun:
 
     def impulse(self, after: float, axial: float, angular: float) -> None:
         """An impulse some seconds from now."""
-        self._session.kick(self._session.input_ns + round(after * NS), axial, angular)
+        self._session.apply_impulse(self._session.input_ns + round(after * NS), axial, angular)
 
     def change(self, **values: Value) -> None:
         """Parameters that change while it runs."""
@@ -173,7 +173,7 @@ class DrivenRun:
 
     def pause(self, paused: bool) -> None:
         """Pause or resume."""
-        self._session.hold(paused)
+        self._session.set_paused(paused)
 
     def reset(self) -> None:
         """Back to the initial state."""
@@ -187,7 +187,12 @@ class DrivenRun:
         """Rows, records (snapshots too, if wanted), the state and the energies at the end."""
         simulation = self._session.simulation
         records = without_version(self.records) if snapshots else without_snapshots(self.records)
-        return [joined(self.batches), records, list(simulation.sample()), list(simulation.energy())]
+        return [
+            join_rows(self.batches),
+            records,
+            list(simulation.sample()),
+            list(simulation.energy()),
+        ]
 
 
 def replayed(records: Sequence[Record], batches: Sequence[Rows]) -> Content:
@@ -208,9 +213,11 @@ def continued(record: Record, seconds: float) -> Content:
 def compared(records: Sequence[Record], changes: Values, until_ns: int) -> Content:
     """A run and a changed one: rows, samples, rotor speeds and where the two part."""
     found = what_if(records, changes_of(changes), until_ns)
-    parting = None if found.parting is None else [found.parting.recorded, found.parting.replayed]
-    return [list(found.first), list(found.second), found.start_ns, found.end_ns, found.parted_ns,
-            parting]  # fmt: skip
+    divergence = (
+        None if found.divergence is None else [found.divergence.recorded, found.divergence.replayed]
+    )
+    return [list(found.first), list(found.second), found.start_ns, found.end_ns, found.divergence_time_ns,
+            divergence]  # fmt: skip
 
 
 def is_fused() -> bool:
@@ -232,7 +239,7 @@ def measured(
 ) -> Content:
     """One attractor: last state, impacts and means."""
     state, out, results = np.array([*start, 1.0, 0.0]), np.zeros((20, 6)), np.zeros(5)
-    count = attractor(state, *given, settling, impacts, out, results)
+    count = measure_attractor(state, *given, settling, impacts, out, results)
     # with its Lyapunov exponent, which takes logarithms of the C library
     return [count, state, out, np.delete(results, 2), Near(results[2])]
 
@@ -247,14 +254,14 @@ def carried(starts: Floats, given: Floats, impacts: int) -> Content:
     """Many trajectories (n, 2) or (n, 3) in lanes, at parameters (n, 2) or (n, 4)."""
     tau, w, *speed = (column.copy() for column in starts.T)
     counts, sums = np.zeros((len(starts), 2), np.int64), np.zeros((len(starts), 2))
-    forcing, restitution, *more = (np.ascontiguousarray(column) for column in given.T)
+    axial_forcing, restitution, *more = (np.ascontiguousarray(column) for column in given.T)
     if speed:
         lag, angular = more
         iterate_rotation(
-            tau, w, speed[0], forcing, restitution, lag, angular, impacts, counts, sums
+            tau, w, speed[0], axial_forcing, restitution, lag, angular, impacts, counts, sums
         )
     else:
-        iterate(tau, w, forcing, restitution, impacts, counts)
+        iterate_axial(tau, w, axial_forcing, restitution, impacts, counts)
     return [tau, w, speed, counts, sums]
 
 
@@ -263,26 +270,31 @@ def measured_in_lanes(starts: Floats, given: Floats, settling: int, impacts: int
     n = len(starts)
     states = np.hstack([starts, np.ones((n, 1)), np.zeros((n, 1))])
     out, results = np.zeros((n, 5, 6)), np.zeros((n, 5))
-    attractors(states, given, settling, impacts, out, results)
+    measure_attractors(states, given, settling, impacts, out, results)
     return [states, out, np.delete(results, 2, 1), nearly(results[:, 2])]
 
 
 def labelled(
-    starts: Floats, forcing: float, restitution: float, points: Floats, of: Sequence[int], cap: int
+    starts: Floats,
+    axial_forcing: float,
+    restitution: float,
+    points: Floats,
+    of: Sequence[int],
+    cap: int,
 ) -> Content:
     """Labels of starts (n, 2) by the rule of the lanes, with points (m, 2) given."""
     n = len(starts)
     tau, w = (column.copy() for column in starts.T)
     labels, impacts, time = np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(n)
     owners = np.array(of, np.int32)
-    label(tau, w, forcing, restitution, points, owners, 1e-3, 8, cap, 98, 99,
+    label_lanes(tau, w, axial_forcing, restitution, points, owners, 1e-3, 8, cap, 98, 99,
           labels, impacts, time)  # fmt: skip
     return [labels, impacts, time]
 
 
-def attractors_of(forcing: float, restitution: float, starts: Floats) -> Attractors:
+def attractors_of(axial_forcing: float, restitution: float, starts: Floats) -> Attractors:
     """The attractors that starts (n, 2) lead to."""
-    return find_attractors(forcing, restitution, [(float(t), float(w)) for t, w in starts])
+    return find_attractors(axial_forcing, restitution, [(float(t), float(w)) for t, w in starts])
 
 
 def described(found: Attractors) -> Content:
@@ -297,10 +309,10 @@ def described(found: Attractors) -> Content:
     return [rows, found.after_contact, found.unresolved]
 
 
-def basins(found: Attractors, forcing: float, restitution: float, starts: Floats) -> Content:
+def basins(found: Attractors, axial_forcing: float, restitution: float, starts: Floats) -> Content:
     """Labels of starts (n, 2)."""
     tau, w = (column.copy() for column in starts.T)
-    return list(label_starts(found, forcing, restitution, tau, w))
+    return list(label_starts(found, axial_forcing, restitution, tau, w))
 
 
 def boundary(labels: NDArray[np.int32]) -> Content:
@@ -310,10 +322,10 @@ def boundary(labels: NDArray[np.int32]) -> Content:
 
 
 def best_phase_lags(
-    found: Attractors, forcing: float, restitution: float, angular: float
+    found: Attractors, axial_forcing: float, restitution: float, angular: float
 ) -> Content:
     """Best phase lag and speed of each attractor."""
-    rows = [best_lag(one, forcing, restitution, angular) for one in found.found]
+    rows = [best_lag(one, axial_forcing, restitution, angular) for one in found.found]
     # a maximum is flat: where it lies is known to half of the digits
     return [[nearly(lag, 5), nearly(speed)] for lag, speed in rows]
 
@@ -337,21 +349,23 @@ def _orbit_numbers(orbit: PeriodicOrbit) -> Content:
     return nearly([*orbit[1:], np.array(sizes), orbit.lyapunov_exponent], 8)
 
 
-def periodic(forcing: float, restitution: float, lag: float, angular: float) -> Content:
+def periodic(axial_forcing: float, restitution: float, lag: float, angular: float) -> Content:
     """The period-1 orbit."""
-    return _orbit_numbers(fixed_point(forcing, restitution, lag, angular))
+    return _orbit_numbers(fixed_point(axial_forcing, restitution, lag, angular))
 
 
-def doublings(forcing: float, restitution: float, axis: str, limit: float, count: int) -> Content:
+def doublings(
+    axial_forcing: float, restitution: float, axis: str, limit: float, count: int
+) -> Content:
     """Points of period doubling on the way to a limit, along axial forcing or restitution."""
     inner = {"axial_forcing": "forcing", "restitution": "restitution"}[axis]
-    found = period_doublings(fixed_point(forcing, restitution), inner, limit, count)
+    found = period_doublings(fixed_point(axial_forcing, restitution), inner, limit, count)
     return [[nearly(point.value), _orbit_numbers(point.orbit)] for point in found]
 
 
-def ending(forcing: float, restitution: float, limit: float) -> Content:
+def ending(axial_forcing: float, restitution: float, limit: float) -> Content:
     """Where the period-1 orbit ends along the axial forcing."""
-    found = orbit_end(fixed_point(forcing, restitution), "forcing", limit)
+    found = orbit_end(fixed_point(axial_forcing, restitution), "forcing", limit)
     return [str(found.kind), nearly(found.value, 8)]
 
 

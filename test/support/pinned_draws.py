@@ -72,10 +72,10 @@ def six(number: float) -> float:
     return float(f"{number:.6g}")
 
 
-def amplitude(forcing: float, frequency: float, gravity: float = GRAVITY) -> float:
+def amplitude(axial_forcing: float, frequency: float, gravity: float = GRAVITY) -> float:
     """A of an axial forcing Γ = A ω²/(π g), m."""
     omega = math.tau * frequency
-    return six(forcing * math.pi * gravity / (omega * omega))
+    return six(axial_forcing * math.pi * gravity / (omega * omega))
 
 
 def drawn_values(draw: Draw, **fixed: Any) -> dict[str, Any]:

@@ -28,11 +28,11 @@ from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.analysis.recorded.section import Axis, return_map_of, section_of
 from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
-from bouncing_disk_ros.analysis.report.report import Report, report_of
-from bouncing_disk_ros.analysis.report.tables import tables
+from bouncing_disk_ros.analysis.report.report_tables import tables
+from bouncing_disk_ros.analysis.report.run_report import Report, report_of
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
-from bouncing_disk_ros.nodes.replay.recorded import Recorded, replay_bag
+from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
+from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.simulate import simulate
 from support.digest import nearly
@@ -88,11 +88,11 @@ def _act(what: str, given: tuple[Any, ...]) -> Callable[[Any], None]:
                 after, *values = given
                 session.command([(now + round(after * 1e9), Motion(*values))])
             case "impulse":
-                session.kick(now, *given)
+                session.apply_impulse(now, *given)
             case "change":
                 session.set_parameters(dict(given))
             case "pause":
-                session.hold(*given)
+                session.set_paused(*given)
             case "reset":
                 session.reset()
             case "snapshot":
@@ -165,7 +165,7 @@ def first_difference(path: Path) -> Content:
 def report(path: Path, choice: str = "longest", **wish: Any) -> Report:
     """The report on a bag."""
     with bag.open(path) as opened:
-        reader = BagRun(opened, Wish(**wish))
+        reader = BagRun(opened, ReadOptions(**wish))
         for _ in reader.read():
             pass
         return report_of(reader.record, reader.source, choice)
@@ -202,7 +202,7 @@ def report_numbers(found: Report) -> Content:
     ]  # fmt: skip
     kept = found.real_time and [part for part in found.real_time if not isinstance(part, str)]
     return [segments, found.shown, _estimate(found.restitution), _estimate(found.friction),
-            nearly([found.books, kept]), found.begin, found.end]  # fmt: skip
+            nearly([found.ledger, kept]), found.begin, found.end]  # fmt: skip
 
 
 def table_numbers(found: Report) -> Content:
@@ -251,5 +251,5 @@ class Observed:
 
 def drawn(module: str, made: study.Study, result: xr.Dataset) -> list[Figure]:
     """The figures of a study's executable, from its module."""
-    exhibit = importlib.import_module(module).exhibit()
-    return list(exhibit.pictures(made, result).values())
+    make_view = importlib.import_module(module).make_view()
+    return list(make_view.pictures(made, result).values())

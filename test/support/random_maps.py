@@ -7,14 +7,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import (
+    COUNT_CONTACTS,
+    COUNT_RESTS,
+    iterate_axial,
+)
+from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes.axial import CONTACTS, RESTS, iterate
-from bouncing_disk_ros.core.lanes.rides import tosses
 from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.proof.lanes import Collision, MapKind
-from bouncing_disk_ros.proof.records import MotionRecord
-from bouncing_disk_ros.proof.toss import Toss
-from bouncing_disk_ros.proof.trace import disk_of
+from bouncing_disk_ros.proof.event_trace import disk_of
+from bouncing_disk_ros.proof.exact_records import MotionRecord
+from bouncing_disk_ros.proof.map_proof import Collision, MapKind
+from bouncing_disk_ros.proof.toss_proof import Toss
 from support.random_runs import GRAVITY, log_uniform
 
 Floats = NDArray[np.float64]
@@ -31,7 +35,7 @@ def random_collisions(seed: int, n: int) -> list[Collision]:
     |w| from 1e-12 to 1e4."""
     rng, k = np.random.default_rng(seed), np.arange(n)
     tau = rng.uniform(0.0, math.tau, n)
-    forcing = np.choose(
+    axial_forcing = np.choose(
         k % 5, [rng.uniform(0.0, 0.33, n), log_uniforms(rng, 1e-9, 1e6, n)]
         + [rng.uniform(0.3, 1.5, n)] * 3,
     )  # fmt: skip
@@ -45,9 +49,9 @@ def random_collisions(seed: int, n: int) -> list[Collision]:
          log_uniforms(rng, 1e-3, 1e4, n)],
     )  # fmt: skip
     next_tau, next_w, counts = tau.copy(), -speed, np.zeros((n, 2), np.int64)
-    iterate(next_tau, next_w, forcing, restitution, 1, counts)
-    kinds = np.where(counts[:, RESTS] > 0, 2, np.where(counts[:, CONTACTS] > 0, 1, 0))
-    table = np.stack([tau, -speed, forcing, restitution, next_tau, next_w], axis=1)
+    iterate_axial(next_tau, next_w, axial_forcing, restitution, 1, counts)
+    kinds = np.where(counts[:, COUNT_RESTS] > 0, 2, np.where(counts[:, COUNT_CONTACTS] > 0, 1, 0))
+    table = np.stack([tau, -speed, axial_forcing, restitution, next_tau, next_w], axis=1)
     return [
         Collision(*row)._replace(kind=MapKind(kind))
         for row, kind in zip(table.tolist(), kinds.tolist(), strict=True)

@@ -11,12 +11,12 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from bouncing_disk_ros import bag, parameters
-from bouncing_disk_ros.core.engine import joined
+from bouncing_disk_ros.core.engine import join_rows
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.run.health import Health, Reading, Status
+from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.records import Record, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import TOPICS
 
@@ -41,7 +41,7 @@ class RecordedRun:
         self._health = Health()
         self._records: list[Record] = []
         whole = parameters.complete({**(load_preset(preset) if preset else {}), **values})
-        self.session = Session(whole, self._records.append, held=True)
+        self.session = Session(whole, self._records.append, paused=True)
         self._motion_index = -1
         self._accepted()
 
@@ -54,7 +54,7 @@ class RecordedRun:
             while self.session.advance(self.session.time_ns // TICK_NS * TICK_NS + TICK_NS):
                 pass
             now = self.session.time_ns
-            rows = joined(self.session.take_rows())
+            rows = join_rows(self.session.take_rows())
             if len(rows):
                 self._send("disk/impacts", conversions.impacts_to_msg(rows, self._stamp(now)))
             sample = self.session.simulation.sample()

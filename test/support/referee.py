@@ -14,9 +14,9 @@ from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Phase, SimulationError
-from bouncing_disk_ros.proof.prove import prove
-from bouncing_disk_ros.proof.tally import described
-from bouncing_disk_ros.proof.trace import trace
+from bouncing_disk_ros.proof.event_proof import prove
+from bouncing_disk_ros.proof.event_trace import trace
+from bouncing_disk_ros.proof.proof_count import described
 from bouncing_disk_ros.proof.verdict import Outcome
 from support.random_runs import FAR_NS, RandomRun, random_fade, random_run
 

@@ -18,9 +18,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.inputs import joined, replay
-from bouncing_disk_ros.run.records import Record, from_json
-from bouncing_disk_ros.run.rulings import PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.input_records import Record, from_json
+from bouncing_disk_ros.run.input_replay import join_rows, replay
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.processes import PATIENCE
 
@@ -161,7 +161,7 @@ class Peer:
     @property
     def rows(self) -> NDArray[np.void]:
         """All rows of disk/impacts."""
-        return joined([impacts_from_msg(msg) for msg in self.heard["disk/impacts"]])
+        return join_rows([impacts_from_msg(msg) for msg in self.heard["disk/impacts"]])
 
     @property
     def phases(self) -> list[str]:

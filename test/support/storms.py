@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.run import inputs
-from bouncing_disk_ros.run import records as records_of
-from bouncing_disk_ros.run.clock import FAR_NS
-from bouncing_disk_ros.run.records import Record
+from bouncing_disk_ros.run import input_records as records_of
+from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE
+from bouncing_disk_ros.run.time_map import FAR_NS
 from support.commanded import WALL_NS, CommandedSession
 from support.random_commands import RandomCommands, between
 
@@ -56,7 +56,7 @@ def storm(seed: int, commands: int = COMMANDS) -> Storm:
             session.reset()
     while not session.resolve_waiting():  # what waits goes on record when it acts
         pass
-    rows = inputs.joined(session.take_rows())
+    rows = input_replay.join_rows(session.take_rows())
     assert all_finite(rows), f"seed {seed}"
     lines = [records_of.to_json(record) for record in commanded.records]
     records = [records_of.from_json(line) for line in lines]
@@ -71,7 +71,7 @@ def all_finite(rows: NDArray[np.void]) -> bool:
 def check_storm(seed: int, commands: int = COMMANDS) -> Storm:
     """A storm that replays bit by bit, and in which commands were both accepted and refused."""
     found = storm(seed, commands)
-    again = inputs.replay(found.records, until_ns=found.end_ns)
+    again = input_replay.replay(found.records, until_ns=found.end_ns)
     assert again.tobytes() == found.rows.tobytes(), f"seed {seed}: the replay differs"
     assert found.accepted > commands // 10, f"seed {seed}"
     assert found.refused > commands // 10, f"seed {seed}"

@@ -93,7 +93,7 @@ def read(arguments: Sequence[str]) -> int:
 def study(arguments: Sequence[str]) -> int:
     """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
     from bouncing_disk_ros.errors import InputError
-    from bouncing_disk_ros.nodes.studies.recorded import read_bag
+    from bouncing_disk_ros.nodes.studies.study_bag import read_bag
     from bouncing_disk_ros.ros.spin import bad_input
     from bouncing_disk_ros.study_tables import STUDY_TABLES
 

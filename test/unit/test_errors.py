@@ -8,7 +8,7 @@ from array import array
 from functools import partial
 
 from bouncing_disk_ros.errors import ExitCode, InputError, closest, one_line, shown
-from bouncing_disk_ros.tables import EXIT_MEANINGS
+from bouncing_disk_ros.help_text import EXIT_MEANINGS
 
 
 def test_line_names_field_value_allowed_and_hint() -> None:

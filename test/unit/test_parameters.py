@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros import limits, parameters, tables
+from bouncing_disk_ros import help_text, limits, parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
@@ -23,12 +23,12 @@ FLOATS = [spec for spec in NUMBERS if spec.type is float]
 
 def test_page_of_parameters_is_current() -> None:
     page = (DOCS / "parameters.md").read_text(encoding="utf-8")
-    assert page == tables.parameters_page(), "run: python -m bouncing_disk_ros.tables docs"
+    assert page == help_text.parameters_page(), "run: python -m bouncing_disk_ros.help_text docs"
 
 
 def test_page_of_interfaces_holds_the_current_tables() -> None:
     page = (DOCS / "interfaces.md").read_text(encoding="utf-8")
-    assert tables.topics_table() in page, "run: python -m bouncing_disk_ros.tables docs"
+    assert help_text.topics_table() in page, "run: python -m bouncing_disk_ros.help_text docs"
 
 
 @pytest.mark.parametrize(
@@ -36,9 +36,11 @@ def test_page_of_interfaces_holds_the_current_tables() -> None:
 )
 def test_pages_hold_the_current_limits(page: str, home: str) -> None:
     text = (DOCS / page).read_text(encoding="utf-8")
-    assert text == tables.with_limits(text, home), "run: python -m bouncing_disk_ros.tables docs"
+    assert text == help_text.with_limits(text, home), (
+        "run: python -m bouncing_disk_ros.help_text docs"
+    )
     (shown,) = [
-        part.partition(tables.LIMITS_END)[0] for part in text.split(tables.LIMITS_BEGIN)[1:]
+        part.partition(help_text.LIMITS_END)[0] for part in text.split(help_text.LIMITS_BEGIN)[1:]
     ]
     assert shown.strip() == limits.table(home)
 
@@ -135,7 +137,7 @@ def test_help_shows_no_unit_where_there_is_none(table: Mapping[str, Spec]) -> No
     dimensionless = [spec for spec in table.values() if spec.unit == "1"]
     assert dimensionless or table is not TABLE
     for spec in dimensionless:
-        head, *_ = tables.spec_lines(spec)
+        head, *_ = help_text.spec_lines(spec)
         assert head == f"  {spec.name} ({spec.type_name}, default {spec.default:.10g})"
         assert spec.shown_unit == ""
 

@@ -20,9 +20,17 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.core.attractor import LYAPUNOV, attractor
-from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, MAP_REST, TAU, W, axial_orbit
-from bouncing_disk_ros.core.lanes.axial import iterate
+from bouncing_disk_ros.collision_map.attractor_measures import LYAPUNOV, measure_attractor
+from bouncing_disk_ros.collision_map.axial_map import (
+    MAP_IMPACT,
+    MAP_REST,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.errors import InputError
 
 LONGEST = 64
@@ -41,7 +49,7 @@ LOWEST = 1.5 * math.pi
 
 
 def find_attractors(
-    forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
+    axial_forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
 ) -> Attractors:
     """The attractors that the starts (τ, w_A < 0), in this order, and the contact lead to.
 
@@ -49,11 +57,11 @@ def find_attractors(
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE
     impacts have shown none and the Lyapunov exponent is above 0; anything else is not resolved.
     """
-    search = _Search(forcing, restitution)
+    search = _Search(axial_forcing, restitution)
     after_contact = search.contact()
-    settled = _without_contact(forcing, restitution, starts)
+    settled = _without_contact(axial_forcing, restitution, starts)
     while len(settled):
-        place = search.follow(float(settled[0, TAU]), float(settled[0, W]))
+        place = search.follow(float(settled[0, ORBIT_TAU]), float(settled[0, ORBIT_W]))
         settled = settled[1:]
         if place >= 0:
             settled = _not_on(search.found[place], settled)
@@ -64,13 +72,13 @@ def find_attractors(
 
 
 def _without_contact(
-    forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
+    axial_forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
 ) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
     tau, w = np.array(starts, float).reshape(-1, 2).T.copy()
     counts = np.zeros((len(tau), 2), np.int64)
-    platform = (np.full(len(tau), forcing), np.full(len(tau), restitution))
-    iterate(tau, w, *platform, SETTLING, counts)
+    platform = (np.full(len(tau), axial_forcing), np.full(len(tau), restitution))
+    iterate_axial(tau, w, *platform, SETTLING, counts)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
 
 
@@ -92,9 +100,9 @@ def _rank(attractor: Attractor) -> tuple[int, int, int, float]:
 class _Search:
     """Gathers attractors, one orbit after the other."""
 
-    def __init__(self, forcing: float, restitution: float) -> None:
-        self._section = NextCollisionMap(forcing, restitution)
-        self._forcing, self._restitution = forcing, restitution
+    def __init__(self, axial_forcing: float, restitution: float) -> None:
+        self._section = NextCollisionMap(axial_forcing, restitution)
+        self._forcing, self._restitution = axial_forcing, restitution
         self.found: list[Attractor] = []
         self.unresolved = 0
         self._after_contact = -1
@@ -103,10 +111,12 @@ class _Search:
     def contact(self) -> int:
         """Follow the orbit that leaves contact; the place of its attractor in `found`, or −1."""
         rows = self._orbit(LOWEST, 0.0, 1)
-        if rows[0, KIND] == MAP_REST:
+        if rows[0, ORBIT_KIND] == MAP_REST:
             place = self._add(Attractor(AttractorKind.REST, np.empty(0), np.empty(0), 0, 0.0))
         else:
-            place = self.follow(float(rows[0, TAU]), float(rows[0, W]), from_contact=True)
+            place = self.follow(
+                float(rows[0, ORBIT_TAU]), float(rows[0, ORBIT_W]), from_contact=True
+            )
         self._after_contact = place
         return place
 
@@ -120,9 +130,9 @@ class _Search:
         done, impacts = 0, SETTLING if from_contact else 2 * LONGEST
         while done < PATIENCE:
             last = gathered[-1][-1]
-            rows = self._orbit(float(last[TAU]), float(last[W]), impacts)
+            rows = self._orbit(float(last[ORBIT_TAU]), float(last[ORBIT_W]), impacts)
             gathered = [*gathered, rows] if from_contact else [rows]
-            contacts = np.flatnonzero(rows[:, KIND] != MAP_IMPACT)
+            contacts = np.flatnonzero(rows[:, ORBIT_KIND] != MAP_IMPACT)
             if len(contacts) and not from_contact:
                 return self._after_contact
             if len(contacts):
@@ -150,10 +160,10 @@ class _Search:
 
     def _chattering(self, rows: Floats, end: int) -> int:
         """The orbit from separation to separation; rows[end] is the first impact of the next."""
-        cycles = round(float(np.sum(rows[1 : end + 1, DELAY])) / math.tau)
+        cycles = round(float(np.sum(rows[1 : end + 1, ORBIT_DELAY])) / math.tau)
         one = rows[:end]
         found = Attractor(
-            AttractorKind.CHATTERING, one[:, TAU].copy(), one[:, W].copy(), cycles, 0.0
+            AttractorKind.CHATTERING, one[:, ORBIT_TAU].copy(), one[:, ORBIT_W].copy(), cycles, 0.0
         )
         return self._add(found)
 
@@ -163,7 +173,7 @@ class _Search:
             one, next_one = rows[-2 * period : -period], rows[-period:]
             if len(one) < period or distance(one, next_one) > NEAR:
                 continue
-            start = MapState(float(rows[-1, TAU]), float(rows[-1, W]))
+            start = MapState(float(rows[-1, ORBIT_TAU]), float(rows[-1, ORBIT_W]))
             try:
                 found = _attractor_of(periodic_orbit(self._section, start, period))
             except InputError:  # Newton's method came to nothing
@@ -177,21 +187,21 @@ class _Search:
         for place, known in enumerate(self.found):
             if known.kind is AttractorKind.CHAOTIC:
                 cells = self._cells.get(place) or self._cells.setdefault(place, Cells(known))
-                if cells.hold(rows[:, TAU], rows[:, W]).all():
+                if cells.hold(rows[:, ORBIT_TAU], rows[:, ORBIT_W]).all():
                     return place
         return -1
 
     def _chaotic(self, rows: Floats) -> int:
         """The place of a chaotic attractor, or −1 if the exponent is not above 0."""
-        state = np.array([rows[-1, TAU], rows[-1, W], 0.0, 1.0, 0.0])
+        state = np.array([rows[-1, ORBIT_TAU], rows[-1, ORBIT_W], 0.0, 1.0, 0.0])
         out, results = np.empty((VISITS, 6)), np.empty(5)
         given = (self._forcing, self._restitution, 0.0, math.inf)
-        attractor(state, *given, 0, VISITS, out, results)
+        measure_attractor(state, *given, 0, VISITS, out, results)
         exponent = float(results[LYAPUNOV])
         if exponent * VISITS < CLEARLY:
             self.unresolved += 1
             return -1
-        phases, speeds = out[:, TAU].copy(), out[:, W].copy()
+        phases, speeds = out[:, ORBIT_TAU].copy(), out[:, ORBIT_W].copy()
         return self._add(Attractor(AttractorKind.CHAOTIC, phases, speeds, 0, math.exp(exponent)))
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.phases import short_way
+from bouncing_disk_ros.analysis.phases import wrap_to_pi
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class Attractors(NamedTuple):
 
 def separation(first: Floats, second: Floats) -> Floats:
     """Largest difference of τ (the short way round) and w of each state (n, 2) and its partner."""
-    phase = np.abs(short_way(first[:, 0] - second[:, 0]))
+    phase = np.abs(wrap_to_pi(first[:, 0] - second[:, 0]))
     return np.maximum(phase, np.abs(first[:, 1] - second[:, 1]))
 
 

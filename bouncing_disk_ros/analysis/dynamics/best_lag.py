@@ -13,7 +13,11 @@ import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.analysis.maximum import golden_section
-from bouncing_disk_ros.core.attractor import MEAN_PER_TIME, MEASURED, attractor
+from bouncing_disk_ros.collision_map.attractor_measures import (
+    MEAN_PER_TIME,
+    MEASURED,
+    measure_attractor,
+)
 
 LAGS = 48
 """Phase lags of the first look around the circle."""
@@ -30,7 +34,11 @@ class BestLag(NamedTuple):
 
 
 def mean_speed(
-    found: Attractor, forcing: float, restitution: float, phase_lag: float, angular_forcing: float
+    found: Attractor,
+    axial_forcing: float,
+    restitution: float,
+    phase_lag: float,
+    angular_forcing: float,
 ) -> float:
     """Mean of α̇/(ωΦ) in time on an attractor, from a disk without rotation.
 
@@ -40,13 +48,13 @@ def mean_speed(
     measured = repeat * max(1, MEASURED_IMPACTS // repeat)
     state = np.array([found.forcing_phases[0], found.velocities[0], 0.0, 1.0, 0.0])
     out, results = np.empty((1, 6)), np.empty(MEASURED + 1)
-    given = (forcing, restitution, phase_lag, angular_forcing)
-    attractor(state, *given, SETTLING, measured, out, results)
+    given = (axial_forcing, restitution, phase_lag, angular_forcing)
+    measure_attractor(state, *given, SETTLING, measured, out, results)
     return float(results[MEAN_PER_TIME])
 
 
 def best_lag(
-    found: Attractor, forcing: float, restitution: float, angular_forcing: float
+    found: Attractor, axial_forcing: float, restitution: float, angular_forcing: float
 ) -> BestLag:
     """The phase lag with the largest mean speed: a look around the circle, then a golden section.
 
@@ -57,7 +65,7 @@ def best_lag(
         return BestLag(math.nan, math.nan)
 
     def speed(lag: float) -> float:
-        return mean_speed(found, forcing, restitution, lag, angular_forcing)
+        return mean_speed(found, axial_forcing, restitution, lag, angular_forcing)
 
     lags = np.linspace(-math.pi, math.pi, LAGS, endpoint=False)
     best = float(lags[int(np.argmax([speed(float(lag)) for lag in lags]))])

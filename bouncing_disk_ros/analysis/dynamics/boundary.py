@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.strips import LabelMap, strips
+from bouncing_disk_ros.analysis.dynamics.row_blocks import LabelMap, row_blocks
 from bouncing_disk_ros.errors import InputError
 
 FRACTAL = math.log(2.0)
@@ -47,7 +47,7 @@ def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
     """Entropy of the labels within squares of `size` pixels; what is left at the edges is cut."""
     rows, _ = _checked(labels, size).shape
     total, squares, boundary_squares = 0.0, 0, 0
-    for part in strips(labels, 0, rows // size * size, size):
+    for part in row_blocks(labels, 0, rows // size * size, size):
         cut = _squares(part, size)
         mixed = _by_square(np.minimum, cut) != _by_square(np.maximum, cut)
         sums = _entropies(cut.transpose(0, 2, 1, 3)[mixed].reshape(-1, size * size))
@@ -82,7 +82,7 @@ def uncertainty_exponent(
     rows, columns = labels.shape
     pixels = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
     counts = np.zeros(len(sizes))
-    for part in strips(labels, edge, rows - edge, before=edge, after=edge):
+    for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
         ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
         counts += _uncertain(ring, edge, sizes)
     return _power_law(sizes, counts / pixels)
@@ -115,7 +115,7 @@ def box_dimension(labels: LabelMap, sizes: Sequence[int] = ()) -> PowerLaw:
     rows, columns = (length - 1 for length in _checked(labels, 1).shape)
     chosen = np.array(sizes or _sizes((rows, columns)), np.int64)
     counts = np.zeros(len(chosen))
-    for part in strips(labels, 0, rows, math.lcm(*chosen.tolist()), after=1):
+    for part in row_blocks(labels, 0, rows, math.lcm(*chosen.tolist()), after=1):
         met = _corners(part)
         counts += [np.count_nonzero(_by_square(np.logical_or, _squares(met, k))) for k in chosen]
     for i, size in enumerate(chosen.tolist()):  # of the whole map, its cut edges included

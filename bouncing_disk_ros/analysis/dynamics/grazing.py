@@ -16,7 +16,7 @@ import numpy as np
 from bouncing_disk_ros.analysis.dynamics.continuation import check_axis, moved, without_rotation
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit
-from bouncing_disk_ros.core.clearance import clearance_of, impacts_before_contact
+from bouncing_disk_ros.collision_map.clearance import clearance_of, impacts_before_contact
 from bouncing_disk_ros.errors import InputError
 
 _MARCH = 64
@@ -64,8 +64,8 @@ def clearance(orbit: PeriodicOrbit) -> float:
     for i in range(n):
         tau, w = float(orbit.forcing_phase[i]), float(orbit.axial_impact_velocity[i])
         delay = float(section.orbit(MapState(tau, w), 1).delay[0])
-        least = min(least, clearance_of(tau, w, delay, section.forcing, section.restitution))
-        bend = section.forcing * math.sin(tau) - 1.0 / math.pi
+        least = min(least, clearance_of(tau, w, delay, section.axial_forcing, section.restitution))
+        bend = section.axial_forcing * math.sin(tau) - 1.0 / math.pi
         least = min(least, 0.5 * w * w / bend if bend > 0.0 else math.inf)
     return least
 
@@ -154,7 +154,7 @@ def contact_onset(
 def _without_contact(section: NextCollisionMap, start: MapState, impacts: int) -> MapState | None:
     """The state after some impacts; None where a complete chatter comes before."""
     state = np.array(section.checked(start)[:2])
-    forcing, restitution = float(section.forcing), float(section.restitution)
-    if impacts_before_contact(state, forcing, restitution, impacts) >= 0:
+    axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
+    if impacts_before_contact(state, axial_forcing, restitution, impacts) >= 0:
         return None
     return MapState(float(state[0]), float(state[1]))

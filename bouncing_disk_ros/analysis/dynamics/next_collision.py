@@ -2,8 +2,8 @@
 
 Dimensionless, as in the paper: axial velocities in πg/ω, angular ones in ωΦ, time as phase ωt. The
 axial part depends on Γ and ε alone. Source: Liu, Friend, Yeo, "The behavior of bouncing disks and
-pizza tossing" (EPL 2009); the kernels are core/axial_map.py, core/collision_map.py and
-core/tangent.py.
+pizza tossing" (EPL 2009); the kernels are collision_map/axial_map.py, collision_map/rotation_map.py and
+collision_map/map_tangent.py.
 """
 
 from __future__ import annotations
@@ -15,9 +15,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_CONTACT, MAP_REST, TAU, W
-from bouncing_disk_ros.core.collision_map import SPEED, TURNED, collision_orbit
-from bouncing_disk_ros.core.tangent import axial_tangent
+from bouncing_disk_ros.collision_map.axial_map import (
+    MAP_CONTACT,
+    MAP_REST,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+)
+from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
+from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
 from bouncing_disk_ros.errors import InputError
 
 Array = NDArray[np.float64]
@@ -47,13 +54,15 @@ class Impacts(NamedTuple):
 class NextCollisionMap:
     """The map at one set of parameters. Raises InputError for values out of range."""
 
-    forcing: float  # Γ ≥ 0
+    axial_forcing: float  # Γ ≥ 0
     restitution: float  # ε in [0, 1]
     phase_lag: float = 0.0  # θ, rad
     angular_forcing: float = math.inf  # Γ_T > 0; inf: no friction
 
     def __post_init__(self) -> None:
-        _check("forcing", self.forcing, 0.0 <= self.forcing < math.inf, "a number >= 0 (Γ)")
+        _check(
+            "forcing", self.axial_forcing, 0.0 <= self.axial_forcing < math.inf, "a number >= 0 (Γ)"
+        )
         fine = 0.0 <= self.restitution <= 1.0
         _check("restitution", self.restitution, fine, "a number from 0 to 1 (ε)")
         fine = math.isfinite(self.phase_lag)
@@ -65,15 +74,15 @@ class NextCollisionMap:
         """The next impacts after `start`; fewer where contact then lasts for good (Γ ≤ 1/π)."""
         tau, w, omega = self.checked(start)
         _check("impacts", impacts, impacts >= 0, "a whole number >= 0")
-        out = np.zeros((impacts, TURNED + 1))
+        out = np.zeros((impacts, ORBIT_TURNED + 1))
         n = collision_orbit(tau, w, omega, *self._parameters, impacts, out)
-        if n and out[n - 1, KIND] == MAP_REST:
+        if n and out[n - 1, ORBIT_KIND] == MAP_REST:
             n -= 1
         rows = out[:n]
-        slip = rows[:, SPEED] - np.cos(rows[:, TAU] + self.phase_lag)
+        slip = rows[:, ORBIT_SPEED] - np.cos(rows[:, ORBIT_TAU] + self.phase_lag)
         return Impacts(
-            rows[:, TAU], rows[:, W], slip, rows[:, SPEED], rows[:, DELAY], rows[:, TURNED],
-            rows[:, KIND] == MAP_CONTACT,
+            rows[:, ORBIT_TAU], rows[:, ORBIT_W], slip, rows[:, ORBIT_SPEED], rows[:, ORBIT_DELAY], rows[:, ORBIT_TURNED],
+            rows[:, ORBIT_KIND] == MAP_CONTACT,
         )  # fmt: skip
 
     def iterate(self, start: MapState, impacts: int = 1) -> MapState:
@@ -82,7 +91,7 @@ class NextCollisionMap:
             return start
         steps = self.orbit(start, impacts)
         if len(steps.delay) < impacts:
-            raise InputError("forcing", self.forcing, *_RESTS)
+            raise InputError("forcing", self.axial_forcing, *_RESTS)
         return MapState(*(float(a[-1]) for a in steps[:3]))
 
     def jacobian(self, start: MapState, impacts: int = 1) -> Array:
@@ -112,7 +121,7 @@ class NextCollisionMap:
     @property
     def _parameters(self) -> tuple[float, float, float, float]:
         return (
-            float(self.forcing),
+            float(self.axial_forcing),
             float(self.restitution),
             float(self.phase_lag),
             float(self.angular_forcing),
@@ -122,7 +131,7 @@ class NextCollisionMap:
         """Derivatives over one impact; α̇ of the flight first, then w_T = α̇ − cos(τ + θ)."""
         tau, w, omega = self.checked(start)
         states, axial = np.zeros((2, 3)), np.zeros((2, 4))
-        contact = axial_tangent(tau, w, self.forcing, self.restitution, 1, states, axial) > 0
+        contact = axial_tangent(tau, w, self.axial_forcing, self.restitution, 1, states, axial) > 0
         total = np.zeros((3, 3))
         total[:2, :2] = axial[:, :2]
         slip, turn = start.angular_impact_velocity, -math.sin(tau + self.phase_lag)
@@ -135,15 +144,15 @@ class NextCollisionMap:
             else:
                 total[2] = turn, sign * grip * (1.0 + self.restitution), 1.0
         elif math.isclose(after, omega - sign * grip * self._push(tau, w), abs_tol=1e-9):
-            load = 1.0 / math.pi - self.forcing * math.sin(tau)
+            load = 1.0 / math.pi - self.axial_forcing * math.sin(tau)
             total[2] = turn + sign * grip * load, sign * grip, 1.0  # it slid all the way
         total[2] += math.sin(end.forcing_phase + self.phase_lag) * total[0]
         return total
 
     def _push(self, tau: float, w: float) -> float:
         """Impulse over m from an impact through chatter and ride to separation, by momentum."""
-        leave = math.asin(1.0 / (math.pi * self.forcing))
-        climb = self.forcing * (math.cos(leave) - math.cos(tau)) - w
+        leave = math.asin(1.0 / (math.pi * self.axial_forcing))
+        climb = self.axial_forcing * (math.cos(leave) - math.cos(tau)) - w
         return climb + (leave - tau) % math.tau / math.pi
 
 

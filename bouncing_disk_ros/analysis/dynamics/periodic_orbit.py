@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
-from bouncing_disk_ros.core.tangent import axial_tangent
+from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
 
 RESIDUAL = 1e-11
@@ -64,7 +64,7 @@ class PeriodicOrbit(NamedTuple):
 
 
 def fixed_point(
-    forcing: float,
+    axial_forcing: float,
     restitution: float,
     phase_lag: float = 0.0,
     angular_forcing: float = math.inf,
@@ -75,15 +75,19 @@ def fixed_point(
     Raises InputError where there is none: below Γ = k(1−ε)/(1+ε), or where the disk of this orbit
     would pass through the platform between impacts.
     """
-    section = NextCollisionMap(forcing, restitution, phase_lag, angular_forcing)
+    section = NextCollisionMap(axial_forcing, restitution, phase_lag, angular_forcing)
     least = cycles * (1.0 - restitution) / (1.0 + restitution)
-    if forcing <= 0.0 or forcing < least:
-        raise InputError("forcing", forcing, f"at least (1 − ε)/(1 + ε) k = {max(least, 0.0):.6g}")
-    start = MapState(math.acos(least / forcing), -2.0 * cycles / (1.0 + restitution))
+    if axial_forcing <= 0.0 or axial_forcing < least:
+        raise InputError(
+            "forcing", axial_forcing, f"at least (1 − ε)/(1 + ε) k = {max(least, 0.0):.6g}"
+        )
+    start = MapState(math.acos(least / axial_forcing), -2.0 * cycles / (1.0 + restitution))
     orbit = periodic_orbit(section, start, 1)
     if orbit.cycles != cycles or abs(orbit.axial_impact_velocity[0] - start[1]) > 1e-6:
         allowed = "a forcing at which the platform does not meet the disk earlier"
-        raise InputError("forcing", forcing, allowed, f"No such orbit in {cycles} periods here")
+        raise InputError(
+            "forcing", axial_forcing, allowed, f"No such orbit in {cycles} periods here"
+        )
     return orbit
 
 
@@ -123,13 +127,16 @@ def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> 
 def followed(
     section: NextCollisionMap, tau: float, w: float, impacts: int
 ) -> tuple[Array, Array, int]:
-    """States (n + 1, 3), derivatives (2, 4) and contacts as core/tangent.py gives them."""
+    """States (n + 1, 3), derivatives (2, 4) and contacts as collision_map/map_tangent.py gives them."""
     states, tangent = np.zeros((impacts + 1, 3)), np.zeros((2, 4))
-    forcing, restitution = float(section.forcing), float(section.restitution)
-    contacts = axial_tangent(tau, w, forcing, restitution, impacts, states, tangent)
+    axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
+    contacts = axial_tangent(tau, w, axial_forcing, restitution, impacts, states, tangent)
     if contacts < 0:
         raise InputError(
-            "forcing", forcing, "above 1/π = 0.3183", "Here the disk comes to rest on the platform"
+            "forcing",
+            axial_forcing,
+            "above 1/π = 0.3183",
+            "Here the disk comes to rest on the platform",
         )
     return states, tangent, contacts
 

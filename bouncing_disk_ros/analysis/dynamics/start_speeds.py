@@ -11,8 +11,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.lanes.axial import RESTS
-from bouncing_disk_ros.core.lanes.rotation import TIME, TURNED, iterate_rotation
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import COUNT_RESTS
+from bouncing_disk_ros.collision_map.lanes.rotation_lanes import (
+    SUM_TIME,
+    SUM_TURNED,
+    iterate_rotation,
+)
 
 Floats = NDArray[np.float64]
 
@@ -35,7 +39,7 @@ def settling_impacts(angular_velocity: float, angular_forcing: float) -> int:
 
 
 def mean_speeds(
-    tau: Floats, w: Floats, angular_velocity: float, forcing: float, restitution: float,
+    tau: Floats, w: Floats, angular_velocity: float, axial_forcing: float, restitution: float,
     phase_lag: float, angular_forcing: float,
 ) -> Floats:  # fmt: skip
     """Mean of α̇/(ωΦ) in time over MEASURED impacts (n,); nan where contact lasts for good.
@@ -46,7 +50,7 @@ def mean_speeds(
     Each number depends on its own start alone, so the arrays may be cut anywhere.
     """
     tau, w, speed = tau.copy(), w.copy(), np.full(len(tau), angular_velocity)
-    given = (forcing, restitution, phase_lag, angular_forcing)
+    given = (axial_forcing, restitution, phase_lag, angular_forcing)
     impacts = settling_impacts(angular_velocity, angular_forcing)
     _carry(tau, w, speed, given, impacts)
     mean = _carry(tau, w, speed, given, MEASURED)
@@ -71,6 +75,8 @@ def _carry(
     gamma, epsilon, theta, angular = (np.full(n, v) for v in given)
     counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
     iterate_rotation(tau, w, speed, gamma, epsilon, theta, angular, impacts, counts, sums)
-    at_rest = counts[:, RESTS] > 0
+    at_rest = counts[:, COUNT_RESTS] > 0
     tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
-    return np.where(at_rest, math.nan, sums[:, TURNED] / np.where(at_rest, 1.0, sums[:, TIME]))
+    return np.where(
+        at_rest, math.nan, sums[:, SUM_TURNED] / np.where(at_rest, 1.0, sums[:, SUM_TIME])
+    )

@@ -35,7 +35,7 @@ def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
     return ImpactEnergy(axial, np.where(summed, 0.0, friction), summed)
 
 
-class BooksCheck(NamedTuple):
+class LedgerCheck(NamedTuple):
     """Losses in impacts over one stretch: what the simulator booked, and what the rows give."""
 
     begin: float  # simulated s
@@ -45,19 +45,19 @@ class BooksCheck(NamedTuple):
     missing: int  # rows lost in between
     start_axial: float  # in the books at `begin`, J
     start_friction: float
-    booked_axial: float  # since then, J
-    booked_friction: float
+    ledger_axial: float  # since then, J
+    ledger_friction: float
     rows_axial: float
     rows_friction: float
     in_summed: float  # about what the impacts in `summed` rows lose axially, J: m w_A²/2 of each
 
 
-def books_check(
+def check_ledger(
     rows: NDArray[np.void],
     health: Sequence[Health],
     changes: Sequence[Change],
     disks: Sequence[tuple[float, Disk]],
-) -> BooksCheck | None:
+) -> LedgerCheck | None:
     """Compare over the longest stretch at the end in which the books and the disk stay the same.
 
     The books count from the start or the last reset, and so does the stretch where the rows do;
@@ -84,7 +84,7 @@ def books_check(
         return None
     found = impact_energy(part, disks[-1][1])
     fall = part["axial_impact_velocity"][found.summed]
-    return BooksCheck(
+    return LedgerCheck(
         max(begin, 0.0),
         last.simulated,
         len(part),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.phases import short_way
+from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
 
@@ -137,7 +137,7 @@ def _on_cycle(path: Path, period: int, tolerance: float) -> bool:
     if cycle is None or not cycle.stable:
         return False
     velocity = cycle.axial_impact_velocity
-    phase = np.max(np.abs(short_way(path.tau[-period:] - cycle.forcing_phase)))
+    phase = np.max(np.abs(wrap_to_pi(path.tau[-period:] - cycle.forcing_phase)))
     speed = np.max(np.abs(path.w[-period:] - velocity)) / np.max(np.abs(velocity))
     return bool(max(phase, speed) <= tolerance)
 
@@ -173,7 +173,7 @@ def _drifts(rows: NDArray[np.void], period: int, tolerance: float) -> bool:
 def _changes(rows: NDArray[np.void], period: int) -> NDArray[np.float64]:
     """From each repetition to the next: phase and relative speed, shape (repeats, 2 period)."""
     speed = rows["axial_impact_velocity"]
-    phase = short_way(rows["forcing_phase"][period:] - rows["forcing_phase"][:-period])
+    phase = wrap_to_pi(rows["forcing_phase"][period:] - rows["forcing_phase"][:-period])
     change = (speed[period:] - speed[:-period]) / np.max(np.abs(speed))
     whole = len(phase) // period * period
     return np.stack((phase[-whole:], change[-whole:]), axis=1).reshape(-1, 2 * period)
@@ -187,7 +187,7 @@ def _mismatch(rows: NDArray[np.void], period: int) -> float:
         return math.inf
     if turned[0] < 1.0:  # within one chatter nothing repeats
         return math.inf
-    phase = np.abs(short_way(second["forcing_phase"] - first["forcing_phase"]))
+    phase = np.abs(wrap_to_pi(second["forcing_phase"] - first["forcing_phase"]))
     speed = np.abs(second["axial_impact_velocity"] - first["axial_impact_velocity"])
     scale = np.max(np.abs(rows["axial_impact_velocity"]))
     return float(max(np.max(phase), np.max(speed) / scale))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
-from bouncing_disk_ros.analysis.scales import axial_forcing
+from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Energy, Motion, MotionInForce
 
 NS = 1_000_000_000
@@ -126,7 +126,7 @@ def summary_of(record: RunRecord) -> Summary:
         impacts=int(sum(int(chunk["count"].sum()) for chunk in record.chunks)),
         lost=record.lost,
         orbit=record.orbit,
-        axial_forcing=axial_forcing(motion, record.disk) if motion else math.nan,
+        axial_forcing=axial_forcing_of(motion, record.disk) if motion else math.nan,
         rotor_speed=float(np.mean(last)) if last else math.nan,
         predicted_speed=expected.angular_velocity if expected else math.nan,
         predicted_phase=expected.forcing_phase if expected else math.nan,

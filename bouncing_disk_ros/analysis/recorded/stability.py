@@ -11,11 +11,18 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.section import single_impacts
-from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
+from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.collision_map.axial_map import (
+    MAP_IMPACT,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
+from bouncing_disk_ros.collision_map.map_tangent import flight_tangents
 from bouncing_disk_ros.core.arithmetic import entry
-from bouncing_disk_ros.core.axial_map import DELAY, KIND, MAP_IMPACT, TAU, W, axial_orbit
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.core.tangent import flight_tangents
 from bouncing_disk_ros.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,7 +47,7 @@ class Path(NamedTuple):
     tau: Values  # shape (n,)
     w: Values  # shape (n,)
     delay: Values  # from each impact to the next, shape (n − 1,)
-    forcing: float
+    axial_forcing: float
     restitution: float
 
 
@@ -50,13 +57,13 @@ def path_of(rows: NDArray[np.void], motion: Motion, disk: Disk) -> Path:
     It begins after the last gap in the index, row of summed impacts, or flight that does not fit
     (a kick, another motion, another restitution, errors of measurement); shape (0,) or more.
     """
-    forcing, e = axial_forcing(motion, disk), disk.restitution
+    axial_forcing, e = axial_forcing_of(motion, disk), disk.restitution
     tau = rows["forcing_phase"]
     w = rows["axial_impact_velocity"] / velocity_scale(motion, disk)
     t = math.tau * np.diff(rows["cycles"]) + np.diff(tau)
-    launch = forcing * np.cos(tau[:-1]) - e * w[:-1]
-    gap = forcing * (np.sin(tau[:-1]) - np.sin(tau[1:])) + (launch - t / math.tau) * t
-    slope = launch - t / math.pi - forcing * np.cos(tau[1:]) - w[1:]
+    launch = axial_forcing * np.cos(tau[:-1]) - e * w[:-1]
+    gap = axial_forcing * (np.sin(tau[:-1]) - np.sin(tau[1:])) + (launch - t / math.tau) * t
+    slope = launch - t / math.pi - axial_forcing * np.cos(tau[1:]) - w[1:]
     single = single_impacts(rows)
     fits = (np.abs(gap) <= FOLLOWS) & (np.abs(slope) <= FOLLOWS) & (t > 0.0)
     fits &= single[:-1] & single[1:] & (np.diff(rows["index"]) == 1.0)
@@ -64,14 +71,14 @@ def path_of(rows: NDArray[np.void], motion: Motion, disk: Disk) -> Path:
     first = int(breaks[-1]) + 1 if len(breaks) else 0
     if len(rows) and not single[-1]:
         first = len(rows)
-    return Path(tau[first:], w[first:], t[first:], forcing, e)
+    return Path(tau[first:], w[first:], t[first:], axial_forcing, e)
 
 
 def jacobians(path: Path) -> Values:
     """∂(τ', w')/∂(τ, w) for each flight of a path, shape (n − 1, 2, 2)."""
     flights = np.stack((path.tau[:-1], path.w[:-1], path.delay, path.w[1:]), axis=1)
     out = np.empty((len(flights), 2, 2))
-    flight_tangents(flights, path.forcing, path.restitution, out)
+    flight_tangents(flights, path.axial_forcing, path.restitution, out)
     return out
 
 
@@ -84,7 +91,9 @@ def cycle_near(path: Path, period: int) -> PeriodicOrbit | None:
 
     guess = MapState(float(path.tau[-period]), float(path.w[-period]))
     try:
-        orbit = periodic_orbit(NextCollisionMap(path.forcing, path.restitution), guess, period)
+        orbit = periodic_orbit(
+            NextCollisionMap(path.axial_forcing, path.restitution), guess, period
+        )
     except InputError:
         return None
     return orbit if orbit.contacts == 0 else None
@@ -94,11 +103,11 @@ def continued(path: Path, impacts: int) -> Path | None:
     """The last impact of a path and those after it; None if the disk comes to rest on the way."""
     out = np.empty((impacts, 4))
     last = float(path.tau[-1]), float(path.w[-1])
-    axial_orbit(*last, path.forcing, path.restitution, impacts, out)
-    if np.any(out[:, KIND] != MAP_IMPACT):
+    axial_orbit(*last, path.axial_forcing, path.restitution, impacts, out)
+    if np.any(out[:, ORBIT_KIND] != MAP_IMPACT):
         return None
-    tau, w = (np.concatenate(([last[i]], out[:, k])) for i, k in enumerate((TAU, W)))
-    return path._replace(tau=tau, w=w, delay=out[:, DELAY])
+    tau, w = (np.concatenate(([last[i]], out[:, k])) for i, k in enumerate((ORBIT_TAU, ORBIT_W)))
+    return path._replace(tau=tau, w=w, delay=out[:, ORBIT_DELAY])
 
 
 def chaos_of(path: Path) -> Estimate | None:

@@ -79,7 +79,7 @@ def transient_of(times: NDArray[np.float64], speeds: NDArray[np.float64]) -> Tra
     if len(times) < LEAST or times[-1] == times[0]:
         note = f"not identifiable: {len(times)} points, at least {LEAST} are needed"
         return _nothing(TransientKind.UNRESOLVED, math.nan, math.nan, note)
-    times, speeds = _thinned(times), _thinned(speeds)
+    times, speeds = _downsample(times), _downsample(speeds)
     fits = {curve: fit(curve, times, speeds) for curve in Curve}
     return _chosen(fits, times, speeds)
 
@@ -136,7 +136,7 @@ def _exponential(
     return Transient(kind, finished, found.start, found.final, constant, none, math.nan, note)
 
 
-def _thinned(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _downsample(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Means of equal numbers of points, at most MOST of them (a rest at the end is left out)."""
     group = -(-len(values) // MOST)
     whole = len(values) // group * group

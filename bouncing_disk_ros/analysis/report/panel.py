@@ -14,7 +14,7 @@ SEED = 20090  # any; fixed so that a report can be made again
 Column = NDArray[np.float64]
 
 
-class Look(StrEnum):
+class SeriesStyle(StrEnum):
     """How a series is drawn."""
 
     POINTS = "points"
@@ -32,7 +32,7 @@ class Series:
     name: str
     x: Column
     y: Column
-    look: Look
+    look: SeriesStyle
     colour: int = 0
 
 
@@ -59,7 +59,7 @@ class Panel:
 
 
 def series(
-    name: str, x: ArrayLike, y: ArrayLike, look: Look = Look.POINTS, colour: int = 0
+    name: str, x: ArrayLike, y: ArrayLike, look: SeriesStyle = SeriesStyle.POINTS, colour: int = 0
 ) -> Series:
     """A series of anything like an array."""
     return Series(name, np.asarray(x, float), np.asarray(y, float), look, colour)

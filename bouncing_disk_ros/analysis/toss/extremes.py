@@ -23,7 +23,7 @@ from bouncing_disk_ros.analysis.toss.tosses import (
     separation_phase,
     toss,
 )
-from bouncing_disk_ros.core.ride import RIDE_STUCK
+from bouncing_disk_ros.collision_map.single_toss import TOSS_STUCK
 from bouncing_disk_ros.errors import InputError
 
 MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
@@ -142,7 +142,7 @@ def ridge(setting: TossSetting = PAPER, points: int = 400) -> Ridge:
         raise InputError("setting", setting, "one that throws the disk", hint)
     lags = -separation_phase(angles, setting)
     found = toss(lags, angles, setting)
-    stuck = found.code == RIDE_STUCK
+    stuck = found.code == TOSS_STUCK
     return Ridge(angles, lags, found.speed_ratio, _end(angles, stuck, setting))
 
 
@@ -160,7 +160,7 @@ def _end(angles: Floats, stuck: NDArray[np.bool_], setting: TossSetting) -> floa
     low, high = float(angles[slipping[0] - 1]), float(angles[slipping[0]])
     while high - low > WIDTH:
         middle = 0.5 * (low + high)
-        if toss(-separation_phase(middle, setting), middle, setting).code == RIDE_STUCK:
+        if toss(-separation_phase(middle, setting), middle, setting).code == TOSS_STUCK:
             low = middle
         else:
             high = middle

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bouncing_disk_ros.core import ride
+from bouncing_disk_ros.collision_map import single_toss
+from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.lanes.rides import tosses
-from bouncing_disk_ros.core.layout import BOOKS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, complete, spec_of
@@ -33,11 +33,11 @@ speed and no ratio depends on it. Nor does the restitution matter before the fir
 LOWEST = float(DEFAULTS["initial_forcing_phase"])
 """τ at the lowest point, where the paper's tosses start: 3π/2."""
 CODES = {
-    ride.RIDE_SLID: "the disk left the platform sliding",
-    ride.RIDE_STUCK: "the disk left the platform sticking to it",
-    ride.RIDE_NONE: "the platform fell away from under the disk at the start",
-    ride.RIDE_STAYS: "the disk never leaves: axial forcing at most 1/pi",
-    ride.RIDE_UNRESOLVED: "more phases of contact than allowed",
+    single_toss.TOSS_SLID: "the disk left the platform sliding",
+    single_toss.TOSS_STUCK: "the disk left the platform sticking to it",
+    single_toss.TOSS_NONE: "the platform fell away from under the disk at the start",
+    single_toss.TOSS_STAYS: "the disk never leaves: axial forcing at most 1/pi",
+    single_toss.TOSS_UNRESOLVED: "more phases of contact than allowed",
 }
 """How a toss ended: the meaning of each code."""
 _FEW = 10  # smaller tables ride one after the other: lanes take as long for one row as for ten
@@ -91,8 +91,10 @@ def toss_pixels(starts: Floats, frequency: float, disk: Disk, events: int | None
         out, code = tosses(table, frequency, disk)
     else:
         out, code = np.empty((len(table), 4)), np.empty(len(table), np.int8)
-        state, books = np.zeros(1, STATE_DTYPE), np.zeros((2, len(BOOKS)))
-        ride.rides(table, frequency, disk_record(disk, 0.0), events, state, books, out, code)
+        state, ledger = np.zeros(1, STATE_DTYPE), np.zeros((2, len(LEDGER_FIELDS)))
+        single_toss.toss_each(
+            table, frequency, disk_record(disk, 0.0), events, state, ledger, out, code
+        )
     speed, delay, axial, angular = np.ascontiguousarray(out.T)
     return Pixels(speed, delay, axial, angular, code)
 
@@ -126,7 +128,10 @@ def toss(
 
 def _measures(pixels: Pixels, starts: Floats, setting: TossSetting) -> Toss:
     disk, final = setting.disk, pixels.airborne_speed
-    angular, start = starts[:, ride.ANGULAR_AMPLITUDE], starts[:, ride.START_SPEED]
+    angular, start = (
+        starts[:, single_toss.START_ANGULAR_AMPLITUDE],
+        starts[:, single_toss.START_ANGULAR_SPEED],
+    )
     inertia = disk.mass * disk.gyration_radius**2
     gain = 0.5 * inertia * (final - start) * (final + start)
     work = pixels.work_axial + pixels.work_angular

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
-from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
+from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 _ABOUT = """Rebuild the index and metadata.yaml of a bag that was cut off or damaged, into a new
@@ -37,7 +37,7 @@ def _recover(given: argparse.Namespace) -> int:
 
     with walking("bag_recover") as watch:
         report = bag.recover(given.bag, given.output, watch)
-    more = [f"and {report.untold} more damaged places"] if report.untold else []
+    more = [f"and {report.unlisted} more damaged places"] if report.unlisted else []
     print("\n".join([*report.lines, *more]))
     if not report.saved and (report.lost or not report.exact):
         print(f"bag_recover: {report.summary}", file=sys.stderr)

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
+from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
-from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.analysis.report.report import Report
+    from bouncing_disk_ros.analysis.report.run_report import Report
 
 _ABOUT = """Report on a recorded run, from its bag alone: impacts, next-collision section, return
 map, period found, rotor speed with its transient, energy, real-time quality and loss, and estimates
@@ -81,7 +81,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _report(given: argparse.Namespace) -> int:
     if given.prove:
-        from bouncing_disk_ros.nodes.bags.prove import prove_bag
+        from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
 
         return prove_bag(given)
     kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
@@ -93,7 +93,7 @@ def _report(given: argparse.Namespace) -> int:
 
     with np.errstate(all="ignore"):  # of numbers that mean nothing: what follows from them is nan
         report = read(given)
-        from bouncing_disk_ros.analysis.report.text import lines
+        from bouncing_disk_ros.analysis.report.report_text import lines
 
         _say("\n".join(lines(report)))
         for file in files:
@@ -115,8 +115,8 @@ def read(given: argparse.Namespace) -> Report:
     from tqdm import tqdm
 
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.analysis.report.report import report_of
-    from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
+    from bouncing_disk_ros.analysis.report.run_report import report_of
+    from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 
     if given.rows < 1 or given.run < 0:
         field, value = ("rows", given.rows) if given.rows < 1 else ("run", given.run)
@@ -124,7 +124,7 @@ def read(given: argparse.Namespace) -> Report:
     begin, end = (vars(given)[name] for name in ("from", "to"))
     if begin is not None and end is not None and begin >= end:
         raise InputError("to", end, f"a time after --from, {begin:g} s")
-    wish = Wish(
+    options = ReadOptions(
         given.namespace,
         given.run,
         -math.inf if begin is None else begin,
@@ -134,7 +134,7 @@ def read(given: argparse.Namespace) -> Report:
     with walking(NAME) as watch:
         run = bag.open(given.bag, watch)
     with run:
-        reader = BagRun(run, wish)
+        reader = BagRun(run, options)
         steps = tqdm(reader.read(), NAME, reader.total, leave=False, disable=None, unit=" messages")
         for _ in steps:
             pass

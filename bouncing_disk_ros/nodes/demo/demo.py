@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.shared.start import Start
+from bouncing_disk_ros.nodes.shared.startup import Start
 from bouncing_disk_ros.parameters import Spec
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
@@ -34,18 +34,18 @@ def main(args: Sequence[str] | None = None) -> int:
                         help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
     folder = start.parse().bag
     with start.stop.importing():
-        from bouncing_disk_ros.nodes.demo.bag import make_room
-        from bouncing_disk_ros.nodes.demo.show import Show
+        from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
+        from bouncing_disk_ros.nodes.demo.demo_node import DemoNode
         from bouncing_disk_ros.ros.spin import bad_input, run_node
 
     try:
-        make_room(folder)
+        remove_old_bag(folder)
         export = environment.use_private_domain()
     except InputError as error:
         return bad_input("demo", error.line)
-    with Show.children(folder) as children:
-        make = partial(Show, OPTIONS, children, folder)
-        present = partial(Show.present, export=export)
+    with DemoNode.children(folder) as children:
+        make = partial(DemoNode, OPTIONS, children, folder)
+        present = partial(DemoNode.present, export=export)
         return run_node("demo", start.ros, make, present, start.stop)
 
 

@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
 from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.nodes.shared.hearing import Hearing
+from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import TOPICS
 
@@ -21,14 +21,14 @@ _TYPES = {
 }
 
 
-class Watcher(Node):
+class DemoWatcher(Node):
     """Keeps what it hears in `record`; times are simulated seconds."""
 
     def __init__(self, name: str, disk: Disk) -> None:
         super().__init__(name)
         self.record = RunRecord(disk)
-        self._hearing = Hearing(self.record, self.get_namespace())
-        for topic, callback in self._hearing.takers.items():
+        self._hearing = RunRecordBuilder(self.record, self.get_namespace())
+        for topic, callback in self._hearing.handlers.items():
             row = TOPICS[topic]
             kind = _TYPES[row.type.rpartition("/")[2]]
             self.create_subscription(kind, topic, callback, profile_of(row))

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from bouncing_disk_ros.nodes.shared.start import Start
+from bouncing_disk_ros.nodes.shared.startup import Start
 from bouncing_disk_ros.parameters import Spec
 
 _ABOUT = """Print the impacts of disk/impacts as they happen. Ctrl-C ends it. Lost rows and other

@@ -11,7 +11,7 @@ from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.analysis.recorded import impact_text
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
-from bouncing_disk_ros.nodes.shared.tool import options, wait_for
+from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
 from bouncing_disk_ros.ros.qos import profile_of

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from bouncing_disk_ros.nodes.shared.start import Start
+from bouncing_disk_ros.nodes.shared.startup import Start
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.run.programmes import load_programme, programme_names
 

@@ -27,8 +27,8 @@ from bouncing_disk_ros.limits import (
     REQUEST_ITEMS,
 )
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.command_validation import too_many
 from bouncing_disk_ros.run.presets import load_preset, preset_names
-from bouncing_disk_ros.run.rulings import too_many
 
 YAML = "text/yaml"
 Attach = Callable[[str, str, bytes], None]
@@ -112,7 +112,9 @@ class RunParameters:
         try:
             action()
         except Exception as error:  # noqa: BLE001 (told, and the recording goes on)
-            self._tell(f"the parameters of {cut(name)} are not attached: {cut(str(error), 300)}")
+            self._warn_once(
+                f"the parameters of {cut(name)} are not attached: {cut(str(error), 300)}"
+            )
 
     # --- presets ----------------------------------------------------------------------------------
     def _attach_preset(self, name: str) -> None:
@@ -121,7 +123,9 @@ class RunParameters:
             self._attach(f"preset/{path.name}", YAML, preset_bytes(path))
         except InputError as error:
             why = error.hint or error.line
-            self._tell(f"preset {cut(name)!r}: its values are attached, its file is not. {why}")
+            self._warn_once(
+                f"preset {cut(name)!r}: its values are attached, its file is not. {why}"
+            )
 
     def _allowed(self, name: str) -> Path:
         """The file of a preset that a node has named, or InputError."""
@@ -133,7 +137,7 @@ class RunParameters:
         hint = "Only presets of the package are, and files that this recorder's presets name."
         raise InputError("preset", name, "a preset of the package", hint)
 
-    def _tell(self, line: str) -> None:
+    def _warn_once(self, line: str) -> None:
         """Log a line, once."""
         if line not in self._told and len(self._told) < ASKED_NODES:
             self._told.add(line)

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from bouncing_disk_ros.nodes.recorder.options import OPTIONS
-from bouncing_disk_ros.nodes.shared.start import Start
+from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS
+from bouncing_disk_ros.nodes.shared.startup import Start
 
 _ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C ends
 it in order. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""
@@ -23,7 +23,7 @@ def main(args: Sequence[str] | None = None) -> int:
                         help="folder of the bag; must be new")  # fmt: skip
     given = start.parse().output
     with start.stop.importing():
-        from bouncing_disk_ros.nodes.recorder.node import Recorder
+        from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
         from bouncing_disk_ros.ros.spin import run_node
 
     return run_node("recorder", start.ros, partial(Recorder, given), Recorder.record, start.stop)

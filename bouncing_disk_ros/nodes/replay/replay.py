@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
-from bouncing_disk_ros.nodes.bags.tool import run_bag_tool, walking
-from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
+from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
 
 if TYPE_CHECKING:
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.nodes.replay.recorded import Recorded, ReplayedBag
+    from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 
 _ABOUT = """Simulate a recorded run again from disk/inputs alone, and compare every impact with the
 recorded one, bit by bit. Exit code 0: identical, 3: it differs (the first difference is told)."""
@@ -35,7 +35,7 @@ def main(args: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(split_arguments(args)[0])
     folders.use_package_index()
     with stop.importing():
-        from bouncing_disk_ros.nodes.replay import recorded as _  # noqa: F401 (the kernels)
+        from bouncing_disk_ros.nodes.replay import bag_streams as _
 
     interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag
     return run_bag_tool("replay", given.bag, lambda: _work(given))
@@ -62,9 +62,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.nodes.replay.recorded import Recorded
-    from bouncing_disk_ros.nodes.replay.text import run_lines, verdict
-    from bouncing_disk_ros.run.what_if import changes_of
+    from bouncing_disk_ros.nodes.replay.bag_streams import Recorded
+    from bouncing_disk_ros.nodes.replay.replay_text import run_lines, verdict
+    from bouncing_disk_ros.run.changed_run import changes_of
 
     changes = changes_of(_settings(given.what_if))
     if given.figure is not None:
@@ -82,7 +82,7 @@ def _work(given: argparse.Namespace) -> int:
         if found.left_over:
             print(f"{found.left_over} rows not compared: no records go with them")
         if given.what_if:
-            from bouncing_disk_ros.nodes.replay.what_if import compare
+            from bouncing_disk_ros.nodes.replay.what_if_view import compare
 
             compare(recorded, found, changes, given.run, given.figure)
     if not found.rows and found.not_compared:
@@ -121,7 +121,7 @@ def _replayed(opened: bag.Bag, recorded: Recorded) -> ReplayedBag:
     """Replay with a progress bar on a terminal: by the bag, and the simulated time reached."""
     from tqdm import tqdm
 
-    from bouncing_disk_ros.nodes.replay.recorded import replay_bag
+    from bouncing_disk_ros.nodes.replay.bag_streams import replay_bag
 
     start, end = opened.start_ns, opened.end_ns
     with tqdm(total=round((end - start) / 1e9, 1), unit="s", desc="replay", leave=False,

@@ -18,9 +18,9 @@ from bouncing_disk_ros.ros.serialized import (
     programme_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.run.rulings import (
+from bouncing_disk_ros.run.command_validation import (
+    ImpulseRequest,
     Instant,
-    KickRequest,
     ProgrammeRequest,
     describe,
     schedule_impulse,
@@ -85,7 +85,7 @@ class Commands:
         except InputError as error:
             self._refuse(error)
             return False
-        return self.kick(request)
+        return self.apply_impulse(request)
 
     # --- requests: False when refused -------------------------------------------------------------
     def programme(self, request: ProgrammeRequest) -> bool:
@@ -102,7 +102,7 @@ class Commands:
         self._applied()
         return True
 
-    def kick(self, request: KickRequest) -> bool:
+    def apply_impulse(self, request: ImpulseRequest) -> bool:
         """Validate an impulse and apply it."""
         try:
             validate_impulse(request)
@@ -111,14 +111,14 @@ class Commands:
         except InputError as error:
             self._refuse(error)
             return False
-        session.kick(at_ns, axial, angular)
+        session.apply_impulse(at_ns, axial, angular)
         self._applied()
         return True
 
     def _opened(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant, unless too many inputs have not acted yet."""
         session, instant = self._open(field)
-        ahead = max(session.waiting, session.simulation.queued_kicks)
+        ahead = max(session.waiting, session.simulation.queued_impulses)
         if ahead >= INPUTS_AHEAD:
             given = f"a command behind {ahead} that have not acted yet"
             raise InputError(field, given, f"at most {INPUTS_AHEAD} of them", "Wait, or reset.")

@@ -16,9 +16,9 @@ from trajectory_msgs.msg import JointTrajectory
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.clock import NS, TimeMap
-from bouncing_disk_ros.run.records import Record, to_json
+from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import NS, TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
 
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
-from bouncing_disk_ros.nodes.shared.start import split_arguments
+from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
+from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.tables import parameter_lines, service_lines, topic_lines
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 
 __all__ = ["SimulatorNode", "main"]
 
@@ -57,7 +57,7 @@ def main(args: Sequence[str] | None = None) -> int:
     environment.prepare()
     announce_compilation()
     with stop.importing():
-        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+        from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin
 
     make = partial(SimulatorNode, stopping=lambda: stop.asked)
@@ -66,7 +66,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def __getattr__(name: str) -> Any:
     if name == "SimulatorNode":
-        from bouncing_disk_ros.nodes.simulator.node import SimulatorNode
+        from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 
         return SimulatorNode
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study_tables import table_of
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.basin_shares import BasinShares
+    from bouncing_disk_ros.study.basin_shares_study import BasinShares
 
 _ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
 multiple toss), with the best phase lag and the speed it gives."""
@@ -25,15 +25,15 @@ _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitu
 OPTIONS = table_of("basin_shares")
 
 
-def exhibit() -> Exhibit[BasinShares]:
+def make_view() -> StudyView[BasinShares]:
     """The study with its picture."""
-    from bouncing_disk_ros.study.basin_shares import BasinShares
+    from bouncing_disk_ros.study.basin_shares_study import BasinShares
 
-    return Exhibit(BasinShares, _pictures, lines, from_bag=_from_bag)
+    return StudyView(BasinShares, _pictures, lines, from_bag=_from_bag)
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.basin_shares import AXES
+    from bouncing_disk_ros.study.basin_shares_study import AXES
 
     return [name for name in AXES if name != values["along"]]
 
@@ -58,7 +58,7 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study_tables import table_of
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.basins import Basins
+    from bouncing_disk_ros.study.basin_study import Basins
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
 attractor that it goes to; the attractors are found, not given. Fig. 4 of the paper."""
@@ -25,11 +25,11 @@ _EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 
 OPTIONS = table_of("basins")
 
 
-def exhibit() -> Exhibit[Basins]:
+def make_view() -> StudyView[Basins]:
     """The study with its pictures."""
-    from bouncing_disk_ros.study.basins import Basins
+    from bouncing_disk_ros.study.basin_study import Basins
 
-    return Exhibit(
+    return StudyView(
         Basins,
         _pictures,
         lines,
@@ -44,7 +44,7 @@ def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
 
 
 def _pictures(_: Basins, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.plots.basins_plot import basins_picture
+    from bouncing_disk_ros.plots.basin_plot import basins_picture
     from bouncing_disk_ros.plots.start_speeds_plot import start_speeds_picture
 
     figures = {"basins": basins_picture(result)}
@@ -98,7 +98,7 @@ def _speed_lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("basins", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("basins", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

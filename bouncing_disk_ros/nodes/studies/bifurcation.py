@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study_tables import table_of
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.bifurcation import Bifurcation
+    from bouncing_disk_ros.study.bifurcation_study import Bifurcation
 
 _ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from where
 the one before ended. With starts:=24, carry so many starts at each value instead: that shows the
@@ -28,22 +28,22 @@ APART = 0.01
 """Mean speeds (ωΦ) further apart than this are not those of one orbit."""
 
 
-def exhibit() -> Exhibit[Bifurcation]:
+def make_view() -> StudyView[Bifurcation]:
     """The study with its picture."""
-    from bouncing_disk_ros.study.bifurcation import Bifurcation
+    from bouncing_disk_ros.study.bifurcation_study import Bifurcation
 
-    return Exhibit(Bifurcation, _pictures, lines, from_bag=_from_bag)
+    return StudyView(Bifurcation, _pictures, lines, from_bag=_from_bag)
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.bifurcation import NAMES
+    from bouncing_disk_ros.study.bifurcation_study import NAMES
 
     return [name for name in NAMES if name != values["along"]]
 
 
 def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.plots.bifurcation_plot import bifurcation_figure
-    from bouncing_disk_ros.study.bifurcation import branch_of
+    from bouncing_disk_ros.study.bifurcation_study import branch_of
 
     branch, section = branch_of(result), study.section()
     marks = (study.axis, study.doublings)
@@ -93,7 +93,7 @@ def _start_lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

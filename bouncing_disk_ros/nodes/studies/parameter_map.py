@@ -6,8 +6,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study_tables import table_of
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.parameter_map import ParameterMap
+    from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
 _ABOUT = """Over a plane of two of the parameters axial forcing, restitution, phase lag and angular
 forcing: the period of the attractor that one start leads to, its largest Lyapunov exponent and the
@@ -27,11 +27,11 @@ SETTLED = 0.01
 """A mean speed (ωΦ) that changes by more has not settled."""
 
 
-def exhibit() -> Exhibit[ParameterMap]:
+def make_view() -> StudyView[ParameterMap]:
     """The study with its pictures."""
-    from bouncing_disk_ros.study.parameter_map import ParameterMap
+    from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
-    return Exhibit(
+    return StudyView(
         ParameterMap,
         _pictures,
         lines,
@@ -41,7 +41,7 @@ def exhibit() -> Exhibit[ParameterMap]:
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.bifurcation import NAMES
+    from bouncing_disk_ros.study.bifurcation_study import NAMES
 
     return [name for name in NAMES if name not in (values["x_axis"], values["y_axis"])]
 
@@ -91,7 +91,7 @@ def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
     return [f"  largest {name} {float(best):.4f}{unit} at {at}"]
 
 
-TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

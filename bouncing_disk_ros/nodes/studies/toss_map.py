@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.angles import angles_of
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study_tables import table_of
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.toss_map import TossMap
+    from bouncing_disk_ros.study.toss_map_study import TossMap
 
 _ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over phase lag and amplitude
 angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
@@ -26,16 +26,16 @@ _EXAMPLE = "ros2 run bouncing_disk_ros toss_map --ros-args -p friction:=0.3"
 OPTIONS = table_of("toss_map")
 
 
-def exhibit() -> Exhibit[TossMap]:
+def make_view() -> StudyView[TossMap]:
     """The study with its pictures."""
-    from bouncing_disk_ros.study.toss_map import TossMap
+    from bouncing_disk_ros.study.toss_map_study import TossMap
 
     def make(values: Mapping[str, Value]) -> TossMap:
         study = TossMap(values)
         _lags(study)  # refused at once, not after the work
         return study
 
-    return Exhibit(make, _pictures, lines, image="airborne_speed")
+    return StudyView(make, _pictures, lines, image="airborne_speed")
 
 
 def _lags(study: TossMap) -> list[float]:
@@ -45,7 +45,7 @@ def _lags(study: TossMap) -> list[float]:
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.analysis.toss.path import toss_trajectory
     from bouncing_disk_ros.analysis.toss.tosses import Toss
-    from bouncing_disk_ros.plots.toss_maps import maps_figure
+    from bouncing_disk_ros.plots.toss_map_plot import maps_figure
     from bouncing_disk_ros.plots.toss_plot import toss_title, trajectories_figure
 
     held = {name: result[name].values for name in Toss._fields if name in result}
@@ -84,7 +84,7 @@ def lines(result: xr.Dataset) -> list[str]:
     return found
 
 
-TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

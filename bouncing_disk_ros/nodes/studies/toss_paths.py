@@ -7,15 +7,15 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.exhibit import Exhibit, StudyTool
-from bouncing_disk_ros.nodes.studies.start import run_study
+from bouncing_disk_ros.nodes.studies.study_startup import run_study
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
 from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.toss_paths import TossPaths
+    from bouncing_disk_ros.study.toss_paths_study import TossPaths
 
 _ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and amplitude angle.
 Fig. 1 of the paper."""
@@ -25,11 +25,11 @@ _EXAMPLE = """ros2 run bouncing_disk_ros toss_paths --ros-args -p phase_lags:='0
 OPTIONS = table_of("toss_paths")
 
 
-def exhibit() -> Exhibit[TossPaths]:
+def make_view() -> StudyView[TossPaths]:
     """The study with its picture."""
-    from bouncing_disk_ros.study.toss_paths import TossPaths
+    from bouncing_disk_ros.study.toss_paths_study import TossPaths
 
-    return Exhibit(TossPaths, _pictures, lines)
+    return StudyView(TossPaths, _pictures, lines)
 
 
 def _pictures(_: TossPaths, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -55,7 +55,7 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, OPTIONS, exhibit)
+TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, OPTIONS, make_view)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -8,16 +8,16 @@ import pytest
 
 from bouncing_disk_ros.analysis.period_one import period_one, separation_phase, stability_limit
 from bouncing_disk_ros.analysis.recorded.orbit import orbit_of
-from bouncing_disk_ros.analysis.scales import axial_forcing, velocity_scale
+from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 
 DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
 
 
-def motion(forcing: float, lag: float = 0.0, disk: Disk = DISK) -> Motion:
+def motion(axial_forcing: float, lag: float = 0.0, disk: Disk = DISK) -> Motion:
     g = disk.gravity + disk.preload / disk.mass
-    return Motion(forcing * math.pi * g / (6 * math.pi) ** 2, 1.0, 3.0, lag)
+    return Motion(axial_forcing * math.pi * g / (6 * math.pi) ** 2, 1.0, 3.0, lag)
 
 
 def test_the_paper_bounds_the_stable_orbit() -> None:
@@ -54,7 +54,7 @@ def test_the_core_stays_on_the_orbit(preload: float) -> None:
     moving = motion(0.45, 0.3, disk)
     orbit = period_one(moving, disk)
     assert orbit is not None
-    assert axial_forcing(moving, disk) == pytest.approx(0.45, rel=1e-12)
+    assert axial_forcing_of(moving, disk) == pytest.approx(0.45, rel=1e-12)
     start = InitialState(0.0, -velocity_scale(moving, disk), 0.0, 0.0, orbit.forcing_phase)
     simulation = Simulation(moving, disk, start)
     rows, _ = simulation.advance(20_000_000_000)

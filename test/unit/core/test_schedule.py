@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.core.schedule import Fade, Kick, add_kick, plan_fades
+from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 
 SLOW, FAST = Motion(1, 1, 2.0, 0), Motion(1, 1, 10.0, 0)
 MS = 10**6
@@ -23,10 +23,10 @@ def test_fades_wait_for_the_one_before() -> None:
 
 
 def test_kicks_keep_their_order_of_arrival_within_an_instant() -> None:
-    kicks: list[Kick] = []
-    for kick in (Kick(5, 1, 0), Kick(3, 2, 0), Kick(5, 3, 0), Kick(3, 4, 0)):
-        add_kick(kicks, kick)
-    assert [k.axial_impulse for k in kicks] == [2, 4, 1, 3]
+    impulses: list[Impulse] = []
+    for impulse in (Impulse(5, 1, 0), Impulse(3, 2, 0), Impulse(5, 3, 0), Impulse(3, 4, 0)):
+        add_impulse(impulses, impulse)
+    assert [k.axial_impulse for k in impulses] == [2, 4, 1, 3]
 
 
 def test_no_crossfade_is_shorter_than_a_thousandth_of_a_period_of_the_faster_motion() -> None:

@@ -250,7 +250,7 @@ def test_a_state_that_is_not_finite_ends_the_run(field: str, value: float) -> No
     sim = Simulation(Motion(0.04, 0.5, 3.0, -0.7), disk(), InitialState(height=0.1))
     sim.advance(SECOND)
     sim._engine.state[field] = value
-    sim._engine.look_again()
+    sim._engine.invalidate_next_event()
     with pytest.raises(SimulationError, match=rf"no next event .*{field} "):
         sim.advance(2 * SECOND)
     with pytest.raises(SimulationError):  # and it does not go on
@@ -262,7 +262,7 @@ def test_a_state_that_is_not_finite_ends_the_run(field: str, value: float) -> No
 def edited(path: str, value: Any) -> dict[str, Any]:
     sim = Simulation(Motion(0.04, 0.5, 3.0, -0.7), disk(), InitialState())
     sim.command([(2 * SECOND, Motion(0.05, 0.6, 4.0, 0.3)), (4 * SECOND, Motion(0, 0, 1.0, 0))])
-    sim.kick(SECOND + 123, 0.01, 0.001)
+    sim.apply_impulse(SECOND + 123, 0.01, 0.001)
     sim.advance(SECOND)
     snapshot: dict[str, Any] = json.loads(json.dumps(sim.snapshot()))
     Simulation.restore(snapshot)  # good as it is

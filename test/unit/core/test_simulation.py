@@ -71,12 +71,12 @@ def test_a_kick_in_the_past_is_refused() -> None:
     sim = run()
     sim.advance(SECOND)
     with pytest.raises(ValueError, match=r"kick at 1 ns: allowed from 1000000000 ns"):
-        sim.kick(1, 0.1, 0.0)
+        sim.apply_impulse(1, 0.1, 0.0)
 
 
 def test_a_kick_down_in_contact_is_an_impact_with_its_speed() -> None:
     sim = Simulation(Motion(0.0, 0.0, 1.0, 0.0), DISK, InitialState())
-    sim.kick(0, -0.3, 0.0)
+    sim.apply_impulse(0, -0.3, 0.0)
     rows, _ = sim.advance(1)
     assert rows["axial_impact_velocity"][0] == -1.0
     assert rows["axial_impulse"][0] == pytest.approx(0.3 * 1.5, rel=1e-15)
@@ -87,7 +87,7 @@ def test_a_row_beyond_the_range_of_float32_is_finite(sign: float) -> None:
     slippery = DISK._replace(friction=0.0)
     start = InitialState(angular_velocity=sign)
     sim = Simulation(Motion(0.0, 1e-300, 1.0, 0.0), slippery, start)
-    sim.kick(0, -1e39, 0.0)
+    sim.apply_impulse(0, -1e39, 0.0)
     rows, _ = sim.advance(1)
     assert rows["axial_impact_velocity"][0] == -1e39 / 0.3
     assert rows["y"][0] == -LARGEST_FLOAT32
@@ -136,7 +136,7 @@ def test_reset_goes_back_but_time_cycles_and_index_go_on() -> None:
 def test_a_snapshot_goes_through_json_and_continues_bit_identically() -> None:
     sim = run()
     sim.command([(2 * SECOND, Motion(0.05, 0.6, 4.0, 0.3))])
-    sim.kick(SECOND + 123, 0.01, 0.001)
+    sim.apply_impulse(SECOND + 123, 0.01, 0.001)
     sim.advance(1_666_666_667)  # in the midst of the cross-fade
     other = Simulation.restore(json.loads(json.dumps(sim.snapshot())))
     assert other.advance(4 * SECOND)[0].tobytes() == sim.advance(4 * SECOND)[0].tobytes()

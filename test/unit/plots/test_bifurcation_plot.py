@@ -8,7 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.dynamics.bifurcation import Branch, begin, follow, from_starts
+from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import (
+    Branch,
+    begin,
+    follow,
+    from_starts,
+)
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, period_doublings
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point

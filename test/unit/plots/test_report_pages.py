@@ -13,8 +13,8 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, RunRecord
-from bouncing_disk_ros.analysis.report.report import Report, Source, report_of
-from bouncing_disk_ros.nodes.bags.run import BagRun, Wish
+from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.plots.report_html import report_html
 from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_page import report_page, save_page
@@ -35,7 +35,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     folder = period_one_bag(tmp_path_factory.mktemp("bags") / "run & <1>")
     with bag.open(folder) as opened:
-        run = BagRun(opened, Wish())
+        run = BagRun(opened, ReadOptions())
         for _ in run.read():
             pass
         return report_of(run.record, run.source)

@@ -19,7 +19,7 @@ from bouncing_disk_ros.nodes.studies import (
     toss_map,
     toss_paths,
 )
-from bouncing_disk_ros.nodes.studies.exhibit import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyTool
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study_tables import STUDY_TABLES
@@ -31,14 +31,14 @@ def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
     """The figures, all drawn, the lines and the result of a small study."""
     table = STUDY_TABLES[tool.name]
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
-    exhibit = tool.exhibit()
-    study = exhibit.make(values)
+    make_view = tool.make_view()
+    study = make_view.make(values)
     result = run(study, path / "r.zarr")
     assert result is not None
-    figures = dict(exhibit.pictures(study, result))
+    figures = dict(make_view.pictures(study, result))
     for figure in figures.values():
         figure.savefig(io.BytesIO(), format="png", dpi=40)
-    lines = exhibit.lines(result)
+    lines = make_view.lines(result)
     assert all("\n" not in line for line in lines)
     return figures, lines, result
 

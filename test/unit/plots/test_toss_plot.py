@@ -21,7 +21,7 @@ from bouncing_disk_ros.analysis.toss.path import (
 )
 from bouncing_disk_ros.analysis.toss.tosses import toss
 from bouncing_disk_ros.plots.style import in_pi
-from bouncing_disk_ros.plots.toss_maps import maps_figure
+from bouncing_disk_ros.plots.toss_map_plot import maps_figure
 from bouncing_disk_ros.plots.toss_plot import (
     paths_figure,
     toss_title,

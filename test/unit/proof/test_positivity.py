@@ -10,10 +10,10 @@ import pytest
 from flint import arb, ctx
 
 from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.proof.event_functions import Watched, gap_of
+from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
 from bouncing_disk_ros.proof.positivity import Sign, positive_from_start, positive_on
-from bouncing_disk_ros.proof.records import DiskRecord, MotionRecord, State
-from bouncing_disk_ros.proof.steady import SteadyPlatform
-from bouncing_disk_ros.proof.watched import Watched, gap_of
+from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
 from bouncing_disk_ros.proof.zeros import Found, first_zero
 
 POINTS = 20_001
@@ -30,27 +30,27 @@ def gaps(n: int, seed: int) -> Iterator[tuple[Watched, State, float, float]]:
     """Random gaps, many of which come near the platform on the way: with Γ and end."""
     rng = np.random.default_rng(seed)
     for _ in range(n):
-        tau, forcing = float(rng.uniform(0.0, math.tau)), float(rng.uniform(0.0, 2.0))
+        tau, axial_forcing = float(rng.uniform(0.0, math.tau)), float(rng.uniform(0.0, 2.0))
         gap, u = float(rng.uniform(0.0, 2.0)) ** 2, float(rng.normal())
         state = State(0, 0.0, 0, tau, Phase.FLIGHT, 0.0, gap, u, 0.0)
-        motion = MotionRecord(False, 0, 0, 0, tau, forcing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        motion = MotionRecord(False, 0, 0, 0, tau, axial_forcing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         platform = SteadyPlatform(motion, state, arb(1))
         disk = DiskRecord(0.5, 1.0 / math.pi, 0.0, 0.0)
-        yield gap_of(platform, state, disk), state, forcing, float(rng.uniform(0.5, 12.0))
+        yield gap_of(platform, state, disk), state, axial_forcing, float(rng.uniform(0.5, 12.0))
 
 
-def values(state: State, forcing: float, t: np.ndarray) -> np.ndarray:
+def values(state: State, axial_forcing: float, t: np.ndarray) -> np.ndarray:
     """The gap in floats."""
-    s = forcing * (np.sin(state.tau + t) - np.sin(state.tau) - np.cos(state.tau) * t)
+    s = axial_forcing * (np.sin(state.tau + t) - np.sin(state.tau) - np.cos(state.tau) * t)
     found: np.ndarray = state.gap + state.u * t - t * t / (2.0 * math.pi) - s
     return found
 
 
 def test_signs_are_those_of_a_dense_grid() -> None:
     seen = set()
-    for watched, state, forcing, end in gaps(300, 1):
+    for watched, state, axial_forcing, end in gaps(300, 1):
         finding = positive_on(watched, 0.0, end, watched.floor_zeros())
-        least = values(state, forcing, np.linspace(0.0, end, POINTS)).min()
+        least = values(state, axial_forcing, np.linspace(0.0, end, POINTS)).min()
         seen.add(finding.sign)
         if finding.sign is Sign.POSITIVE:
             assert least > -1e-12
@@ -59,20 +59,20 @@ def test_signs_are_those_of_a_dense_grid() -> None:
             assert 0.0 <= finding.at <= end
             assert watched.jet(arb(finding.at))[0] < 0
             assert finding.value == pytest.approx(
-                float(values(state, forcing, np.array([finding.at]))[0]), abs=1e-12
+                float(values(state, axial_forcing, np.array([finding.at]))[0]), abs=1e-12
             )
             assert least < 1e-6
     assert seen == {Sign.POSITIVE, Sign.NEGATIVE}
 
 
 def test_zeros_are_the_first_of_a_dense_grid() -> None:
-    for watched, state, forcing, _ in gaps(200, 2):
+    for watched, state, axial_forcing, _ in gaps(200, 2):
         end = 40.0
         zero = first_zero(watched, 0.0, end, watched.floor_zeros())
         assert zero.found is Found.ZERO
         assert zero.at.rad() < arb(10) ** -20
         grid = np.linspace(0.0, end, POINTS)
-        below = values(state, forcing, grid) < 0.0
+        below = values(state, axial_forcing, grid) < 0.0
         first = float(grid[int(np.argmax(below))])
         step = float(grid[1])
         assert float(zero.at) <= first

@@ -26,8 +26,8 @@ from bouncing_disk_ros.ros.serialized import (
     programme_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.run.clock import NS
-from bouncing_disk_ros.run.rulings import KickRequest, PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointRequest, ProgrammeRequest
+from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import MOTION_NAMES
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -40,7 +40,7 @@ def programme(data: bytes) -> ProgrammeRequest:
     return programme_from_bytes("platform/command", data)
 
 
-def impulse(data: bytes) -> KickRequest:
+def impulse(data: bytes) -> ImpulseRequest:
     return impulse_from_bytes("disk/impulse", data)
 
 
@@ -73,8 +73,8 @@ def test_programmes_come_back(
 def test_impulses_come_back(
     force: tuple[float, float, float], torque: tuple[float, float, float], stamp: int
 ) -> None:
-    request = KickRequest(force, torque, stamp)
-    assert impulse(serialize_message(c.kick_to_msg(request))) == request
+    request = ImpulseRequest(force, torque, stamp)
+    assert impulse(serialize_message(c.impulse_to_msg(request))) == request
 
 
 def test_one_value_is_a_programme_of_one_point() -> None:

@@ -10,8 +10,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bouncing_disk_ros.parameters import TABLE, Spec
-from bouncing_disk_ros.ros.declare import cast, descriptor_of
 from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.clock import NS
 from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
+from bouncing_disk_ros.run.time_map import NS
 
 BOOKS = Energy._make([0.0] * 10 + [1e-15, 1.0])
 FIRST = Reading(0, 0, 0, 0, 0, 0, BOOKS, "running", 1.0, 0)
@@ -44,8 +44,8 @@ def test_falling_behind_is_said(lag: float, level: Level) -> None:
 
 
 def test_a_large_residual_is_an_error() -> None:
-    books = BOOKS._replace(residual=1e-6)
-    assert report(replace(FIRST, energy=books))["energy"][0] is Level.ERROR
+    ledger = BOOKS._replace(residual=1e-6)
+    assert report(replace(FIRST, energy=ledger))["energy"][0] is Level.ERROR
 
 
 def test_no_run_has_no_energy() -> None:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, Sample
-from bouncing_disk_ros.run import inputs
-from bouncing_disk_ros.run.clock import FAR_NS, NS
+from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.loop import MAX_SAMPLES, Loop, Steps
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import FAR_NS, NS
 
 
 class Heard:
@@ -76,7 +76,7 @@ def test_results_do_not_depend_on_the_ticks() -> None:
             loop.slice(min(until, 10 * NS))
             if until >= 10 * NS:
                 break
-        streams.append((inputs.joined(heard.rows).tobytes(), heard.samples, heard.speeds))
+        streams.append((input_replay.join_rows(heard.rows).tobytes(), heard.samples, heard.speeds))
     assert len(streams[0][0]) > 0
     assert streams[0] == streams[1] == streams[2]
 
@@ -97,7 +97,10 @@ def test_no_impact_is_lost_by_a_late_tick() -> None:
     steady, heard_steady = made()
     for tick in range(1, 2001):
         steady.slice(tick * 10**7)
-    assert inputs.joined(heard_late.rows).tobytes() == inputs.joined(heard_steady.rows).tobytes()
+    assert (
+        input_replay.join_rows(heard_late.rows).tobytes()
+        == input_replay.join_rows(heard_steady.rows).tobytes()
+    )
 
 
 def test_a_slice_ends_when_its_time_is_up_and_the_next_goes_on() -> None:
@@ -158,7 +161,7 @@ def test_samples_stay_true_and_none_is_lost_when_inputs_fall_on_the_grid() -> No
     loop, heard = made(state_rate=100.0)
     loop.slice(NS - 1, budget_ns=60 * NS)
     for _ in range(3):  # the inputs act at NS, NS + 1 and NS + 2
-        loop.settle()
+        loop.finish_samples()
         loop.session.command([(loop.session.input_ns, Motion(0.03, 0.1, 3.0, 0.0))])
     loop.slice(NS + NS // 100, budget_ns=60 * NS)
     assert heard.times == grid(100, NS + NS // 100)
@@ -185,7 +188,7 @@ def test_many_rows_are_handed_over_in_between() -> None:
     loop, heard = made(frequency=40_000.0, axial_amplitude=1e-6, preload=1.1e4, mass=0.25)
     loop.slice(NS, budget_ns=60 * NS)
     assert len(heard.rows) > 1
-    index = inputs.joined(heard.rows)["index"]
+    index = input_replay.join_rows(heard.rows)["index"]
     assert np.array_equal(index, np.arange(len(index)))
 
 

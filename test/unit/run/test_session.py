@@ -12,10 +12,10 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run import inputs
-from bouncing_disk_ros.run import records as records_of
-from bouncing_disk_ros.run.clock import NS
+from bouncing_disk_ros.run import input_records as records_of
+from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
+from bouncing_disk_ros.run.time_map import NS
 from support.driven import wild_input
 
 Record = dict[str, Any]
@@ -23,8 +23,8 @@ Record = dict[str, Any]
 
 def started(**values: parameters.Value) -> tuple[Session, list[Record]]:
     records: list[Record] = []
-    held = bool(values.pop("held", False))
-    return Session(parameters.complete(values), records.append, held=held), records
+    paused = bool(values.pop("held", False))
+    return Session(parameters.complete(values), records.append, paused=paused), records
 
 
 def through_json(records: list[Record]) -> list[Record]:
@@ -37,7 +37,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
     for _ in range(inputs_):
         session.advance(session.time_ns + rng.choice([0, 1, 7, 10**6, rng.randrange(3 * 10**8)]))
         wild_input(session, rng)
-    session.hold(False)
+    session.set_paused(False)
     session.advance(session.time_ns + NS)
 
 
@@ -45,9 +45,9 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
 def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
     session, records = started()
     drive(session, seed)
-    rows = inputs.joined(session.take_rows())
+    rows = input_replay.join_rows(session.take_rows())
     assert len(rows) > 10
-    again = inputs.replay(through_json(records), until_ns=session.time_ns)
+    again = input_replay.replay(through_json(records), until_ns=session.time_ns)
     assert again.tobytes() == rows.tobytes()
 
 
@@ -59,9 +59,9 @@ def test_a_record_begun_in_mid_run_reproduces_the_rest() -> None:
     session.take_rows()
     cut = len(records) - 1
     drive(session, 12)
-    rows = inputs.joined(session.take_rows())
+    rows = input_replay.join_rows(session.take_rows())
     assert rows["index"][0] == first
-    again = inputs.replay(through_json(records[cut:]), until_ns=session.time_ns)
+    again = input_replay.replay(through_json(records[cut:]), until_ns=session.time_ns)
     assert again.tobytes() == rows.tobytes()
 
 
@@ -86,17 +86,17 @@ def test_an_input_of_a_running_session_acts_one_nanosecond_after_what_was_simula
 
 
 def test_an_input_of_a_held_session_acts_at_the_held_instant() -> None:
-    session, records = started(held=True)
+    session, records = started(paused=True)
     session.advance(NS)
-    session.kick(session.input_ns, 0.1, 0.0)
+    session.apply_impulse(session.input_ns, 0.1, 0.0)
     assert session.time_ns == NS
     assert records[-1]["at_ns"] == records[-1]["time_ns"] == NS
 
 
 def test_hold_is_recorded_once() -> None:
     session, records = started()
-    session.hold(True)
-    session.hold(True)
+    session.set_paused(True)
+    session.set_paused(True)
     assert [record["kind"] for record in records] == ["snapshot", "pause"]
 
 
@@ -118,9 +118,9 @@ def test_reset_takes_the_parameters_as_they_are_now() -> None:
 
 
 def test_many_inputs_bring_a_snapshot_of_their_own() -> None:
-    session, records = started(held=True)
+    session, records = started(paused=True)
     for _ in range(MAX_INPUTS_BETWEEN_SNAPSHOTS):
-        session.kick(session.input_ns, 0.0, 0.0)
+        session.apply_impulse(session.input_ns, 0.0, 0.0)
     assert [r["index"] for r in records if r["kind"] == "snapshot"] == [0, 501]
 
 
@@ -146,7 +146,7 @@ def test_unknown_kinds_are_refused() -> None:
 
 def test_replay_needs_a_snapshot() -> None:
     with pytest.raises(InputError, match="at least one snapshot"):
-        inputs.replay([{"index": 0, "time_ns": 0, "kind": "pause", "paused": True}])
+        input_replay.replay([{"index": 0, "time_ns": 0, "kind": "pause", "paused": True}])
 
 
 def test_numbers_that_are_none_never_reach_the_record() -> None:
@@ -156,10 +156,10 @@ def test_numbers_that_are_none_never_reach_the_record() -> None:
 
 def test_joined_rows_keep_the_layout() -> None:
     rows = [np.ones(2, IMPACT_DTYPE), np.zeros(1, IMPACT_DTYPE)]
-    joined = inputs.joined(rows)
+    joined = input_replay.join_rows(rows)
     assert joined.dtype == IMPACT_DTYPE
     assert list(joined["index"]) == [1.0, 1.0, 0.0]
-    assert len(inputs.joined([])) == 0
+    assert len(input_replay.join_rows([])) == 0
 
 
 # --- inputs whose instant takes long --------------------------------------------------------------
@@ -190,28 +190,28 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     kinds = [record["kind"] for record in records[before:]]
     assert kinds == ["parameters", "motion"]
     assert [record["time_ns"] for record in records[before:]] == [1, 2]
-    again = inputs.replay(through_json(records), until_ns=2)
-    assert again.tobytes() == inputs.joined(session.take_rows()).tobytes()
+    again = input_replay.replay(through_json(records), until_ns=2)
+    assert again.tobytes() == input_replay.join_rows(session.take_rows()).tobytes()
 
 
 def test_a_pause_waits_in_its_place() -> None:
     session, _ = dense()
     session.advance(1, 10)
-    session.hold(True)
-    assert not session.held
-    session.hold(False)
-    session.hold(True)
+    session.set_paused(True)
+    assert not session.paused
+    session.set_paused(False)
+    session.set_paused(True)
     assert session.waiting == 3
     while not session.resolve_waiting(1_000_000):
         pass
-    assert session.held
+    assert session.paused
 
 
 def test_a_run_whose_state_is_not_finite_stands_still() -> None:
     session, records = started()
     session.advance(NS)
     session.simulation._engine.state["u"] = float("nan")
-    session.simulation._engine.look_again()
+    session.simulation._engine.invalidate_next_event()
     assert session.advance(2 * NS)
     assert "u nan" in session.fault
     stood, count = session.time_ns, len(records)

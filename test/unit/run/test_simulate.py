@@ -11,7 +11,7 @@ import pytest
 from bouncing_disk_ros import parameters, simulate
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run import inputs
+from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.session import disk_of, motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
@@ -86,10 +86,10 @@ def test_inputs_of_a_simulation_replay_it() -> None:
     result = simulate(
         5.0,
         programme=[(1.0, {"axial_amplitude": 0.05}), (3.0, {"frequency": 4.0})],
-        kicks=[(4.0, 0.1, 0.0), (2.0, 0.0, 0.01)],
+        impulses=[(4.0, 0.1, 0.0), (2.0, 0.0, 0.01)],
         restitution=0.6,
     )
-    assert inputs.replay(result.inputs, 5 * 10**9).tobytes() == result.impacts.tobytes()
+    assert input_replay.replay(result.inputs, 5 * 10**9).tobytes() == result.impacts.tobytes()
     assert [record["kind"] for record in result.inputs] == [
         "snapshot",
         "motion",

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.study import Arrays, Region, open_result
-from bouncing_disk_ros.study.claim import claimed, token_of
-from bouncing_disk_ros.study.pipeline import AHEAD, AT_FIRST, Pipeline, compute_region
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
+from bouncing_disk_ros.study.pipeline import FIRST_BATCH, PREFETCH, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Products
 
@@ -42,7 +42,7 @@ def piled_up(tmp_path: Path, *, sends_back: bool, workers: int) -> tuple[int, St
 
     pipeline, missing, most = Pipeline(work, store, AtOnce(), workers), study.regions(), 0
     while True:
-        pipeline.give_out(missing)
+        pipeline.submit(missing)
         if pipeline.empty:
             return most, store
         most = max(most, len(pipeline._at_work))
@@ -53,7 +53,7 @@ def piled_up(tmp_path: Path, *, sends_back: bool, workers: int) -> tuple[int, St
 @pytest.mark.parametrize("workers", [1, 100])
 def test_results_sent_back_do_not_pile_up(tmp_path: Path, workers: int) -> None:
     most, store = piled_up(tmp_path, sends_back=True, workers=workers)
-    assert most == min(AHEAD * workers, AT_FIRST)
+    assert most == min(PREFETCH * workers, FIRST_BATCH)
     assert store.regions_done == 256
     expected = 0.5 * np.multiply.outer(np.arange(64.0), np.arange(64.0))
     assert np.array_equal(open_result(store.path)["product"], expected)
@@ -61,14 +61,14 @@ def test_results_sent_back_do_not_pile_up(tmp_path: Path, workers: int) -> None:
 
 def test_workers_that_store_are_all_kept_busy(tmp_path: Path) -> None:
     most, store = piled_up(tmp_path, sends_back=False, workers=100)
-    assert most > 2 * AT_FIRST
+    assert most > 2 * FIRST_BATCH
     assert store.regions_done == 256
 
 
 def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
     study, path = Products(VALUES), tmp_path / "r.zarr"
     region = next(study.regions())
-    with claimed(path) as token:
+    with exclusive_lock(path) as token:
         store = Store(path, study)
         given = (study, study.context(), str(path))
         assert token_of(str(path)) == token

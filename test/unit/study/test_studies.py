@@ -11,16 +11,16 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.bifurcation import begin, follow
+from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study import basins as basins_module
-from bouncing_disk_ros.study import bifurcation as bifurcation_module
+from bouncing_disk_ros.study import basin_study as basins_module
+from bouncing_disk_ros.study import bifurcation_study as bifurcation_module
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study import parameter_map as parameter_map_module
-from bouncing_disk_ros.study.basins import from_arrays, to_arrays
-from bouncing_disk_ros.study.bifurcation import branch_of
+from bouncing_disk_ros.study import parameter_map_study as parameter_map_module
+from bouncing_disk_ros.study.basin_study import from_arrays, to_arrays
+from bouncing_disk_ros.study.bifurcation_study import branch_of
 
 
 def result_of(path: Path, name: str, **given: Value) -> xr.Dataset:

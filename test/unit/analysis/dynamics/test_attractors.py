@@ -10,39 +10,41 @@ import pytest
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Cells, distance
 from bouncing_disk_ros.analysis.period_one import stability_limit
-from bouncing_disk_ros.core.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
+from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
 
 STARTS = [
     (float(tau), float(w)) for w in -np.linspace(0.1, 4.9, 12) for tau in np.linspace(0.1, 6.2, 12)
 ]
 
 
-def names(forcing: float, restitution: float = 0.5) -> list[str]:
-    return [a.name for a in find_attractors(forcing, restitution, STARTS).found]
+def names(axial_forcing: float, restitution: float = 0.5) -> list[str]:
+    return [a.name for a in find_attractors(axial_forcing, restitution, STARTS).found]
 
 
-def after(attractor: Attractor, forcing: float, restitution: float) -> Attractor:
+def after(attractor: Attractor, axial_forcing: float, restitution: float) -> Attractor:
     """The attractor one repetition of impacts later."""
     n = len(attractor.forcing_phases)
     rows = np.empty((n, 4))
-    axial_orbit(attractor.forcing_phases[0], attractor.velocities[0], forcing, restitution, n, rows)
+    axial_orbit(
+        attractor.forcing_phases[0], attractor.velocities[0], axial_forcing, restitution, n, rows
+    )
     return attractor._replace(
         forcing_phases=np.roll(rows[:, 0], 1), velocities=np.roll(rows[:, 1], 1)
     )
 
 
 @pytest.mark.parametrize("forcing", [0.0, 0.1, 0.318])
-def test_all_come_to_rest_below_one_over_pi(forcing: float) -> None:
-    assert names(forcing) == ["rest"]
+def test_all_come_to_rest_below_one_over_pi(axial_forcing: float) -> None:
+    assert names(axial_forcing) == ["rest"]
 
 
 @pytest.mark.parametrize("forcing", [0.34, 0.40, 0.45])
-def test_period_one_and_chattering_as_in_the_paper(forcing: float) -> None:
+def test_period_one_and_chattering_as_in_the_paper(axial_forcing: float) -> None:
     """Fig. 4: two attractors; the period-1 orbit by its formulas, its multipliers of modulus ε."""
-    found = find_attractors(forcing, 0.5, STARTS).found
+    found = find_attractors(axial_forcing, 0.5, STARTS).found
     assert [a.name for a in found] == ["chattering (1 cycle)", "period-1"]
     orbit = found[1]
-    assert orbit.forcing_phases[0] == pytest.approx(math.acos(1 / (3 * forcing)), abs=1e-13)
+    assert orbit.forcing_phases[0] == pytest.approx(math.acos(1 / (3 * axial_forcing)), abs=1e-13)
     assert orbit.velocities[0] == pytest.approx(-4 / 3, abs=1e-13)
     assert orbit.multiplier == pytest.approx(0.5, abs=1e-12)
 
@@ -76,9 +78,9 @@ def test_close_to_a_doubling_nothing_is_unresolved() -> None:
 
 
 @pytest.mark.parametrize(("forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
-def test_order_of_the_starts_does_not_matter(forcing: float, restitution: float) -> None:
-    one = find_attractors(forcing, restitution, STARTS)
-    other = find_attractors(forcing, restitution, STARTS[::-1])
+def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: float) -> None:
+    one = find_attractors(axial_forcing, restitution, STARTS)
+    other = find_attractors(axial_forcing, restitution, STARTS[::-1])
     assert [a.name for a in one.found] == [a.name for a in other.found]
     for first, second in zip(one.found, other.found, strict=True):
         pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
@@ -86,10 +88,10 @@ def test_order_of_the_starts_does_not_matter(forcing: float, restitution: float)
 
 
 @pytest.mark.parametrize("forcing", [0.34, 0.487, 0.535])
-def test_periodic_attractors_repeat(forcing: float) -> None:
-    for found in find_attractors(forcing, 0.5, STARTS).found:
+def test_periodic_attractors_repeat(axial_forcing: float) -> None:
+    for found in find_attractors(axial_forcing, 0.5, STARTS).found:
         if found.kind is AttractorKind.PERIODIC:
-            again = after(found, forcing, 0.5)
+            again = after(found, axial_forcing, 0.5)
             pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (found, again)]
             assert distance(*pair) < 1e-10
 

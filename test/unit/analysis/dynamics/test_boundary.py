@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics import strips as label_strips
-from bouncing_disk_ros.analysis.dynamics.basins import shares, unresolved_fraction
+from bouncing_disk_ros.analysis.dynamics import row_blocks as label_strips
+from bouncing_disk_ros.analysis.dynamics.basin_labels import shares, unresolved_fraction
 from bouncing_disk_ros.analysis.dynamics.boundary import (
     FRACTAL,
     basin_entropy,

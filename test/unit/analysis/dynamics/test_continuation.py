@@ -47,22 +47,26 @@ def test_the_ratios_tend_to_feigenbaums_constant(cascade: list[Doubling]) -> Non
     assert abs(ratios[-1] - FEIGENBAUM) < 0.02
 
 
-def landing(tau: Any, w: Any, delay: Any, forcing: Any, restitution: Any) -> tuple[Any, Any, Any]:
+def landing(
+    tau: Any, w: Any, delay: Any, axial_forcing: Any, restitution: Any
+) -> tuple[Any, Any, Any]:
     """The flight after (τ, w), its delay refined from one near; all in mpmath's precision."""
 
     def gap(d: Any) -> Any:
         rise = mpmath.sin(tau + d) - mpmath.sin(tau) - d * mpmath.cos(tau)
-        return -restitution * w * d - d * d / (2 * mpmath.pi) - forcing * rise
+        return -restitution * w * d - d * d / (2 * mpmath.pi) - axial_forcing * rise
 
     d = mpmath.findroot(gap, delay)
-    slope = -restitution * w - d / mpmath.pi - forcing * (mpmath.cos(tau + d) - mpmath.cos(tau))
+    slope = (
+        -restitution * w - d / mpmath.pi - axial_forcing * (mpmath.cos(tau + d) - mpmath.cos(tau))
+    )
     return tau + d, slope, d
 
 
 def precise_defect(orbit: PeriodicOrbit, axis: str, value: Any) -> Any:
     """1 + trace + determinant of the orbit at `value`, by differences in 50 digits."""
     parameters = {
-        "forcing": mpmath.mpf(orbit.map.forcing),
+        "forcing": mpmath.mpf(orbit.map.axial_forcing),
         "restitution": mpmath.mpf(orbit.map.restitution),
     }
     parameters[axis] = value

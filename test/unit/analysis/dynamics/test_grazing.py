@@ -17,8 +17,8 @@ from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
 from bouncing_disk_ros.errors import InputError
 
 
-def two_impacts(forcing: float) -> PeriodicOrbit:
-    section = NextCollisionMap(forcing, 0.5)
+def two_impacts(axial_forcing: float) -> PeriodicOrbit:
+    section = NextCollisionMap(axial_forcing, 0.5)
     return periodic_orbit(section, section.iterate(MapState(1.0, -1.3), 2000), 2)
 
 
@@ -48,7 +48,7 @@ def test_an_orbit_ends_where_it_grazes_the_platform() -> None:
     for tau, w, delay in starts:
         x = np.linspace(0.0, delay, 200_001)[2000:-2000]
         rise = np.sin(tau + x) - np.sin(tau) - x * math.cos(tau)
-        dips.append(np.min(-0.5 * w * x - x * x / math.tau - section.forcing * rise))
+        dips.append(np.min(-0.5 * w * x - x * x / math.tau - section.axial_forcing * rise))
     assert min(dips) == pytest.approx(0.0, abs=1e-8)
 
 

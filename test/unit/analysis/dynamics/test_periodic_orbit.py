@@ -16,10 +16,10 @@ from bouncing_disk_ros.errors import InputError
 @pytest.mark.parametrize(
     ("forcing", "cycles"), [(0.34, 1), (0.45, 1), (0.9, 1), (0.8, 2), (1.2, 3)]
 )
-def test_newtons_method_finds_the_closed_form(forcing: float, cycles: int) -> None:
+def test_newtons_method_finds_the_closed_form(axial_forcing: float, cycles: int) -> None:
     """Source: the paper's period-1 orbit; with k periods between impacts likewise."""
-    section = NextCollisionMap(forcing, 0.5)
-    phase, w = math.acos(cycles / 3 / forcing), -4 / 3 * cycles
+    section = NextCollisionMap(axial_forcing, 0.5)
+    phase, w = math.acos(cycles / 3 / axial_forcing), -4 / 3 * cycles
     orbit = periodic_orbit(section, MapState(phase + 0.01, 1.01 * w), 1)
     assert orbit.forcing_phase[0] == pytest.approx(phase, abs=1e-12)
     assert orbit.axial_impact_velocity[0] == pytest.approx(w, abs=1e-12)
@@ -32,19 +32,19 @@ def test_the_multipliers_of_the_period_1_orbit() -> None:
     limit = stability_limit(0.5)
     at = fixed_point(limit, 0.5)
     assert min(abs(m + 1.0) for m in at.multipliers) < 1e-13
-    for forcing in (0.34, 0.4, 0.47, 0.55):
-        orbit = fixed_point(forcing, 0.5)
-        trace = 1.25 - math.pi * 2.25 * forcing * math.sin(orbit.forcing_phase[0])
+    for axial_forcing in (0.34, 0.4, 0.47, 0.55):
+        orbit = fixed_point(axial_forcing, 0.5)
+        trace = 1.25 - math.pi * 2.25 * axial_forcing * math.sin(orbit.forcing_phase[0])
         assert orbit.trace == pytest.approx(trace, abs=1e-12)
         first, second = orbit.multipliers
         assert first + second == pytest.approx(trace, abs=1e-12)
         assert first * second == pytest.approx(0.25, abs=1e-13)
-        assert orbit.stable == (forcing < limit)
+        assert orbit.stable == (axial_forcing < limit)
 
 
 @pytest.mark.parametrize(("forcing", "n"), [(0.5, 2), (0.535, 4), (0.5415, 8)])
-def test_multipliers_are_those_of_finite_differences(forcing: float, n: int) -> None:
-    section = NextCollisionMap(forcing, 0.5)
+def test_multipliers_are_those_of_finite_differences(axial_forcing: float, n: int) -> None:
+    section = NextCollisionMap(axial_forcing, 0.5)
     settled = section.iterate(MapState(1.0, -1.3), 5000)
     orbit = periodic_orbit(section, settled, n)
     assert orbit.cycles == n

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.analysis.dynamics.start_speeds import MEASURED, mean_speeds, settling_impacts
-from bouncing_disk_ros.core.attractor import MEAN_PER_TIME, attractor
-from bouncing_disk_ros.core.attractor import MEASURED as LAST
+from bouncing_disk_ros.collision_map.attractor_measures import MEAN_PER_TIME, measure_attractor
+from bouncing_disk_ros.collision_map.attractor_measures import MEASURED as LAST
 
 
 @pytest.mark.parametrize("before", [0.0, 1.0, -2.5])
@@ -29,7 +29,7 @@ def test_other_starts_agree_with_the_scalar_map_and_may_be_cut() -> None:
     for i in range(len(tau)):
         state, out = np.array([tau[i], w[i], 0.5, 1.0, 0.0]), np.empty((1, 6))
         results = np.empty(LAST + 1)
-        attractor(state, *given, settling_impacts(0.5, 3.0), MEASURED, out, results)
+        measure_attractor(state, *given, settling_impacts(0.5, 3.0), MEASURED, out, results)
         # the chattering orbit, which is not chaotic: rounding does not grow
         assert found[i] == pytest.approx(results[MEAN_PER_TIME], rel=1e-9)
     cut = [mean_speeds(tau[part], w[part], 0.5, *given) for part in (slice(0, 5), slice(5, 12))]

@@ -35,9 +35,9 @@ def rows_of(phases: list[float], speeds: list[float], repeats: int) -> NDArray[n
     return rows
 
 
-def followed(forcing: float, settle: float = 400.0) -> NDArray[np.void]:
+def followed(axial_forcing: float, settle: float = 400.0) -> NDArray[np.void]:
     """Impacts of the attractor that the period-1 orbit of Γ leads to."""
-    motion = Motion(forcing * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
+    motion = Motion(axial_forcing * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
     orbit = period_one(motion, DISK)
     assert orbit is not None
     start = InitialState(1e-4, -velocity_scale(motion, DISK), 0.0, 0.0, orbit.forcing_phase)
@@ -48,8 +48,8 @@ def followed(forcing: float, settle: float = 400.0) -> NDArray[np.void]:
 @pytest.mark.parametrize(
     ("forcing", "period"), [(0.45, 1), (0.50, 2), (0.535, 4)]
 )  # doublings at 0.486, 0.531, 0.540 (paper, Fig. 3)
-def test_periods_of_the_bifurcation_diagram(forcing: float, period: int) -> None:
-    orbit = orbit_of(followed(forcing))
+def test_periods_of_the_bifurcation_diagram(axial_forcing: float, period: int) -> None:
+    orbit = orbit_of(followed(axial_forcing))
     assert (orbit.kind, orbit.impacts, orbit.cycles) == (OrbitKind.PERIODIC, period, period)
     assert orbit.name == f"period-{period}"
     assert len(orbit.forcing_phases) == len(orbit.axial_impact_velocities) == period
@@ -128,12 +128,12 @@ def test_kinds_matter() -> None:
 GAMMA_1 = stability_limit(0.5)  # 0.486003: period 1 to 2 (paper; closed form)
 
 
-def told(forcing: float, impacts: int, skip: int = 0, away: float = 0.02) -> tuple[str, str]:
+def told(axial_forcing: float, impacts: int, skip: int = 0, away: float = 0.02) -> tuple[str, str]:
     """The names of the orbit without and with motion and disk."""
-    rows = map_rows(forcing, impacts, skip, away)
+    rows = map_rows(axial_forcing, impacts, skip, away)
     return (
         orbit_of(rows).name,
-        orbit_of(rows, motion=motion_of(forcing), disk=DISK).name,
+        orbit_of(rows, motion=motion_of(axial_forcing), disk=DISK).name,
     )
 
 
@@ -149,8 +149,8 @@ def told(forcing: float, impacts: int, skip: int = 0, away: float = 0.02) -> tup
         (0.5418, "period-8"),
     ],
 )
-def test_cascade(forcing: float, name: str) -> None:
-    assert told(forcing, 2000, skip=20_000) == (name, name)
+def test_cascade(axial_forcing: float, name: str) -> None:
+    assert told(axial_forcing, 2000, skip=20_000) == (name, name)
 
 
 @pytest.mark.parametrize("difference", [-1e-3, -1e-4, -1e-5, 0.0, 1e-5, 1e-4])
@@ -165,11 +165,11 @@ def test_at_the_doubling_itself_the_transient_never_ends() -> None:
 
 
 @pytest.mark.parametrize("forcing", [GAMMA_1 + 1e-8, 0.5, 0.535, 0.549])
-def test_an_unstable_cycle_is_no_orbit(forcing: float) -> None:
+def test_an_unstable_cycle_is_no_orbit(axial_forcing: float) -> None:
     """The first 20 impacts stay within 1e-9 of the period-1 orbit, and would leave it."""
-    away = 1e-9 * (forcing - GAMMA_1)
-    rows = map_rows(forcing, 20, away=away)
-    assert orbit_of(rows, motion=motion_of(forcing), disk=DISK) == UNRESOLVED
+    away = 1e-9 * (axial_forcing - GAMMA_1)
+    rows = map_rows(axial_forcing, 20, away=away)
+    assert orbit_of(rows, motion=motion_of(axial_forcing), disk=DISK) == UNRESOLVED
 
 
 def test_departure_is_seen_without_the_map_too() -> None:
@@ -177,18 +177,18 @@ def test_departure_is_seen_without_the_map_too() -> None:
 
 
 @pytest.mark.parametrize("forcing", [0.5435, 0.549, 0.56])
-def test_chaos_is_told_by_its_exponent(forcing: float) -> None:
-    rows = map_rows(forcing, 2000, skip=1000)
-    orbit = orbit_of(rows, motion=motion_of(forcing), disk=DISK)
+def test_chaos_is_told_by_its_exponent(axial_forcing: float) -> None:
+    rows = map_rows(axial_forcing, 2000, skip=1000)
+    orbit = orbit_of(rows, motion=motion_of(axial_forcing), disk=DISK)
     assert (orbit.kind, orbit.name, orbit.impacts) == (OrbitKind.CHAOTIC, "chaotic", 0)
     assert orbit.exponent is not None
     assert orbit.exponent.low > 0.0
     assert orbit_of(rows).kind is OrbitKind.UNRESOLVED  # no evidence without the map
-    few = orbit_of(rows[-60:], motion=motion_of(forcing), disk=DISK)
+    few = orbit_of(rows[-60:], motion=motion_of(axial_forcing), disk=DISK)
     assert few.kind is OrbitKind.UNRESOLVED
     broken = rows.copy()
     broken["index"][-60:] += 1.0  # a row lost
-    assert orbit_of(broken, motion=motion_of(forcing), disk=DISK) == UNRESOLVED
+    assert orbit_of(broken, motion=motion_of(axial_forcing), disk=DISK) == UNRESOLVED
 
 
 def test_chaos_of_a_simulated_run() -> None:

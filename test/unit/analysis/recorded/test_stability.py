@@ -11,15 +11,15 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.analysis.recorded import stability
 from bouncing_disk_ros.analysis.recorded.stability import Path, chaos_of, cycle_near, path_of
-from bouncing_disk_ros.core.axial_map import MAP_IMPACT, axial_orbit
+from bouncing_disk_ros.collision_map.axial_map import MAP_IMPACT, axial_orbit
 from bouncing_disk_ros.core.model import Disk, Motion
 from support.map_rows import DISK, map_rows, motion_of
 
 
-def step(tau: float, w: float, forcing: float, restitution: float) -> tuple[float, float]:
+def step(tau: float, w: float, axial_forcing: float, restitution: float) -> tuple[float, float]:
     """One impact of the map: τ' not wrapped, and w'."""
     out = np.empty((1, 4))
-    axial_orbit(tau, w, forcing, restitution, 1, out)
+    axial_orbit(tau, w, axial_forcing, restitution, 1, out)
     assert out[0, 3] == MAP_IMPACT
     return tau + out[0, 2], out[0, 1]
 
@@ -27,15 +27,15 @@ def step(tau: float, w: float, forcing: float, restitution: float) -> tuple[floa
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.9, 1.0])
 @pytest.mark.parametrize(("tau", "w"), [(0.7, -1.3), (0.6, -2.5), (1.1, -0.9)])
 def test_derivative_is_that_of_the_map(tau: float, w: float, restitution: float) -> None:
-    forcing, h = 0.6, 1e-5
-    tau1, w1 = step(tau, w, forcing, restitution)
+    axial_forcing, h = 0.6, 1e-5
+    tau1, w1 = step(tau, w, axial_forcing, restitution)
     path = Path(
-        np.array([tau, tau1]), np.array([w, w1]), np.array([tau1 - tau]), forcing, restitution
+        np.array([tau, tau1]), np.array([w, w1]), np.array([tau1 - tau]), axial_forcing, restitution
     )
     (jacobian,) = stability.jacobians(path)
     for column, (dt, dw) in enumerate([(h, 0.0), (0.0, h)]):
-        more = np.array(step(tau + dt, w + dw, forcing, restitution))
-        less = np.array(step(tau - dt, w - dw, forcing, restitution))
+        more = np.array(step(tau + dt, w + dw, axial_forcing, restitution))
+        less = np.array(step(tau - dt, w - dw, axial_forcing, restitution))
         # central differences leave h²/6 of third derivatives, which are below 1e3 here
         assert jacobian[:, column] == pytest.approx((more - less) / (2.0 * h), abs=2e-7)
     area = restitution**2 * w / w1
@@ -45,8 +45,8 @@ def test_derivative_is_that_of_the_map(tau: float, w: float, restitution: float)
 def test_doubling_points_have_the_multiplier_minus_one() -> None:
     """Γ₁ in closed form; the period-2 orbit is stable from there to the next doubling."""
     limit = stability_limit(0.5)
-    for forcing, stable in [(limit - 1e-7, True), (limit + 1e-7, False)]:
-        path = path_of(map_rows(forcing, 3, away=0.0), motion_of(forcing), DISK)
+    for axial_forcing, stable in [(limit - 1e-7, True), (limit + 1e-7, False)]:
+        path = path_of(map_rows(axial_forcing, 3, away=0.0), motion_of(axial_forcing), DISK)
         cycle = cycle_near(path, 1)
         assert cycle is not None
         # d|λ|/dΓ is of order 10: the multiplier is within 1e-5 of 1, and on the right side of it
@@ -67,7 +67,7 @@ def test_cycle_is_periodic_under_the_map() -> None:
 
 
 def test_rows_of_the_simulator_follow_the_map_until_a_kick() -> None:
-    result = simulate(40.0, preset="pizza_multiple_toss", kicks=[(20.1, 0.02, 0.0)])
+    result = simulate(40.0, preset="pizza_multiple_toss", impulses=[(20.1, 0.02, 0.0)])
     disk = Disk(*(float(result.parameters[name]) for name in Disk._fields))
     motion = Motion(*(float(result.parameters[name]) for name in Motion._fields))
     rows = result.impacts

@@ -23,14 +23,14 @@ from bouncing_disk_ros.analysis.toss.tosses import (
     toss,
     toss_pixels,
 )
-from bouncing_disk_ros.core.model import Disk, InitialState, Phase
-from bouncing_disk_ros.core.ride import (
-    RIDE_NONE,
-    RIDE_SLID,
-    RIDE_STAYS,
-    RIDE_STUCK,
-    RIDE_UNRESOLVED,
+from bouncing_disk_ros.collision_map.single_toss import (
+    TOSS_NONE,
+    TOSS_SLID,
+    TOSS_STAYS,
+    TOSS_STUCK,
+    TOSS_UNRESOLVED,
 )
+from bouncing_disk_ros.core.model import Disk, InitialState, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from reference.cases import FIXED, NS
@@ -64,7 +64,7 @@ def test_a_toss_is_a_run_of_the_simulation(
 ) -> None:
     setting = TossSetting(disk=disk)
     found = toss(lag, angle, setting, angular_velocity=speed, forcing_phase=tau)
-    assert found.code in (RIDE_SLID, RIDE_STUCK, RIDE_NONE)
+    assert found.code in (TOSS_SLID, TOSS_STUCK, TOSS_NONE)
     final, work, phase = stepper(lag, angle, setting, speed, tau, float(found.delay))
     assert phase == Phase.FLIGHT
     # After the separation only the load torque acts, for 2 ns at most. The bounds that steer the
@@ -116,7 +116,7 @@ def test_a_table_may_be_cut_anywhere(disk: Disk) -> None:
     low, high = [0.0, 0.0, -4.0, 0.0, -30.0], [0.3, 2.0, 4.0, 6.28, 30.0]
     starts = rng.uniform(low, high, (500, 5))
     whole = toss_pixels(starts, 3.0, disk)
-    assert {RIDE_SLID, RIDE_NONE, RIDE_STAYS} <= set(whole.code.tolist())
+    assert {TOSS_SLID, TOSS_NONE, TOSS_STAYS} <= set(whole.code.tolist())
     for cut in (slice(0, 1), slice(123, 400), slice(499, 500), slice(7, 7)):
         part = toss_pixels(starts[cut], 3.0, disk)
         for name in Pixels._fields:
@@ -140,25 +140,25 @@ def test_how_a_toss_ends() -> None:
     limit = math.acos(10.0 / OMEGA**2 / 0.25)
     angles = np.array([limit - 1e-9, limit + 1e-9, math.pi / 2])
     stays = toss(0.0, angles)
-    assert stays.code.tolist() == [RIDE_SLID, RIDE_STAYS, RIDE_STAYS]
+    assert stays.code.tolist() == [TOSS_SLID, TOSS_STAYS, TOSS_STAYS]
     for name in Toss._fields[:-1]:
         values = getattr(stays, name)
         assert not np.isnan(values[0])
         assert np.isnan(values[1:]).all()
     assert np.isnan(separation_phase(angles)).tolist() == [False, True, True]
     at_once = toss(0.3, 0.5, angular_velocity=7.0, forcing_phase=math.pi / 2)
-    assert at_once.code == RIDE_NONE
+    assert at_once.code == TOSS_NONE
     assert list(map(float, at_once[:1] + at_once[4:6])) == [7.0, 0.0, 0.0]
     assert np.isnan(at_once.efficiency)
     lifted = toss(0.0, 0.0)
-    assert lifted.code == RIDE_STUCK
+    assert lifted.code == TOSS_STUCK
     assert lifted.airborne_speed == 0.0
     assert np.isnan(lifted.speed_ratio)
     start = np.array([[0.2, 1.0, 1.5, LOWEST, 0.0]])  # slip, and slip the other way
-    assert toss_pixels(start, 3.0, PAPER_DISK, 1).code[0] == RIDE_UNRESOLVED
+    assert toss_pixels(start, 3.0, PAPER_DISK, 1).code[0] == TOSS_UNRESOLVED
     assert np.isnan(toss_pixels(start, 3.0, PAPER_DISK, 1).airborne_speed[0])
-    assert toss_pixels(start, 3.0, PAPER_DISK, 5).code[0] == RIDE_SLID
-    assert set(CODES) == {RIDE_SLID, RIDE_STUCK, RIDE_NONE, RIDE_STAYS, RIDE_UNRESOLVED}
+    assert toss_pixels(start, 3.0, PAPER_DISK, 5).code[0] == TOSS_SLID
+    assert set(CODES) == {TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED}
 
 
 def test_without_friction_nothing_turns() -> None:

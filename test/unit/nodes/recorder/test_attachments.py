@@ -16,8 +16,8 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import ANSWER_BYTES, PRESET_BYTES
 from bouncing_disk_ros.nodes.recorder.attachments import answered, dumped, preset_bytes
-from bouncing_disk_ros.nodes.recorder.topic import is_snapshot, message_class
-from bouncing_disk_ros.run.records import to_json
+from bouncing_disk_ros.nodes.recorder.recorded_topic import is_snapshot, message_class
+from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
 
 
@@ -98,7 +98,7 @@ def message(text: str) -> bytes:
 def test_a_snapshot_of_a_session_is_one() -> None:
     records: list[dict[str, Any]] = []
     session = Session(parameters.complete({}), records.append)
-    session.hold(True)
+    session.set_paused(True)
     session.snapshot()
     assert [is_snapshot(message(to_json(record))) for record in records] == [True, False, True]
     padded = message(to_json(records[0])) + bytes(3)

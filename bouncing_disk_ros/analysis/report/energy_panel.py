@@ -1,0 +1,67 @@
+"""The panel of the energy books: as the simulator reports them, and as the impacts give them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
+from bouncing_disk_ros.analysis.recorded.segments import known
+from bouncing_disk_ros.analysis.report.panel import Panel, SeriesStyle, envelope, series
+from bouncing_disk_ros.analysis.report.run_report import Report
+
+_LEDGER = (
+    ("work, axial", "work_axial", 0),
+    ("work, angular", "work_angular", 5),
+    ("loss in impacts, axial", "loss_impact_axial", 1),
+    ("loss in impacts, friction", "loss_impact_friction", 3),
+    ("loss in sliding", "loss_sliding", 2),
+)
+_RINGS = 40
+"""Recomputed points in the panel."""
+
+
+def time_range(report: Report) -> tuple[float, float]:
+    """What axes of simulated time show, s: the run and a little more."""
+    margin = 0.02 * (report.end - report.begin)
+    return report.begin - margin, report.end + margin
+
+
+def energy_panel(report: Report, most: int) -> Panel:
+    """Books over time; rings are the losses recomputed from the impacts."""
+    health = [row for row in report.record.health if row.energy is not None]
+    drawn, note = [], ""
+    times = np.array([row.simulated for row in health])
+    for name, field, colour in _LEDGER if health else ():
+        values = np.array([getattr(row.energy, field) for row in health])
+        keep = envelope(values, most)
+        if len(keep) < len(values):
+            note = f"{len(keep)} of {len(values)} reports. "
+        look = SeriesStyle.WIDE if name.startswith("work") else SeriesStyle.LINE
+        drawn.append(series(name, times[keep], values[keep], look, colour))
+    check, disks = report.ledger, report.record.disks
+    if check is not None and disks and known(disks[-1][1]):
+        rows = report.rows
+        end = int(np.searchsorted(rows["time"], check.end, side="right"))
+        rows = rows[end - check.rows : end]
+        losses = impact_energy(rows, disks[-1][1])
+        at = times[(times >= check.begin) & (times <= check.end)]
+        at = at[np.unique(np.linspace(0, len(at) - 1, min(len(at), _RINGS)).astype(int))]
+        axial = np.where(losses.summed, 0.0, losses.axial)
+        for name, each, first, colour in (
+            ("axial", axial, check.start_axial, 1),
+            ("friction", losses.friction, check.start_friction, 3),
+        ):
+            summed = np.concatenate(([0.0], np.cumsum(each)))
+            until = np.searchsorted(rows["time"], at, side="right")
+            drawn.append(
+                series(
+                    f"{name}, from the impacts",
+                    at,
+                    first + summed[until],
+                    SeriesStyle.RINGS,
+                    colour,
+                )
+            )
+        note += "Rings: losses recomputed from the impacts. "
+    return Panel("Energy books", "simulated time t (s)", "energy E (J)", drawn, note,
+                 x_range=time_range(report))  # fmt: skip

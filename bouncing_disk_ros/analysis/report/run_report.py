@@ -1,0 +1,235 @@
+"""What a recorded run amounts to: segments, orbits, transients, estimates, energy, real time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.recorded.checked import checked_times
+from bouncing_disk_ros.analysis.recorded.estimate import (
+    Estimate,
+    friction_of,
+    platform_velocities,
+    restitution_of,
+)
+from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
+from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
+from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord, joined_rows
+from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
+from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
+from bouncing_disk_ros.analysis.report.speed_series import Speeds
+from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.errors import InputError
+
+ABSENT = "not in this bag"
+MOST_SEGMENTS = 50
+"""Of so many segments, those with the most impacts, orbit and transient are worked out."""
+MOST_ESTIMATED = 200_000
+"""Restitution and friction are estimated from at most so many rows, the last ones."""
+LONGEST, LAST = "longest", "last"
+
+Rows = NDArray[np.void]
+
+
+class TopicCount(NamedTuple):
+    """One topic as recorded; `lost` in words, from the publisher's numbering."""
+
+    topic: str
+    messages: int
+    lost: str
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a record comes from, and what is known of the recording."""
+
+    name: str
+    namespace: str = "/"
+    run: int = 1  # of `runs`
+    runs: int = 1
+    version: str = ""  # of the package that simulated
+    topics: tuple[TopicCount, ...] = ()
+    missing: tuple[str, ...] = ()  # topics of a simulator that are not in the bag
+    notes: Mapping[str, str] | None = None  # of the recorder
+    remarks: tuple[str, ...] = ()  # damage
+    limits: tuple[str, ...] = ()  # what was left out or thinned on reading
+    is_cut: bool = False  # only the times asked for were read
+
+    def absence(self, *topics: str) -> str:
+        """Why nothing of these topics (if named) is there, in words that follow "is"."""
+        if self.is_cut and not (topics and {*topics} <= {*self.missing}):
+            return "not heard within these times"
+        return ABSENT
+
+
+class SegmentReport(NamedTuple):
+    """What one segment shows; `orbit` and `transient` are None where not worked out."""
+
+    segment: Segment
+    rows: int
+    impacts: int  # those summed in a row included
+    orbit: Orbit | None
+    transient: Transient | None
+    settled: float  # rotor speed at its end, mean over SETTLED_SECONDS, rad/s
+
+
+class RealTime(NamedTuple):
+    """How the simulator kept time, from its reports once a second."""
+
+    reports: int
+    asked: str  # real-time factor, in words
+    reached: float  # between reports of a running simulator
+    lateness: tuple[float, float, float]  # median of p50, largest p99, largest of all, s
+    behind: float  # most, s
+    skipped: int
+    refused: int
+    residual: float  # of the energy balance, largest
+
+
+@dataclass(frozen=True)
+class Report:
+    """A run; figures show segment `shown` (its place in `segments`)."""
+
+    record: RunRecord
+    source: Source
+    rows: Rows  # all, in the order of their index
+    begin: float  # simulated s
+    end: float
+    segments: tuple[SegmentReport, ...]
+    shown: int
+    restitution: Estimate
+    friction: Estimate
+    ledger: LedgerCheck | None
+    real_time: RealTime | None
+
+    @property
+    def chosen(self) -> SegmentReport | None:
+        """The segment of the figures; None: nothing was recorded."""
+        return self.segments[self.shown] if self.segments else None
+
+    @property
+    def shown_rows(self) -> Rows:
+        """The impacts of the segment of the figures."""
+        return self.chosen.segment.of(self.rows) if self.chosen else self.rows[:0]
+
+
+def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Report:
+    """Work out a report. `choice`: longest (the most impacts), last, or a number from 1.
+
+    Raises InputError for a choice that is none, and for impacts whose times fall.
+    """
+    rows = record.rows
+    if len(rows) and np.any(np.diff(rows["index"]) < 0.0):
+        rows = rows[np.argsort(rows["index"], kind="stable")]
+    checked_times(rows)
+    record.chunks[:] = [rows]  # not twice in memory
+    begin, end = _span(record, rows)
+    segments = segments_of(begin, end, record.motions, record.changes, record.disks)
+    counts = [len(segment.of(rows)) for segment in segments]
+    worked = set(np.argsort(counts, kind="stable")[-MOST_SEGMENTS:].tolist())
+    shown, speeds = _chosen(counts, choice), Speeds(record)
+    reports = tuple(
+        _segment(speeds, segment, rows, place in worked or place == shown)
+        for place, segment in enumerate(segments)
+    )
+    restitution, friction = _estimates(rows, segments, shown)
+    return Report(
+        record, source, rows, begin, end, reports, shown, restitution, friction,
+        check_ledger(rows, record.health, record.changes, record.disks),
+        _real_time(record.health),
+    )  # fmt: skip
+
+
+def _span(record: RunRecord, rows: Rows) -> tuple[float, float]:
+    """The first and the last instant heard of, simulated s; the end lies just behind it."""
+    times = [float(rows["time"][place]) for place in (0, -1) if len(rows)]
+    for series in (record.states, record.speeds):
+        times += [float(series[place][0]) for place in (0, -1) if series]
+    times += [report.simulated for report in record.health]
+    if not times:
+        return 0.0, 0.0
+    return min(times), math.nextafter(max(times), math.inf)
+
+
+def _chosen(counts: list[int], choice: str) -> int:
+    if choice == LAST or not counts:
+        return max(0, len(counts) - 1)
+    if choice == LONGEST:
+        return max(range(len(counts)), key=lambda place: (counts[place], place))
+    if choice.isdecimal() and 1 <= int(choice) <= len(counts):
+        return int(choice) - 1
+    raise InputError("segment", choice, f"{LONGEST}, {LAST}, or a number from 1 to {len(counts)}")
+
+
+def _segment(speeds: Speeds, segment: Segment, rows: Rows, worked: bool) -> SegmentReport:
+    own = segment.of(rows)
+    times, rotor = speeds.of(segment, own)
+    disk = segment.disk if known(segment.disk) else None
+    return SegmentReport(
+        segment,
+        len(own),
+        int(np.sum(own["count"], dtype=np.int64)),
+        orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
+        transient_of(times, rotor) if worked else None,
+        speeds.settled(segment, own),
+    )
+
+
+def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimate, Estimate]:
+    """ε and μ from all impacts of the disk that the segment shown has."""
+    nothing = Estimate(math.nan, 0.0, math.inf, 0, "not identifiable: no impacts")
+    if not segments or not len(rows):
+        return nothing, nothing
+    disk = segments[shown].disk
+    parts = [segment for segment in segments if _alike(segment.disk, disk)]
+    taken = [(segment, segment.of(rows)) for segment in parts]
+    own = joined_rows(part for _, part in taken)[-MOST_ESTIMATED:]
+    velocities = np.concatenate(
+        [
+            np.full(len(part), math.nan)
+            if segment.motion is None
+            else platform_velocities(part, segment.motion)
+            for segment, part in taken
+        ]
+    )[-MOST_ESTIMATED:]
+    unknown = nothing._replace(note="not identifiable: the disk's parameters are not in this bag")
+    if np.any(np.isfinite(velocities)):
+        restitution = restitution_of(own, velocities)
+    else:
+        restitution = restitution_of(own, mass=disk.mass) if known(disk) else unknown
+    return restitution, friction_of(own, disk) if known(disk) else unknown
+
+
+def _alike(first: Disk, second: Disk) -> bool:
+    return first == second or not (known(first) or known(second))
+
+
+def _real_time(health: list[Health]) -> RealTime | None:
+    if not health:
+        return None
+    pairs = [
+        (after.simulated - before.simulated, after.stamp - before.stamp)
+        for before, after in pairwise(health)
+        if before.running and after.running and after.simulated >= before.simulated
+    ]
+    passed, took = (sum(column) for column in zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
+    return RealTime(
+        len(health),
+        health[-1].asked,
+        passed / took if took > 0.0 else math.nan,
+        (
+            float(np.median([report.lateness_p50 for report in health])),
+            max(report.lateness_p99 for report in health),
+            max(report.lateness_max for report in health),
+        ),
+        max(report.behind for report in health),
+        max(report.skipped for report in health),
+        max(report.refused for report in health),
+        max(report.residual for report in health),
+    )

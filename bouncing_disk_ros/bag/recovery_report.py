@@ -1,0 +1,54 @@
+"""What a recovery tells: what was saved, what was lost, as far as that can be known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bouncing_disk_ros.bag.pieces import Damage
+
+MOST_LINES = 200
+"""Damages that are told one by one."""
+
+
+@dataclass
+class Report:
+    """What recovery saved and what it could not save, in words and in numbers."""
+
+    output: Path
+    saved: int = 0
+    lost: int = 0
+    exact: bool = True  # else more may be lost than `lost`
+    lines: list[str] = field(default_factory=list)
+    unlisted: int = 0  # damages beyond MOST_LINES
+
+    def add(self, line: str) -> None:
+        """Tell one damage more, or count it."""
+        if len(self.lines) < MOST_LINES:
+            self.lines.append(line)
+        else:
+            self.unlisted += 1
+
+    @property
+    def summary(self) -> str:
+        """One line."""
+        lost = f"{self.lost} lost" if self.lost else "nothing that was written is lost"
+        if not self.exact:
+            more = "what was cut off or unreadable is lost, how much is unknown"
+            lost = f"{lost}, and {more}" if self.lost else more
+        return f"{self.output}: {self.saved} messages saved, {lost}"
+
+
+def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
+    """What was lost in a file by one damage, in words; `topics` by channel."""
+    where = f"{name}: bytes {damage.offset} to {damage.offset + damage.length}"
+    if not damage.length:
+        return f"{name}: {damage.reason}"
+    span = ""
+    if damage.span_ns is not None:
+        first, last = (time / 1e9 for time in damage.span_ns)
+        span = f", received between {first:.3f} and {last:.3f} s"
+    counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
+    nothing_known = "what was there" if damage.holds_messages else "no messages"
+    return f"{where}: {damage.reason}: lost {counted or nothing_known}{span}"

@@ -1,0 +1,101 @@
+"""Iterate the next-collision map for many trajectories at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, MAP_REST, next_impact
+from bouncing_disk_ros.collision_map.lanes.lane_flight import land_lanes
+from bouncing_disk_ros.collision_map.lanes.lane_table import (
+    FIELDS,
+    FORCING,
+    IMPACTS_LEFT,
+    RESTITUTION,
+    TAU,
+    TRAJECTORY,
+    W,
+    assign_lane,
+    in_slices,
+    lane,
+    lane_entry,
+    scratch,
+    set_impact,
+)
+from bouncing_disk_ros.collision_map.lanes.scheduler import run_lanes
+
+COUNT_CONTACTS, COUNT_RESTS = 0, 1
+"""Columns of the counts of events."""
+
+_FLOATS = types.float64[::1]
+
+
+@lane
+def _service(z: Any, i: int, data: Any) -> bool:
+    """One impact by the scalar map, if any are left; whether the trajectory is done."""
+    tau, w, _, _, _, counts = data
+    job = int(z[TRAJECTORY + i])
+    if z[IMPACTS_LEFT + i] > 0.0:
+        kind, after, speed, _ = next_impact(
+            z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i]
+        )
+        set_impact(z, i, after, speed)
+        z[IMPACTS_LEFT + i] -= 1.0
+        if kind == MAP_CONTACT:
+            counts[job, COUNT_CONTACTS] += 1
+        elif kind == MAP_REST:
+            counts[job, COUNT_RESTS] += 1
+            z[IMPACTS_LEFT + i] = 0.0
+    if z[IMPACTS_LEFT + i] > 0.0:
+        return False
+    tau[job], w[job] = z[TAU + i], z[W + i]
+    return True
+
+
+@lane
+def _assign(z: Any, i: int, job: int, data: Any) -> None:
+    tau, w, forcing, restitution, impacts, _ = data
+    assign_lane(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
+
+
+@lane
+def _on_landing(z: Any, _: Any) -> None:
+    land_lanes(z)
+
+
+@lane_entry(types.void(*[_FLOATS] * 5, types.int64, types.int64[:, ::1]))
+def _iterate_axial(
+    z: Any, tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any
+) -> None:
+    run_lanes(
+        z, len(tau), _service, _assign, _on_landing, (tau, w, forcing, restitution, impacts, counts)
+    )
+
+
+def iterate_axial(
+    tau: NDArray[np.float64],
+    w: NDArray[np.float64],
+    forcing: NDArray[np.float64],
+    restitution: NDArray[np.float64],
+    impacts: int,
+    counts: NDArray[np.int64],
+    *,
+    workers: int = 1,
+) -> None:
+    """Carry trajectories `impacts` impacts on, on so many threads; the same for any number of them.
+
+    tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
+    forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed
+    chatters with contact (CONTACTS) and of rests (RESTS) are added to it. All arrays are
+    C-contiguous; nothing is checked.
+    """
+
+    def work(part: slice) -> None:
+        states = (tau[part], w[part], forcing[part], restitution[part])
+        _iterate_axial(scratch(FIELDS), *states, impacts, counts[part])
+
+    if impacts > 0:
+        in_slices(work, len(tau), workers)

@@ -1,0 +1,131 @@
+"""A ride on the platform, from contact to separation, for many motions at once (single tosses).
+
+A disk in contact with a steady motion sticks and slides until the platform falls away from under
+it (eq. 3). The events, the closed forms between them and the energy books are those of the stepper,
+given a named tuple in place of its record of a motion: numba leaves out what a steady motion does
+not need.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
+from bouncing_disk_ros.core.energy_ledger import Ledger
+from bouncing_disk_ros.core.events import after_sliding, after_sticking
+from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.layout import (
+    DISK,
+    FLIGHT,
+    LEDGER,
+    SEPARATION,
+    STATE,
+    STICKING,
+    W_ANGULAR,
+    W_AXIAL,
+)
+from bouncing_disk_ros.core.platform import Record, steady_motion
+from bouncing_disk_ros.core.propagate import classify_contact, propagate, set_clock
+from bouncing_disk_ros.core.resolve import end_contact
+
+TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED = 0, 1, 2, 3, -1
+"""How a ride ended: the disk left sliding; it left sticking (ν is then the platform's); it left at
+once, the platform falling away at the start; it never leaves (Γ ≤ 1/π); the events allowed were
+used up."""
+
+(
+    START_AXIAL_AMPLITUDE,
+    START_ANGULAR_AMPLITUDE,
+    START_PHASE_LAG,
+    START_FORCING_PHASE,
+    START_ANGULAR_SPEED,
+) = range(5)
+"""Columns of what `toss_each` reads: m, rad, rad, rad in [0, 2π), rad/s."""
+RESULT_AIRBORNE_SPEED, RESULT_DELAY, RESULT_WORK_AXIAL, RESULT_WORK_ANGULAR = range(4)
+"""Columns of what `toss_each` writes: α̇ at separation in rad/s, time to it in s, ∫N ṡ dt and ∫M β̇ dt
+until then in J."""
+
+
+@kernel
+def toss_once(
+    state: Record, motion: Record, disk: Record, ledger: Ledger, events: int
+) -> tuple[int, float]:
+    """Carry a disk in contact to its separation; returns how it ended and the seconds it took."""
+    # The loop of collision_map.ride is this one without state record and energy books: the map has
+    # no place for them, and the angle here is kept as whole turns and a rest, there as one sum.
+    total = 0.0
+    for _ in range(events):
+        phase = state.phase
+        if phase == STICKING:
+            kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
+        else:
+            kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
+        tau = phase_after(state.tau, motion.omega * d)[1]
+        if kind == SEPARATION:
+            tau = separation_phase(motion, disk.g)
+        propagate(state, motion, disk, ledger, d, 0, 0.0, 0, tau)
+        end_contact(state, motion, disk, kind, value)
+        total += d
+        if kind == SEPARATION:
+            return (TOSS_STUCK if phase == STICKING else TOSS_SLID), total
+    return TOSS_UNRESOLVED, total
+
+
+_TABLE = types.Array(types.float64, 2, "C")
+
+
+@entry(
+    types.void(
+        _TABLE,
+        types.float64,
+        DISK,
+        types.int64,
+        STATE,
+        LEDGER,
+        _TABLE,
+        types.Array(types.int8, 1, "C"),
+    )
+)
+def toss_each(
+    starts: Record,
+    frequency: float,
+    disk: Record,
+    events: int,
+    state: Record,
+    ledger: Ledger,
+    out: Record,
+    codes: Record,
+) -> None:
+    """Ride from each row of starts (n, 5) into out (n, 4) and codes (n,), at most `events` each.
+
+    The disk starts on the platform, with the platform's axial velocity. `state` and `ledger` are
+    work space. Without a separation a row of `out` is nan.
+    """
+    k = disk[0]
+    s = state[0]
+    for i in range(len(starts)):
+        axial, angular = starts[i, START_AXIAL_AMPLITUDE], starts[i, START_ANGULAR_AMPLITUDE]
+        lag = starts[i, START_PHASE_LAG]
+        motion = steady_motion(axial, angular, frequency, TWO_PI * frequency, lag, *sincos(lag))
+        ledger[:] = 0.0
+        set_clock(s, 0, 0.0, 0, starts[i, START_FORCING_PHASE])
+        s.turns, s.angle, s.omega = 0, 0.0, starts[i, START_ANGULAR_SPEED]
+        classify_contact(s, motion, k)
+        delay = 0.0
+        if separation_phase(motion, k.g) < 0.0:
+            code = TOSS_STAYS
+        elif s.phase == FLIGHT:
+            code = TOSS_NONE
+        else:
+            code, delay = toss_once(s, motion, k, ledger, events)
+        codes[i] = code
+        left = code in (TOSS_SLID, TOSS_STUCK, TOSS_NONE)
+        out[i, RESULT_AIRBORNE_SPEED] = s.omega if left else math.nan
+        out[i, RESULT_DELAY] = delay if left else math.nan
+        out[i, RESULT_WORK_AXIAL] = ledger[0, W_AXIAL] + ledger[1, W_AXIAL] if left else math.nan
+        out[i, RESULT_WORK_ANGULAR] = (
+            ledger[0, W_ANGULAR] + ledger[1, W_ANGULAR] if left else math.nan
+        )

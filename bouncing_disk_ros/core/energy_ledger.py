@@ -1,0 +1,158 @@
+"""Energy books: each is computed by itself, none as a remainder.
+
+Closed forms; in cross-fades Gauss–Legendre quadrature to rounding for the sliding terms.
+
+Kinetic + potential energy ((m g + P) x + T_L α) changes by the work of the platform and of kicks
+and by parameter changes, less the losses in impacts and in sliding; that balance is an invariant
+to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, two_sum
+from bouncing_disk_ros.core.bounds import frequency_at
+from bouncing_disk_ros.core.layout import (
+    L_AXIAL,
+    L_FRICTION,
+    L_SLIDING,
+    STEADY,
+    THROUGHPUT,
+    W_ANGULAR,
+    W_AXIAL,
+)
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
+
+Ledger = Any  # float64 (2, 8): sums and what their rounding left out
+
+_NODES, _WEIGHTS = (tuple(float(v) for v in x) for x in np.polynomial.legendre.leggauss(12))
+_PANEL = 0.25 * math.pi  # phase of one panel: the 12-point rule is exact to rounding on it
+
+
+@kernel
+def add_entry(ledger: Ledger, which: int, amount: float) -> None:
+    """Add to one book with a compensated sum, and its magnitude to the throughput."""
+    ledger[0, which], rest = two_sum(ledger[0, which], amount)
+    ledger[1, which] += rest
+    ledger[0, THROUGHPUT] += abs(amount)
+
+
+@kernel
+def mechanical_energy(
+    disk: Record, x: float, v: float, turns: int, angle: float, omega: float
+) -> float:
+    """Kinetic and potential energy of the disk, J."""
+    kinetic = 0.5 * disk.mass * v * v + 0.5 * disk.inertia * omega * omega
+    return kinetic + disk.weight * x + disk.load_torque * (TWO_PI * turns + angle)
+
+
+@kernel
+def add_impact_energy(
+    ledger: Ledger,
+    disk: Record,
+    w: float,
+    slip: float,
+    push: float,
+    twist: float,
+    climb: float,
+    spin: float,
+) -> None:
+    """One impact: w = |w_A|, slip the mean of w_T before and after, climb and spin of the platform.
+
+    `push` and `twist` are the impulses over m and over m a_g². What the flight before it exchanged
+    between kinetic and potential energy is work of nobody, but part of the scale of the residual.
+    """
+    e = disk.restitution
+    ledger[0, THROUGHPUT] += disk.mass * (climb * climb + w * w)
+    add_entry(ledger, W_AXIAL, disk.mass * push * climb)
+    add_entry(ledger, L_AXIAL, 0.5 * disk.mass * (1.0 - e * e) * w * w)
+    add_entry(ledger, W_ANGULAR, disk.inertia * twist * spin)
+    add_entry(ledger, L_FRICTION, -disk.inertia * twist * slip)
+
+
+@kernel
+def add_axial_work(ledger: Ledger, disk: Record, s: Jet, s_end: Jet) -> None:
+    """Axial work of the platform in contact, ∫N ṡ dt, from the jets of s at begin and end."""
+    work = disk.weight * (s_end[0] - s[0])
+    work += 0.5 * disk.mass * (s_end[1] - s[1]) * (s_end[1] + s[1])
+    add_entry(ledger, W_AXIAL, work)
+
+
+@kernel
+def add_sticking_work(ledger: Ledger, disk: Record, b: Jet, b_end: Jet) -> None:
+    """Angular work of the platform while β carries the disk along, from the jets of β."""
+    work = disk.load_torque * (b_end[0] - b[0])
+    work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
+    add_entry(ledger, W_ANGULAR, work)
+
+
+@kernel
+def add_sliding_work(
+    ledger: Ledger,
+    motion: Record,
+    disk: Record,
+    sign: float,
+    slip: float,
+    elapsed: float,
+    tau: float,
+    t: float,
+    q: float,
+    pushed: float,
+    b: Jet,
+    b_end: Jet,
+) -> None:
+    """Angular work and loss in t seconds of sliding that begin with w_T = slip.
+
+    With a = g + s̈, q = ∫a dt and pushed = ∫∫a dt dt: the work is −sign·I·grip ∫a β̇ dt, the loss
+    sign·I·grip ∫a w_T dt.
+    """
+    if disk.grip == 0.0:
+        return
+    if motion.kind == STEADY and motion.omega * t > 0.5:
+        drift = disk.g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
+    else:
+        drift = _drift(motion, disk.g, elapsed, tau, t, b[1])
+    scale = disk.inertia * disk.grip
+    add_entry(ledger, W_ANGULAR, -sign * scale * (b[1] * q + drift))
+    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - pushed) - drift
+    add_entry(ledger, L_SLIDING, sign * scale * rubbed)
+
+
+@kernel
+def shared_power(motion: Record, tau: float, t: float) -> float:
+    """∫ s̈ β̇ dt over t seconds of a steady motion."""
+    x = motion.omega * t
+    middle, _ = sincos(2.0 * tau + x + motion.lag)
+    half, _ = sincos(x)
+    scale = -motion.a * motion.p * motion.omega * motion.omega
+    return scale * 0.5 * (middle * half - motion.lag_sine * x)
+
+
+@kernel
+def _drift(motion: Record, g: float, elapsed: float, tau: float, t: float, spin: float) -> float:
+    """∫(g + s̈)(β̇ − spin)dt over t seconds by quadrature.
+
+    For cross-fades, and for slips so short that the closed form is a difference of near equals.
+    """
+    if motion.kind == STEADY:
+        panels = math.ceil(motion.omega * t / _PANEL) + 1
+    else:
+        f = max(frequency_at(motion, elapsed), frequency_at(motion, elapsed + t))
+        panels = math.ceil(TWO_PI * f * t / _PANEL) + 1
+        panels = max(panels, math.ceil(8.0 * t / motion.duration))
+    width = t / panels
+    total = 0.0
+    for i in range(panels):
+        part = 0.0
+        for j in range(len(_NODES)):
+            d = width * (i + 0.5 * (1.0 + _NODES[j]))
+            sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
+            s = axial_jet(motion, sine, cosine, elapsed + d)
+            b = angular_jet(motion, sine, cosine, elapsed + d)
+            part += _WEIGHTS[j] * (g + s[2]) * (b[1] - spin)
+        total += 0.5 * width * part
+    return total

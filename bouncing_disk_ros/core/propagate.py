@@ -1,0 +1,134 @@
+"""Carry a state along within one phase of motion, in closed form, booking the energy that flows."""
+
+from __future__ import annotations
+
+import math
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.contact import load, slide, slip_sign
+from bouncing_disk_ros.core.energy_ledger import (
+    Ledger,
+    add_axial_work,
+    add_sliding_work,
+    add_sticking_work,
+)
+from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.forcing_clock import elapsed
+from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+
+_TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
+
+
+@kernel
+def turn(state: Record, angle: float) -> None:
+    """Add to the angle of the disk, kept as whole turns and a remainder in [−π, π]."""
+    total = state.angle + angle
+    turns = math.floor(total / TWO_PI + 0.5)
+    state.turns += int(turns)
+    state.angle = (total - turns * TWO_PI) - turns * _TWO_PI_LOW
+
+
+@kernel
+def spin(state: Record, disk: Record, d: float) -> None:
+    """Rotation in d seconds of flight: only the load torque acts."""
+    turn(state, (state.omega - 0.5 * disk.lag * d) * d)
+    state.omega -= disk.lag * d
+
+
+@kernel
+def set_clock(state: Record, ns: int, sub: float, cycles: int, tau: float) -> None:
+    """Move the clock of a state; what is known of the next event is forgotten."""
+    state.ns = ns
+    state.sub = sub
+    state.cycles = cycles
+    state.tau = tau
+    state.sine, state.cosine = sincos(tau)
+    state.event = UNKNOWN
+
+
+@kernel
+def propagate(
+    state: Record,
+    motion: Record,
+    disk: Record,
+    ledger: Ledger,
+    d: float,
+    ns: int,
+    sub: float,
+    cycles: int,
+    tau: float,
+) -> None:
+    """Carry a state d seconds on, to the clock given, without leaving its phase of motion."""
+    before = elapsed(motion, state.ns, state.sub)
+    if state.phase == FLIGHT:
+        s, c = state.sine, state.cosine
+        state.gap, state.u, _, _, _ = gap_after(motion, before, s, c, disk.g, state.gap, state.u, d)
+        spin(state, disk, d)
+    else:
+        after = elapsed(motion, ns, sub)
+        sine, cosine = sincos(tau)
+        s0 = axial_jet(motion, state.sine, state.cosine, before)
+        s1 = axial_jet(motion, sine, cosine, after)
+        b0 = angular_jet(motion, state.sine, state.cosine, before)
+        b1 = angular_jet(motion, sine, cosine, after)
+        if state.phase == STICKING:
+            add_axial_work(ledger, disk, s0, s1)
+            add_sticking_work(ledger, disk, b0, b1)
+            turn(state, b1[0] - b0[0])
+            state.omega = b1[1]
+        else:
+            sign = state.slip_sign
+            s, c = state.sine, state.cosine
+            turned, omega, pushed, q = slide(motion, disk, before, s, c, sign, state.omega, d)
+            slip = state.omega - b0[1]
+            add_axial_work(ledger, disk, s0, s1)
+            add_sliding_work(
+                ledger, motion, disk, sign, slip, before, state.tau, d, q, pushed, b0, b1
+            )
+            turn(state, turned)
+            state.omega = omega
+        state.gap = 0.0
+        state.u = 0.0
+    set_clock(state, ns, sub, cycles, tau)
+
+
+@kernel
+def classify_contact(state: Record, motion: Record, disk: Record) -> None:
+    """With gap = 0 and u = 0: contact or flight (rule 1), and in contact stick or slip (rule 4)."""
+    state.gap = 0.0
+    state.u = 0.0
+    state.event = UNKNOWN
+    since = elapsed(motion, state.ns, state.sub)
+    s = axial_jet(motion, state.sine, state.cosine, since)
+    a, pressed = load(motion, disk.g, s)
+    if not pressed:
+        state.phase = FLIGHT
+        return
+    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
+    slip = state.omega - b1
+    rho = b2 + disk.lag
+    sign = slip_sign(disk, a, slip, rho)
+    if sign == 0.0:
+        state.phase = STICKING
+        return
+    state.phase = SLIDING
+    state.slip_sign = sign
+
+
+@kernel
+def stick_or_reverse(state: Record, motion: Record, disk: Record) -> None:
+    """Where a slip has reached w_T = 0: stick, or slip the other way (rule 4).
+
+    Only sticking takes over the platform's velocity: its rounding is that of ωΦ, not of the disk's.
+    """
+    since = elapsed(motion, state.ns, state.sub)
+    _, _, s2, _, _ = axial_jet(motion, state.sine, state.cosine, since)
+    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
+    rho = b2 + disk.lag
+    sign = slip_sign(disk, disk.g + s2, 0.0, rho)
+    if sign == 0.0:
+        state.phase = STICKING
+        state.omega = b1
+    else:
+        state.slip_sign = sign

@@ -1,0 +1,178 @@
+"""The tables of parameters, topics, services and exit codes as text: for --help and for docs/.
+
+`python -m bouncing_disk_ros.help_text docs` writes docs/parameters.md and the tables of
+docs/interfaces.md and docs/recording.md again.
+"""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from pathlib import Path
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
+from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
+from bouncing_disk_ros.topics import SERVICES, TOPICS
+
+BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.help_text docs` -->"
+END = "<!-- end of tables -->"
+LIMITS_BEGIN = "<!-- limits: written by `python -m bouncing_disk_ros.help_text docs` -->"
+LIMITS_END = "<!-- end of limits -->"
+EXIT_MEANINGS = {
+    ExitCode.DONE: "done; also a node ended by Ctrl-C or SIGTERM",
+    ExitCode.FAILED: "failed for another reason than the input",
+    ExitCode.BAD_INPUT: "bad input: a parameter, command line, preset, file or environment",
+    ExitCode.REPLAY_DIFFERS: "a replay differs from the record",
+    ExitCode.INTERRUPTED: "a study was interrupted",
+}
+
+
+def default_text(spec: Spec) -> str:
+    """The default as it would be typed."""
+    if isinstance(spec.default, bool):
+        return str(spec.default).lower()
+    return f"'{spec.default}'" if isinstance(spec.default, str) else f"{spec.default:.10g}"
+
+
+def _wrapped(head: str, text: str) -> list[str]:
+    return [f"  {head}", *textwrap.wrap(text, 92, initial_indent="      ",
+                                        subsequent_indent="      ")]  # fmt: skip
+
+
+def spec_lines(spec: Spec) -> list[str]:
+    """One parameter, for a terminal."""
+    fixed = ", only at start" if spec.read_only else ""
+    default = f"{default_text(spec)} {spec.shown_unit}".rstrip()
+    head = f"{spec.name} ({spec.type_name}, default {default}{fixed})"
+    allowed = f"; {spec.allowed}" if spec.type in (int, float) else ""
+    return _wrapped(head, f"{spec.description}{allowed}")
+
+
+def parameter_lines() -> list[str]:
+    """One entry for each parameter, for a terminal."""
+    lines: list[str] = []
+    for group, title in GROUPS.items():
+        lines.append(f" {title}:")
+        for spec in (spec for spec in TABLE.values() if spec.group == group):
+            lines += spec_lines(spec)
+    lines.append(" Example: --ros-args -p preset:=pizza_multiple_toss -p restitution:=0.4")
+    return lines
+
+
+def topic_lines() -> list[str]:
+    """One entry for each topic, for a terminal."""
+    lines: list[str] = []
+    for topic in TOPICS.values():
+        lines += _wrapped(f"{topic.direction:3} {topic.name}  {topic.type}", topic.meaning)
+    lines.append(f" Example: {TOPICS['platform/axial_amplitude'].example}")
+    return lines
+
+
+def service_lines() -> list[str]:
+    """One entry for each service, for a terminal."""
+    lines: list[str] = []
+    for service in SERVICES.values():
+        lines += _wrapped(f"{service.name}  {service.type}", service.meaning)
+    lines.append(f" Example: {SERVICES['~/pause'].example}")
+    return lines
+
+
+_PAGE_HEAD = """# Parameters
+
+Of the simulator first, then of [the studies](studies.md).
+
+<!-- Written by `python -m bouncing_disk_ros.help_text docs` from bouncing_disk_ros/parameters.py. -->
+
+Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
+changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*).
+A wrong value changes nothing and is refused with one line. An integer given for a double is taken,
+and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
+Parameters of the platform's motion and of the initial state act at the next `~/reset`; to change
+the motion now, command the platform."""
+
+
+def parameters_page() -> str:
+    """docs/parameters.md, generated from the table."""
+    parts = [_PAGE_HEAD]
+    for group, title in GROUPS.items():
+        rows = [
+            f"## {title}",
+            _HEAD + "\n".join(_row(spec) for spec in TABLE.values() if spec.group == group),
+        ]
+        parts += rows
+    parts.append(
+        "Rules between parameters: `preload` > −`mass` × `gravity`; `initial_axial_velocity` other "
+        "than 0 needs `initial_with_platform` false; `real_time_factor` is 0 or at least "
+        f"{SLOWEST:g}."
+    )
+    for name, table in STUDY_TABLES.items():
+        parts += [f"## The study {name}", _HEAD + "\n".join(map(_row, table.values()))]
+    parts += [
+        "## Of all studies",
+        _STUDIES_NOTE,
+        _HEAD + "\n".join(map(_row, COMMON.values())),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+_STUDIES_NOTE = (
+    "Where and how, not what: results do not depend on these, except that a bag stands for the "
+    "numbers found in it. Only `bifurcation`, `parameter_map`, `basins` and `basin_shares` take "
+    "one."
+)
+_HEAD = (
+    "| name | symbol | type | default | unit | allowed | meaning | source |\n"
+    "|---|---|---|---|---|---|---|---|\n"
+)
+
+
+def _row(spec: Spec) -> str:
+    name = f"`{spec.name}`" + (" *start*" if spec.read_only else "")
+    cells = (name, spec.symbol, spec.type_name, default_text(spec), spec.shown_unit, spec.allowed,
+             spec.description, spec.source)  # fmt: skip
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def topics_table() -> str:
+    """The topics and services as Markdown tables."""
+    rows = [
+        f"| {topic.direction} | `{topic.name}` | {topic.type} | {topic.qos} | {topic.meaning} |"
+        for topic in TOPICS.values()
+    ]
+    calls = [f"| `{row.name}` | {row.type} | {row.meaning} |" for row in SERVICES.values()]
+    codes = [f"| {code.value} | {EXIT_MEANINGS[code]} |" for code in ExitCode]
+    return "\n".join(
+        [
+            "| | topic | type | quality of service | meaning |\n|---|---|---|---|---|", *rows, "",
+            "| service | type | meaning |\n|---|---|---|", *calls, "",
+            "| exit code | meaning |\n|---|---|", *codes,
+        ]
+    )  # fmt: skip
+
+
+def with_table(page: str, begin: str, table: str, end: str) -> str:
+    """A page with what lies between two marks replaced by a table."""
+    head, _, rest = page.partition(f"{begin}\n")
+    _, _, tail = rest.partition(f"{end}\n")
+    return f"{head}{begin}\n\n{table}\n\n{end}\n{tail}"
+
+
+def with_limits(page: str, home: str) -> str:
+    """A page with the current limits of a home (`limits.FILES_READ` or `limits.MESSAGES`)."""
+    return with_table(page, LIMITS_BEGIN, limits.table(home), LIMITS_END)
+
+
+def main(folder: str) -> None:
+    """Write the generated page into a folder, and the tables into other pages there."""
+    Path(folder, "parameters.md").write_text(parameters_page(), encoding="utf-8")
+    interfaces, recording = Path(folder, "interfaces.md"), Path(folder, "recording.md")
+    page = with_table(interfaces.read_text(encoding="utf-8"), BEGIN, topics_table(), END)
+    interfaces.write_text(with_limits(page, limits.MESSAGES), encoding="utf-8")
+    page = recording.read_text(encoding="utf-8")
+    recording.write_text(with_limits(page, limits.FILES_READ), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "docs")

@@ -1,0 +1,243 @@
+"""One recorded topic: a raw subscription whose quality of service follows the publishers."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import re
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import PointCloud2
+
+from bouncing_disk_ros.bag import OfferedQos
+from bouncing_disk_ros.bag.loss import UNKNOWN, IndexLoss, SequenceLoss
+from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.run.input_records import from_json
+from bouncing_disk_ros.topics import Qos
+
+BEST_EFFORT_DEPTH = 1000
+LARGEST_INDEX = 2.0**53
+"""Beyond it a float64 counts no rows."""
+BURST = 200
+"""How many messages of one topic are taken before others have their turn."""
+Put = Callable[["RecordedTopic", bytes, int, int, int], bool | None]
+"""Topic, CDR, time received, time sent, number; None: paused, False: dropped and counted."""
+
+
+class RecordedTopic:
+    """Hears one topic and counts what it did not hear.
+
+    `put` takes each message; `publishers` asks the graph who publishes. `qos` is what the topic is
+    known to have before there is a publisher.
+    """
+
+    def __init__(
+        self, node: Node, name: str, kind: str, put: Put, *, qos: Qos | None = None,
+        has_index: bool = False,
+    ) -> None:  # fmt: skip
+        self.name, self.type = name, kind
+        self.loss = SequenceLoss()
+        self.rows = IndexLoss() if has_index else None
+        self.registered = False
+        self.repeated = 0  # how many of its last messages a new file repeats
+        self.own: Collection[bytes] | None = None  # what this recorder itself publishes there
+        self._depth = 1 if qos is None else qos.depth
+        self._node, self._put = node, put
+        self._class = message_class(kind)
+        self._numbered: set[bytes] = set()  # whose numbers are being followed
+        self._subscription: Subscription | None = None
+        self._wanted = (True, False) if qos is None else (qos.reliable, qos.latched)
+        infos = self.publishers()
+        if infos:
+            self._wanted = _weakest(infos)
+        self._subscribe()
+
+    # --- the graph --------------------------------------------------------------------------------
+    def publishers(self) -> list[Any]:
+        """Who publishes now; with two of them losses cannot be counted."""
+        infos = list(self._node.get_publishers_info_by_topic(self.name))
+        if self.own is not None:
+            infos = _without_one_of(self._node, infos)
+        if len(infos) > 1:
+            self.loss.why_not = f"{len(infos)} publishers on the topic"
+        return infos
+
+    def follow(self) -> list[Any]:
+        """Weaken the subscription where a new publisher would not match it; the publishers."""
+        infos = self.publishers()
+        if infos:
+            offered = _weakest(infos)
+            wanted = (self._wanted[0] and offered[0], self._wanted[1] and offered[1])
+            if wanted != self._wanted:
+                self._wanted = wanted
+                self.loss.restart()
+                self._subscribe()
+        return infos
+
+    def latched_depth(self, publishers: int) -> int:
+        """How many messages a late joiner needs: of an unknown topic one of each publisher."""
+        return max(self._depth, publishers) if self._wanted[1] else 0
+
+    def _subscribe(self) -> None:
+        reliable, latched = self._wanted
+        profile = QoSProfile(
+            # KEEP_ALL and reliable is the only pair that loses nothing in tight bursts
+            history=HistoryPolicy.KEEP_ALL if reliable else HistoryPolicy.KEEP_LAST,
+            depth=BEST_EFFORT_DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
+        )
+        self.destroy()
+        self._subscription = self._node.create_subscription(
+            self._class,
+            self.name,
+            self._on_message,
+            profile,
+            raw=True,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+        )  # fmt: skip  (the default ones complain of a publisher that `follow` will match)
+
+    def destroy(self) -> None:
+        """Hear no more."""
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
+    # --- messages ---------------------------------------------------------------------------------
+    def _on_message(self, data: bytes, info: Mapping[str, Any]) -> None:
+        """Take this message, and what waits behind it without the executor's round for each."""
+        self._take(data, info)
+        for _ in range(BURST):
+            if self._subscription is None:
+                break
+            more = self._subscription.handle.take_message(self._class, True)
+            if more is None:
+                break
+            self._take(*more)
+
+    def _take(self, data: bytes, info: Mapping[str, Any]) -> None:
+        if self.own is not None and data in self.own:
+            return
+        now = _time(info["received_timestamp"]) or time.time_ns()
+        number = info["publication_sequence_number"]
+        number = UNKNOWN if number is None else number
+        gap = self.loss.gap(number)
+        if gap != 0 or not self.loss.begun:
+            gids = {bytes(info.endpoint_gid) for info in self.publishers()}
+            if gap < 0 or gids - self._numbered:  # somebody new: its numbers are others
+                self.loss.restart()
+                self._numbered = gids
+        taken = self._put(self, data, now, _time(info["source_timestamp"]) or now, number)
+        if taken is not None:
+            self.loss.take(number)
+        if taken and self.rows is not None:
+            self._count_rows(data)
+
+    def _count_rows(self, data: bytes) -> None:
+        """Follow the running index of the impacts; another cloud on this topic is none of ours."""
+        assert self.rows is not None
+        with contextlib.suppress(InputError, RuntimeError):  # RuntimeError: no such message
+            index = impacts_from_msg(deserialize_message(data, PointCloud2))["index"]
+            if len(index) and np.all((index >= 0.0) & (index < LARGEST_INDEX)):
+                self.rows.take(int(index[0]), int(index[-1]), len(index))
+
+    def restart(self) -> None:
+        """After a pause nothing that went by counts as lost."""
+        self.loss.restart()
+        if self.rows is not None:
+            self.rows.restart()
+
+
+def message_class(kind: str) -> type[Any]:
+    """The class of a type package/msg/Name; InputError when it is not installed.
+
+    The name may come from anyone in the domain: a module is loaded only where the definition of
+    the type is installed beside it.
+    """
+    schema_of(kind)
+    package, folder, short = kind.split("/")
+    try:
+        found: type[Any] = getattr(importlib.import_module(f"{package}.{folder}"), short)
+    except (ImportError, AttributeError):
+        hint = f"Install the package {package}, or source its workspace."
+        raise InputError("message type", kind, "an installed type", hint) from None
+    return found
+
+
+def _time(stamp: object) -> int:
+    """A time of the middleware that a bag can hold, ns; 0 for any other."""
+    return stamp if isinstance(stamp, int) and 0 < stamp < 1 << 63 else 0
+
+
+def _without_one_of(node: Node, infos: list[Any]) -> list[Any]:
+    """Publishers without that of a node itself (one of them, if several have its name)."""
+    mine = (node.get_name(), node.get_namespace())
+    for place, info in enumerate(infos):
+        if (info.node_name, info.node_namespace) == mine:
+            return infos[:place] + infos[place + 1 :]
+    return infos
+
+
+def _weakest(infos: Sequence[Any]) -> tuple[bool, bool]:
+    """Reliable and latched as far as every publisher offers it."""
+    profiles = [info.qos_profile for info in infos]
+    return (
+        all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in profiles),
+        all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in profiles),
+    )
+
+
+def offered(info: Any) -> OfferedQos:
+    """The quality of service of a publisher, in the words of rosbag2."""
+    profile = info.qos_profile
+
+    def split(duration: Any) -> tuple[int, int]:
+        return divmod(int(duration.nanoseconds), 1_000_000_000)
+
+    return OfferedQos(
+        history=HistoryPolicy(profile.history).name.lower(),
+        depth=int(profile.depth),
+        reliability=ReliabilityPolicy(profile.reliability).name.lower(),
+        durability=DurabilityPolicy(profile.durability).name.lower(),
+        deadline=split(profile.deadline),
+        lifespan=split(profile.lifespan),
+        liveliness=LivelinessPolicy(profile.liveliness).name.lower(),
+        liveliness_lease_duration=split(profile.liveliness_lease_duration),
+    )
+
+
+_SNAPSHOT = re.compile(rb'\{"index":\d{1,18},"time_ns":\d{1,18},"kind":"snapshot",')
+_TEXT_AT = 8
+"""Where the text of a serialized std_msgs/String begins."""
+
+
+def is_snapshot(data: bytes) -> bool:
+    """Whether a message of disk/inputs holds a full state: replay needs none before it.
+
+    The bytes may come from anyone: what does not begin as this package writes it is not read.
+    """
+    if _SNAPSHOT.match(data, _TEXT_AT) is None:
+        return False
+    order: Literal["little", "big"] = "little" if data[1] else "big"
+    length = int.from_bytes(data[4:_TEXT_AT], order)  # with the zero at its end
+    try:
+        record = from_json(data[_TEXT_AT : _TEXT_AT + length - 1].decode())
+    except (ValueError, OverflowError, RecursionError):  # InputError is a ValueError
+        return False
+    return all(isinstance(record.get(name), dict) for name in ("state", "parameters"))

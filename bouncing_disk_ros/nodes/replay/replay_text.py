@@ -1,0 +1,91 @@
+"""What a replay found, and how two runs compare, as lines for people."""
+
+from __future__ import annotations
+
+import math
+
+import bouncing_disk_ros
+from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
+from bouncing_disk_ros.nodes.replay.bag_streams import ReplayedBag
+from bouncing_disk_ros.run.replay_check import Gap, Replay
+from bouncing_disk_ros.run.run_pair import SPEED_SECONDS, TwoRuns
+from bouncing_disk_ros.run.time_map import NS
+
+
+def run_lines(number: int, run: Replay) -> list[str]:
+    """One run of a bag."""
+    if run.start_ns is None:
+        return [f"run {number}: {run.records} records without a snapshot: cannot be replayed"]
+    build = f"version {run.version or 'unknown'}"
+    if run.is_other_build:
+        build += f" (this is {bouncing_disk_ros.__version__}: another build)"
+    span = f"{run.start_ns / NS:.3f} s to {run.end_ns / NS:.3f} s of simulated time"
+    lines = [
+        f"run {number}: {span}, recorded by {build}",
+        f"  {run.records} records, {run.snapshots} snapshots in mid-run equal",
+        f"  {run.impacts} impacts in {run.rows} rows equal, {run.missing} rows missing in the bag",
+    ]
+    if run.first_row:
+        lines.append(f"  the bag begins with row {run.first_row}")
+    if run.not_compared:
+        lines.append(f"  {run.not_compared} rows not compared: they are of before the first "
+                     "snapshot, or of after a lost record")  # fmt: skip
+    return lines + [_gap_line(gap) for gap in run.gaps]
+
+
+def _gap_line(gap: Gap) -> str:
+    if gap.first == gap.last:
+        missing = f"record {gap.first} is missing"
+    else:
+        missing = f"records {gap.first} to {gap.last} are missing"
+    after = "no snapshot follows" if gap.until_ns is None else (
+        f"replayed again from the snapshot at {gap.until_ns / NS:.3f} s"
+    )  # fmt: skip
+    return f"  {missing} after {gap.from_ns / NS:.3f} s; {after}"
+
+
+def verdict(found: ReplayedBag) -> str:
+    """The last line of a replay."""
+    if found.identical:
+        return f"replay identical: {found.impacts} impacts"
+    number, run = next((n, run) for n, run in enumerate(found.runs, 1) if not run.identical)
+    of_run = f"run {number}, " if len(found.runs) > 1 else ""
+    if run.is_other_build:
+        ours = bouncing_disk_ros.__version__
+        return (
+            f"replay differs, another build (recorded by {run.version}, this is {ours}; "
+            f"that is no other physics): {of_run}{run.difference}"
+        )
+    return f"replay differs: {of_run}{run.difference}"
+
+
+def comparison_lines(runs: TwoRuns, first: Shown, second: Shown) -> list[str]:
+    """Two runs beside each other."""
+    rows = [
+        ("", first.label, second.label),
+        ("impacts", str(first.impacts), str(second.impacts)),
+        ("orbit at the end", first.orbit.name, second.orbit.name),
+        (f"rotor speed, last {SPEED_SECONDS:g} s", _speed(first), _speed(second)),
+    ]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    lines = ["  ".join(f"{c:{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
+    span = f"{runs.start_ns / NS:.3f} s to {runs.end_ns / NS:.3f} s"
+    return [f"what if, {span} of simulated time:", *(f"  {line}" for line in lines), _parting(runs)]
+
+
+def _speed(shown: Shown) -> str:
+    return "unknown" if math.isnan(shown.rotor_speed) else f"{shown.rotor_speed:.6g} rad/s"
+
+
+def _parting(runs: TwoRuns) -> str:
+    divergence = runs.divergence
+    if divergence is None or runs.divergence_time_ns is None:
+        return "  the two never part: every row is equal"
+    values = " and ".join(map(_value, (divergence.recorded, divergence.replayed)))
+    return f"  they part at {runs.divergence_time_ns / NS:.9f} s, {divergence.where}: {divergence.field} {values}"
+
+
+def _value(value: object) -> str:
+    if value is None:
+        return "no such row"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,52 @@
+"""What the nodes of the small executables share: options from a table, and waiting."""
+
+from __future__ import annotations
+
+import time
+from array import array
+from collections.abc import Callable, Collection, Mapping
+
+from rclpy.node import Node
+
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.ros.spin import spin_until
+from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.ros.validated_parameters import descriptor_of, is_rclpy_parameter
+
+
+def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) -> dict[str, Value]:
+    """Declare the options of a table on a node; unknown names and wrong values are InputErrors.
+
+    `lists`: texts that hold numbers; a number, or an array of them, is taken there as well.
+    """
+    given = {name: override.value for name, override in node._parameter_overrides.items()}
+    for name in given:
+        if name not in table and not is_rclpy_parameter(name):
+            hint = closest(name, table) or "--help lists them."
+            raise InputError("parameter", name, ", ".join(table), hint)
+        if name in lists:
+            given[name] = _listed(given[name])
+    values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
+    for name, spec in table.items():
+        node.declare_parameter(name, values[name], descriptor_of(spec), True)
+    return values
+
+
+def _listed(value: object) -> object:
+    """Numbers as a text; everything else as it is."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return repr(value)
+    if isinstance(value, (array, list)):
+        return " ".join(str(one) for one in value)
+    return value
+
+
+def wait_for(node: Node, stop: Stop, condition: Callable[[], object], timeout: float) -> bool:
+    """Run callbacks until a condition holds, a signal came or `timeout` seconds passed.
+
+    Returns whether the condition holds.
+    """
+    end = time.monotonic() + timeout
+    spin_until(node, lambda: bool(condition()) or stop.asked or time.monotonic() > end)
+    return bool(condition())

@@ -1,0 +1,235 @@
+"""The simulator as a lifecycle node: parameters, services and timers around one run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.timer import Timer
+from std_srvs.srv import SetBool, Trigger
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
+from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.ros.requests import guard_services
+from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, start_values
+from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.health import Reading, Ticks
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import NS, nanoseconds
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+TICK_SECONDS = (0.001, 0.01)
+"""Bounds of the period of the loop; within them it is that of the samples."""
+CLOCK_SEARCH_SECONDS = 3.5
+"""How long a node that shall publish /clock looks for another publisher of it: discovery
+has been seen to take up to 3.1 s."""
+
+
+class SimulatorNode(LifecycleNode):
+    """Simulates one disk; further keyword arguments are those of rclpy's Node.
+
+    Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
+    `finished` turns true on a lifecycle shutdown. A long `~/step` ends early when `stopping` says
+    so.
+    """
+
+    def __init__(
+        self,
+        node_name: str = "bouncing_disk",
+        *,
+        stopping: Callable[[], bool] = lambda: False,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(node_name, **kwargs)
+        self.finished = False
+        self._stopping = stopping
+        self.run: Run | None = None
+        self._error: InputError | None = None
+        self._starting = False
+        try:
+            self._set_up()
+            if self._values["autostart"]:
+                self._autostart()
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def _set_up(self) -> None:
+        self._diagnostics = Diagnostics(self, self._read)
+        self._door: ValidatedParameters | None = None
+        start = start_values(self)
+        self._door = ValidatedParameters(self, start, self._on_parameters, self._diagnostics.refuse)
+        self._values: dict[str, Value] = self._door.values
+        self.commands = Commands(self, self._open, self._applied, self._diagnostics.refuse)
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.create_service(Trigger, "~/step", self._on_step)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._ticks = Ticks(self._tick_ns)
+        self._timer: Timer | None = None
+        guard_services(self, self._diagnostics.refuse)
+        self.create_timer(1.0, self._on_second, clock=self._steady)
+
+    def _autostart(self) -> None:
+        self._starting = True
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() != SUCCESS:
+                raise self._error or RuntimeError("the simulator could not be started")
+        self._starting = False
+
+    # --- lifecycle --------------------------------------------------------------------------------
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Create a run at simulated time 0 and its topics; it does not move yet."""
+        try:
+            self._refuse_second_clock()
+        except InputError as error:
+            self._error = error
+            if not self._starting:  # else whoever starts it is told
+                self.get_logger().error(error.line)
+            return FAILURE
+        return self._transition(self._make_run, state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Move, or stay paused when that was asked."""
+        return self._transition(lambda: self._set_active(True), state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Hold the state; inputs are refused until the node is active again."""
+        return self._transition(lambda: self._set_active(False), state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Discard the run and its topics."""
+        return self._transition(self._discard, state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Discard the run; the process ends."""
+        self.finished = True
+        return self._transition(self._discard, state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Discard the run after a failed transition; the node can be configured again."""
+        return self._transition(self._discard, state)
+
+    def _transition(
+        self, action: Callable[[], object], state: LifecycleState
+    ) -> TransitionCallbackReturn:
+        """Do it, and log what rclpy would swallow."""
+        del state
+        try:
+            action()
+        except Exception as error:
+            self.get_logger().error(f"transition failed: {type(error).__name__}: {error}")
+            raise
+        return SUCCESS
+
+    def _make_run(self) -> None:
+        self.run = Run(self, self._values, self._stopping)
+
+    def _set_active(self, active: bool) -> None:
+        assert self.run is not None
+        self.run.set_active(active)
+        self._set_ticking(active)
+        self.get_logger().info(self.run.summary)
+
+    def _discard(self) -> None:
+        self._set_ticking(False)
+        run, self.run = self.run, None
+        if run is not None:
+            run.destroy()
+
+    def _refuse_second_clock(self) -> None:
+        """With publish_clock: refuse to start where /clock has a publisher already."""
+        end = time.monotonic() + CLOCK_SEARCH_SECONDS
+        while self._values["publish_clock"] and time.monotonic() < end:
+            if self.count_publishers("/clock"):
+                hint = "Start it without publish_clock, or in another ROS_DOMAIN_ID."
+                raise InputError("publish_clock", True, "false: /clock has a publisher", hint)
+            time.sleep(0.02)  # discovery goes on in threads of the middleware
+
+    # --- timers -----------------------------------------------------------------------------------
+    @property
+    def _tick_ns(self) -> int:
+        fastest, slowest = TICK_SECONDS
+        return nanoseconds(min(max(1.0 / float(self._values["state_rate"]), fastest), slowest))
+
+    def _set_ticking(self, ticking: bool) -> None:
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
+        if ticking:
+            self._ticks = Ticks(self._tick_ns)
+            self._timer = self.create_timer(self._tick_ns / NS, self._on_tick, clock=self._steady)
+
+    def _on_tick(self) -> None:
+        now = time.monotonic_ns()
+        self._ticks.note(now)
+        if self.run is not None:
+            self.run.tick(now)
+
+    def _on_second(self) -> None:
+        self.commands.look_for_publishers()
+        self._diagnostics.publish(self._ticks.take())
+
+    def _read(self) -> Reading:
+        lost, uncertain = self.commands.lost
+        if self.run is not None:
+            reading = self.run.read()
+        else:
+            reading = Reading(time.monotonic_ns(), 0, 0, 0, 0, 0, None, "unconfigured", 0.0, 0)
+        return replace(reading, lost=lost, uncertain=uncertain)
+
+    # --- inputs -----------------------------------------------------------------------------------
+    def _open(self, field: str) -> tuple[Session, Instant]:
+        return self._current(field).open(field)
+
+    def _current(self, field: str) -> Run:
+        if self.run is None:
+            raise inactive(self, field, "unconfigured")
+        return self.run
+
+    def _applied(self) -> None:
+        if self.run is not None:
+            self.run.applied()
+
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
+        """As rclpy's, but that every refusal is one clear line, and counted."""
+        if self._door is None:
+            return super().set_parameters_atomically(list(parameter_list))
+        changes = self._door.changed(parameter_list)
+        if not changes:  # rclpy would refuse an empty list
+            return SetParametersResult(successful=True)
+        return self._door.refusal(changes) or super().set_parameters_atomically(changes)
+
+    def _on_parameters(self, values: dict[str, Value]) -> None:
+        if self.run is not None:
+            self.run.set_parameters(values)
+        if "state_rate" in values and self._timer is not None:
+            self._set_ticking(True)
+
+    # --- services ---------------------------------------------------------------------------------
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, lambda: self._current("~/pause").pause(request.data))
+
+    def _on_step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, lambda: self._current("~/step").step())
+
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, lambda: self._current("~/reset").reset())
+
+    def _answer(self, response: Any, action: Callable[[], str]) -> Any:
+        try:
+            response.message = action()
+            response.success = True
+        except InputError as error:
+            self._diagnostics.refuse(error)
+            response.message = error.line
+        return response

@@ -1,0 +1,241 @@
+"""One configured run of the simulator node: session, loop and publishers on the node's clocks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from rclpy.node import Node
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.outputs import Outputs
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.health import Reading
+from bouncing_disk_ros.run.loop import Loop, Steps
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import FAR_NS, NS, TimeMap, nanoseconds, scaled
+
+_STEP_NS = 100_000_000
+"""Wall time after which the answer to a long `~/step` does not wait for its end."""
+
+
+class Run:
+    """From configure to cleanup. It moves while the node is active and it is not paused.
+
+    `values` is the living set of parameters of the node; a long step ends early when `stopping`.
+    """
+
+    def __init__(
+        self, node: Node, values: Mapping[str, Value], stopping: Callable[[], bool]
+    ) -> None:
+        self._node, self._values, self._stopping = node, values, stopping
+        self._times = self._line_through(0, self._ros_now())
+        self._outputs = Outputs(node, self._times)
+        self.session = Session(values, self._outputs.record, paused=True)
+        self.loop = Loop(self.session, self._outputs)
+        self._steps = Steps()
+        self._step_until: int | None = None  # simulated time at which a step under way ends
+        self._fault_logged = False
+        self._active = False
+        self._paused = bool(values["start_paused"])
+        self._next_snapshot = 0
+
+    def destroy(self) -> None:
+        """Take the topics away."""
+        self._outputs.destroy()
+
+    # --- time -------------------------------------------------------------------------------------
+    def _ros_now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def _line_through(self, simulated_ns: int, ros_ns: int) -> TimeMap:
+        factor, clock = float(self._values["real_time_factor"]), bool(self._values["publish_clock"])
+        return TimeMap(simulated_ns, time.monotonic_ns(), ros_ns, factor, clock)
+
+    def _anchor(self) -> None:
+        """Fix the line between steady clock, simulated time and ROS time here and now."""
+        simulated = self.session.time_ns
+        published = self._times.clock_is_simulated
+        ros = self._times.to_ros(simulated) if published else self._ros_now()
+        self._times = self._outputs.times = self._line_through(simulated, ros)
+
+    def _update_paused(self) -> None:
+        session, paused = self.session, self._paused or not self._active
+        if session.paused and not paused:
+            self._anchor()
+            self._next_snapshot = time.monotonic_ns() + self._snapshot_ns
+        self._step_until = None
+        session.set_paused(paused)
+        self._follow()
+
+    @property
+    def _snapshot_ns(self) -> int:
+        return nanoseconds(float(self._values["snapshot_period"]))
+
+    def set_active(self, active: bool) -> None:
+        """The node has been activated or deactivated (which holds the state)."""
+        self._active = active
+        self._update_paused()
+
+    def tick(self, now_ns: int) -> None:
+        """Simulate all that is due at a reading of the steady clock, at most one slice of work."""
+        if self.loop.resolve_waiting() and not self.session.paused:
+            free = self._times.factor == 0.0
+            self.loop.slice(FAR_NS if free else self._times.due(now_ns))
+            if now_ns >= self._next_snapshot and not self.session.fault:
+                self._next_snapshot = now_ns + self._snapshot_ns
+                self.session.snapshot()
+        elif self._step_until is not None and self.loop.slice(self._step_until):
+            self._step_until = None
+        self._follow()
+
+    def advance_to(self, until_ns: int) -> None:
+        """Simulate up to an instant at once, whatever the clock says (for tests)."""
+        while not self._slice(until_ns) and not self._stopping() and not self.session.fault:
+            pass
+        self._follow()
+
+    def _slice(self, until_ns: int) -> bool:
+        """One slice of work; True when no input waits and the instant was reached."""
+        return self.loop.resolve_waiting() and self.loop.slice(until_ns)
+
+    def show(self) -> None:
+        """Publish motion, phase and clock as they are now."""
+        self._outputs.state(self.session, not self.session.paused)
+
+    def _follow(self) -> None:
+        """Publish what work brought about; say once why a run has ended, if it has."""
+        self.show()
+        if self.session.fault and not self._fault_logged:
+            self._fault_logged = True
+            self._node.get_logger().error(f"the run has ended: {self.session.fault}")
+
+    # --- inputs -----------------------------------------------------------------------------------
+    def open(self, field: str) -> tuple[Session, Instant]:
+        """The session and the instant at which an input arrives; InputError unless active."""
+        if not self._active:
+            raise inactive(self._node, field, "inactive")
+        if self.session.fault:
+            raise ended(self._node, field)
+        self.loop.finish_samples()
+        session, times = self.session, self._times
+        if (
+            session.paused and not times.clock_is_simulated
+        ):  # real time passes, simulated time stands
+            times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
+        tolerance = nanoseconds(float(self._values["command_tolerance"]))
+        return session, Instant(session.input_ns, times, tolerance)
+
+    def applied(self) -> None:
+        """Publish what an input brought about."""
+        self.loop.flush()
+        self._follow()
+
+    def set_parameters(self, values: Mapping[str, Value]) -> None:
+        """Checked parameters, in force from here on."""
+        self.loop.finish_samples()
+        self.session.set_parameters(values)
+        if "real_time_factor" in values:
+            self._anchor()
+        if {"state_rate", "rotor_speed_rate"} & values.keys():
+            self.loop.set_rates()
+        self.applied()
+
+    def pause(self, paused: bool) -> str:
+        """Hold or resume; what was done, in words."""
+        self.open("~/pause")
+        self._paused = paused
+        self._update_paused()
+        return ("paused" if paused else "running") + self._at
+
+    def step(self) -> str:
+        """Simulate `step_periods` periods; only while paused. A long step goes on in the ticks."""
+        session, _ = self.open("~/step")
+        if not session.paused:
+            raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
+        periods = int(self._values["step_periods"])
+        frequency = session.simulation.motion_in_force.target.frequency
+        end = self._steps.next_end(session.time_ns, frequency, periods)
+        deadline = time.monotonic_ns() + _STEP_NS
+        while not self._slice(end) and not session.fault:
+            if time.monotonic_ns() >= deadline:
+                self._step_until = end
+                break
+        self._follow()
+        if session.fault:
+            raise ended(self._node, "~/step")
+        if self._step_until is None:
+            return f"{periods} period(s), now{self._at}"
+        return (
+            f"{periods} period(s) under way, now{self._at}, until {end / NS:.9f} s; "
+            "pause again to end it here"
+        )
+
+    def reset(self) -> str:
+        """Back to the initial state and motion; paused stays paused."""
+        session, _ = self.open("~/reset")
+        self._step_until = None
+        session.reset()
+        self.loop.restart_speed()
+        if not session.paused:
+            self._anchor()
+        self.applied()
+        return "reset" + self._at
+
+    @property
+    def _at(self) -> str:
+        return f" at {self.session.time_ns / NS:.9f} s of simulated time"
+
+    @property
+    def _state(self) -> str:
+        if self.session.fault:
+            return "ended by a fault"
+        if self._step_until is not None:
+            return "stepping"
+        return "inactive" if not self._active else "paused" if self.session.paused else "running"
+
+    @property
+    def summary(self) -> str:
+        """What it is doing, for the log."""
+        motion = self.session.latest_target
+        shown = ", ".join(f"{name} {value:g}" for name, value in motion._asdict().items())
+        return f"{self._state}{self._at}: {shown}"
+
+    # --- diagnostics ------------------------------------------------------------------------------
+    def read(self) -> Reading:
+        """What the diagnostics need, once a second."""
+        session, now, factor = self.session, time.monotonic_ns(), self._times.factor
+        lag = 0
+        if not session.paused and factor > 0.0:
+            lag = max(0, scaled(self._times.due(now) - session.time_ns, 1.0 / factor))
+        return Reading(
+            steady_ns=now,
+            simulated_ns=session.time_ns,
+            lag_ns=lag,
+            rows=session.simulation.rows_total,
+            skipped=self.loop.skipped,
+            accepted=session.accepted,
+            energy=None if session.fault else session.simulation.energy(),
+            state=self._state,
+            factor=factor,
+            other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
+            fault=session.fault,
+        )
+
+
+def ended(node: Node, field: str) -> InputError:
+    """The refusal of an input by a run that a fault has ended."""
+    name = node.get_fully_qualified_name()
+    hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
+    return InputError(field, "an input after the run has ended", "inputs while it goes on", hint)
+
+
+def inactive(node: Node, field: str, state: str) -> InputError:
+    """The refusal of an input by a node that is not active."""
+    name = node.get_fully_qualified_name()
+    hint = f"Activate it first: ros2 lifecycle set {name} activate."
+    if state == "unconfigured":
+        hint = f"First: ros2 lifecycle set {name} configure, then activate."
+    return InputError(field, f"an input while {state}", "inputs while the node is active", hint)

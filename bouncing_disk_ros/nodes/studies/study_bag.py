@@ -1,0 +1,107 @@
+"""What a study takes from a recorded run: forcing, restitution and phase lag of its steady motion.
+
+With P/m added to gravity: Γ = Aω²/(π g), Γ_T = a_g²Φω²/(a_e π g μ).
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tqdm import tqdm
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
+from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
+from bouncing_disk_ros.analysis.scales import angular_forcing_of, axial_forcing_of
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
+from bouncing_disk_ros.parameters import Spec, Value
+
+NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
+SYMBOLS = {
+    "axial_forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"
+}  # fmt: skip
+
+
+class FromBag(NamedTuple):
+    """What was found in a bag."""
+
+    values: Mapping[str, Value]
+    text: str  # one line that says so
+    warnings: tuple[str, ...]
+
+
+def read_bag(path: str, namespace: str | None, wanted: Mapping[str, Spec]) -> FromBag:
+    """The options of a study that are `wanted`, from the last steady motion of the last run.
+
+    Raises InputError for a bag that is damaged or without one, or whose values the study cannot
+    use; FailedError when the disk fails.
+    """
+    try:
+        segment = last_steady(_record(path, namespace), path)
+    except bag.BagError as error:
+        raise InputError("bag", path, "a bag that can be read", str(error)) from None
+    except OSError as error:
+        raise FailedError(f"{path}: {error}") from None
+    assert segment.motion is not None
+    values = numbers(segment.motion, segment.disk)
+    taken = {name: _checked(path, spec, float(values[name])) for name, spec in wanted.items()}
+    shown = ", ".join(f"{SYMBOLS[name]} = {value:.10g}" for name, value in taken.items())
+    text = (
+        f"from {path}, steady motion from {segment.begin:.3f} to {segment.end:.3f} s: "
+        f"{shown or 'nothing, all is given'}"
+    )
+    return FromBag(taken, text, tuple(_warnings(segment.disk)))
+
+
+def _record(path: str, namespace: str | None) -> RunRecord:
+    with bag.open(path) as opened:
+        reader = BagRun(opened, ReadOptions(namespace, most_rows=1, topics=NEEDED))
+        for _ in tqdm(reader.read(), "bag", reader.total, leave=False, disable=None,
+                      file=sys.stderr, unit=" messages"):  # fmt: skip
+            pass
+        return reader.record
+
+
+def last_steady(record: RunRecord, path: str) -> Segment:
+    """The last stretch with a known steady motion and a known disk. Raises InputError."""
+    rows = record.rows
+    times = [float(rows["time"][-1])] if len(rows) else []
+    times += [time for time, _ in record.speeds[-1:]] + [time for time, _ in record.disks[-1:]]
+    times += [motion.begin_ns / 1e9 for motion in record.motions]
+    end = math.nextafter(max(times, default=0.0), math.inf)
+    found = segments_of(0.0, end, record.motions, record.changes, record.disks)
+    steady = [one for one in found if one.motion is not None and known(one.disk)]
+    if not steady:
+        allowed = "a bag with platform/motion and disk/inputs of a steady motion"
+        raise InputError("bag", path, allowed, "Give the options themselves instead.")
+    return steady[-1]
+
+
+def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
+    """What a motion and a disk amount to; nan and inf where there is no gravity or friction."""
+    return {
+        "axial_forcing": axial_forcing_of(motion, disk),
+        "restitution": disk.restitution,
+        "phase_lag": motion.phase_lag,
+        "angular_forcing": angular_forcing_of(motion, disk),
+    }
+
+
+def _checked(path: str, spec: Spec, value: float) -> Value:
+    try:
+        return spec.checked(value)
+    except InputError as error:
+        hint = f"That is what {path} amounts to; give another with {spec.name}:=..."
+        raise InputError(f"{spec.name} from the bag", value, error.allowed, hint) from None
+
+
+def _warnings(disk: Disk) -> list[str]:
+    if disk.load_torque == 0.0:
+        return []
+    torque = f"the load torque of that run, {disk.load_torque:g} N·m, is left out"
+    return [f"{torque}: this study has none, its speeds are those of a free disk"]

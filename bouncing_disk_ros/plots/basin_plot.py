@@ -1,0 +1,130 @@
+"""The picture of basins of attraction (paper, Fig. 4)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
+from bouncing_disk_ros.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MOST_PIXELS,
+    ORANGE,
+    PURPLE,
+    SKY,
+    UNRESOLVED,
+    VERMILION,
+    YELLOW,
+    mark_in_pi,
+    new_figure,
+    pixel_frame,
+)
+
+REST, CHATTERING = "#f7f7f7", "#e8e8e8"
+OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
+"""The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
+
+
+def basins_picture(result: xr.Dataset) -> Figure:
+    """The map of labels with the attractors on it, and the time that each start takes."""
+    figure = new_figure(11.5, 5.4)
+    left, right = figure.subplots(1, 2, sharey=True)
+    draw_labels(left, result)
+    _draw_times(figure, right, result)
+    figure.suptitle(title_of(result), fontsize=12)
+    return figure
+
+
+def title_of(result: xr.Dataset) -> str:
+    """What the map is of."""
+    axial_forcing, restitution = (
+        result.attrs["parameter_axial_forcing"],
+        result.attrs["parameter_restitution"],
+    )
+    return f"Basins of attraction at axial forcing Γ = {axial_forcing:g}, restitution ε = {restitution:g}"
+
+
+def draw_labels(axes: Any, result: xr.Dataset) -> None:
+    """Labels as colours, the points of each attractor, and a legend with the shares."""
+    names = [str(name) for name in result["attractor_name"].values]
+    colors = colors_of(names)
+    norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
+    axes.imshow(
+        downsample(result["label"], MOST_PIXELS),
+        cmap=ListedColormap([UNRESOLVED, *colors]),
+        norm=norm,
+        **frame(result),
+    )
+    handles = []
+    for i, (name, color) in enumerate(zip(names, colors, strict=True)):
+        share, error = float(result["fraction"][i]), float(result["fraction_uncertainty"][i])
+        text = f"{name}: {100 * share:.2f} ± {100 * error:.2f} %"
+        handles.append(Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=text))
+        _draw_points(axes, result, i, color)
+    unresolved = float(result["unresolved_fraction"])
+    if unresolved > 0.0:
+        text = f"unresolved: {100 * unresolved:.2f} %"
+        handles.append(Patch(facecolor=UNRESOLVED, edgecolor=BLACK, linewidth=0.5, label=text))
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2,
+                fontsize=9, frameon=False)  # fmt: skip
+    label_axes(axes, result)
+
+
+def colors_of(names: list[str]) -> list[str]:
+    """One colour for each attractor: light for rest and chattering, strong for the others."""
+    strong = iter(OTHERS * (1 + len(names) // len(OTHERS)))
+    plain = {"rest": REST, "chattering": CHATTERING}
+    return [plain.get(name.split()[0]) or next(strong) for name in names]
+
+
+def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
+    owner = result["point_attractor"].values == i
+    phases = result["point_forcing_phase"].values[owner] / math.pi
+    speeds = result["point_velocity"].values[owner]
+    light = color in (REST, CHATTERING)
+    style: dict[str, Any] = {
+        "color": VERMILION if light else "white",
+        "markeredgecolor": BLACK,
+        "mew": 0.6,
+    }
+    style["ms"] = 3.5 if light else 6
+    if len(phases) > 1000:  # chaotic: a cloud
+        style |= {"ms": 0.8, "mew": 0.0, "rasterized": True}
+    low, high = axes.get_ylim()
+    inside = (speeds >= low) & (speeds <= high)
+    axes.plot(phases[inside], speeds[inside], "o", **style)
+
+
+def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    cycles = downsample(result["time"], MOST_PIXELS) / math.tau
+    known = np.isfinite(cycles)
+    top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
+    axes.set_facecolor(UNRESOLVED)
+    drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **frame(result))
+    figure.colorbar(drawn, ax=axes, label="time until it is clear (periods 2π/ω)", extend="max")
+    axes.set_title("How long it takes", fontsize=10)
+    label_axes(axes, result)
+    axes.set_ylabel("")
+
+
+def frame(result: xr.Dataset) -> dict[str, Any]:
+    """How a map over the starts is drawn: arguments of imshow."""
+    return pixel_frame(result["forcing_phase"].values / math.pi, result["velocity"].values)
+
+
+def label_axes(axes: Any, result: xr.Dataset) -> None:
+    """Name the axes of such a map."""
+    mark_in_pi(axes.xaxis)
+    axes.set_xlabel(r"forcing phase at the first impact $\tau_{imp}$ (rad)")
+    before = result.attrs["parameter_velocity"] == "before"
+    symbol = "$w_A$" if before else r"$\epsilon\, w_A$"
+    when = "before" if before else "after"
+    axes.set_ylabel(f"relative velocity {when} it, {symbol} ($\\pi g/\\omega$)")

@@ -1,0 +1,142 @@
+"""Proof of the next-collision map: from one impact (τ, w) to the next, one flight or one contact.
+
+Units of the map: time 1/ω, length πg/ω², so that g = 1/π, s = Γ sin τ. The first impact after
+(τ, w) is enclosed by a search of the referee's own and compared with what is reported. Where a
+chatter completes, contact lasts until sin τ = 1/(πΓ), and the flight begins there.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from flint import arb, ctx
+
+from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.proof.chatter_proof import chatter_tail
+from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
+from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
+from bouncing_disk_ros.proof.positivity import opens
+from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
+from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
+from bouncing_disk_ros.proof.zeros import Found, first_zero
+
+GRAVITY = 1.0 / math.pi
+_PRECISION = 192
+_LATER = 1.0  # rad, after the reported impact
+
+
+class MapKind(IntEnum):
+    """How the next impact came about."""
+
+    IMPACT = 0  # after a flight
+    CONTACT = 1  # after a chatter, contact until separation and a flight
+    REST = 2  # not at all
+
+
+class Collision(NamedTuple):
+    """One step of the map: from (tau, w) to (next_tau, next_w), w just before the impact."""
+
+    tau: float
+    w: float
+    axial_forcing: float
+    restitution: float
+    next_tau: float
+    next_w: float
+    kind: MapKind = MapKind.IMPACT
+
+
+def prove_collision(collision: Collision) -> Verdict:
+    """Prove or refute one step of the next-collision map."""
+    u = collision.restitution * -collision.w
+    small = -math.log2(u) if 0.0 < u < 1.0 else 0.0
+    with ctx.workprec(_PRECISION + 2 * math.ceil(small)):
+        return _prove(collision, u)
+
+
+def _prove(collision: Collision, u: float) -> Verdict:
+    if collision.kind is MapKind.IMPACT:
+        return _prove_landing(collision, collision.tau, u)
+    if u > 0.0:
+        ends = _prove_chatter(collision, u)
+        if ends.outcome is not Outcome.PROVED:
+            return ends
+    leaves = arb(collision.axial_forcing) * arb.pi() > 1 + 8 * HALF_ULP
+    if collision.kind is MapKind.REST:
+        if leaves:
+            return Verdict(Outcome.REFUTED, "contact does not last: the disk separates")
+        return Verdict(Outcome.PROVED)
+    if not leaves:
+        return Verdict(Outcome.REFUTED, "contact lasts for good: the disk never separates")
+    leave = (1 / (arb.pi() * arb(collision.axial_forcing))).asin()
+    return _prove_landing(collision, float(leave), 0.0)
+
+
+def _platform(axial_forcing: float, tau: float) -> tuple[SteadyPlatform, State]:
+    state = State(0, 0.0, 0, tau, Phase.FLIGHT, 0.0, 0.0, 0.0, 0.0)
+    motion = MotionRecord(False, 0, 0, 0, tau, axial_forcing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return SteadyPlatform(motion, state, arb(1)), state
+
+
+def _prove_chatter(collision: Collision, u: float) -> Verdict:
+    """The chatter ends before the load does."""
+    platform, state = _platform(collision.axial_forcing, collision.tau)
+    disk = DiskRecord(collision.restitution, GRAVITY, 0.0, 0.0)
+    pull = platform.mix(arb(1), arb(0)).jet(arb(0))[2] + disk.g
+    if not pull > 0:
+        return Verdict(Outcome.REFUTED, "a chatter completes where the platform falls away")
+    if 2 * u <= 1.0001e-17 * pull:
+        return Verdict(Outcome.PROVED, "a bounce without duration")
+    about = float(2 * arb(u) / (pull * (1 - arb(collision.restitution))))
+    tail = chatter_tail(platform, disk, state._replace(u=u), about)
+    if tail is None:
+        return Verdict(Outcome.REFUTED, "the chatter does not surely end")
+    turned = tail.remainder * about
+    if turned <= ROUNDINGS * HALF_ULP:
+        return Verdict(Outcome.PROVED)
+    return Verdict(Outcome.UNDECIDED, f"the chatter's closed form is exact to {turned:.3g} rad")
+
+
+def _prove_landing(collision: Collision, tau: float, u: float) -> Verdict:
+    """The first impact after a launch at tau with u is the reported one."""
+    platform, state = _platform(collision.axial_forcing, tau)
+    disk = DiskRecord(collision.restitution, GRAVITY, 0.0, 0.0)
+    gap = gap_of(platform, state._replace(u=u), disk)
+    if not (math.isfinite(collision.next_tau) and -math.inf < collision.next_w < 0.0):
+        reason = f"an impact at {collision.next_tau!r} rad with w = {collision.next_w!r}"
+        return Verdict(Outcome.REFUTED, reason)
+    latest = _about(collision, tau, u) + _LATER
+    first = opens(gap, latest, 1.0)
+    if first is None:
+        return Verdict(Outcome.UNDECIDED, "the gap does not surely open")
+    zero = first_zero(gap, first, latest, gap.floor_zeros())
+    if zero.found is Found.NONE:
+        reason = f"no impact up to {latest!r} rad, after the one that is reported"
+        return Verdict(Outcome.REFUTED, reason, gap.tolerance(latest), zero.pieces)
+    if zero.found is Found.UNKNOWN:
+        reason = f"the first impact is not decided at {float(zero.at)!r} rad"
+        return Verdict(Outcome.UNDECIDED, reason, 0.0, zero.pieces)
+    return _compare(collision, gap, tau, zero.at)._replace(pieces=zero.pieces)
+
+
+def _about(collision: Collision, tau: float, u: float) -> float:
+    """The time of the reported impact by the speeds: w = u − d/π − Γ(cos τ′ − cos τ)."""
+    turned = collision.axial_forcing * (math.cos(collision.next_tau) - math.cos(tau))
+    return max(math.pi * (u - collision.next_w - turned), 0.0)
+
+
+def _compare(collision: Collision, gap: Watched, tau: float, d: arb) -> Verdict:
+    """Phase and speed at the enclosed impact, with those that are reported."""
+    lasted = float(d)
+    _, slope, curvature = gap.jet(d)[:3]
+    margin = gap.tolerance(lasted) / float(abs(slope)) + ROUNDINGS * HALF_ULP * (
+        lasted + 2.0 * math.pi
+    )
+    turn = arb.pi() * 2
+    off = arb(tau) + d - arb(collision.next_tau)
+    off -= turn * (off / turn + arb(0.5)).floor().mid()
+    phase = compared(off, margin, "τ")
+    bend = float(abs(curvature).upper())
+    allowed = gap.tolerance(lasted, 1) + gap.tolerance(lasted) / float(abs(slope)) * bend
+    return worst([phase, compared(slope - arb(collision.next_w), allowed, "w")])

@@ -1,0 +1,137 @@
+"""The record of inputs (run.records) applied to the core: every impact again, bit for bit."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bouncing_disk_ros
+from bouncing_disk_ros.core.engine import (
+    join_rows as join_rows,  # re-exported for readers of records
+)
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.input_records import KINDS, Record
+from bouncing_disk_ros.run.time_map import NS
+
+EVENTS_PER_SLICE = 2000
+"""Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a
+watch are heard."""
+
+EVENTS_BEHIND = 100_000
+"""Events that may lie between the state of a snapshot and its time: some tenths of a second."""
+
+
+def restored(record: Record) -> Simulation:
+    """The simulation of a snapshot record; InputError when it is none that this build can read."""
+    try:
+        _check_reached(Simulation.restore(record["state"]))
+        return Simulation.restore(record["state"])
+    except (ValueError, KeyError, TypeError) as error:
+        given = f"of version {record.get('version', 'unknown')} ({error})"
+        allowed = f"snapshots that version {bouncing_disk_ros.__version__} can read"
+        hint = "It is damaged, or of another build: replay it with the version that recorded it."
+        raise InputError("snapshot", given, allowed, hint) from None
+
+
+def _check_reached(simulation: Simulation) -> None:
+    """Raise ValueError when the state of a snapshot lies far before the snapshot's own time.
+
+    A simulation has resolved what is due at its time. Without this check a false time is reached by
+    simulating years.
+    """
+    with contextlib.suppress(SimulationError):  # raised again when the run goes on
+        _, is_behind = simulation.advance(simulation.time_ns, EVENTS_BEHIND)
+        if is_behind:
+            raise ValueError(f"its state lies more than {EVENTS_BEHIND} events before its time")
+
+
+def apply(simulation: Simulation, record: Record) -> None:
+    """Apply one record at the instant reached; snapshots and pauses do nothing.
+
+    Raises InputError for an input that the simulation does not take.
+    """
+    try:
+        _apply(simulation, record)
+    except InputError:
+        raise
+    except ValueError as error:
+        field = f"input record {record['index']} ({record['kind']})"
+        raise InputError(field, str(error), "an input that the run can take") from None
+
+
+def _apply(simulation: Simulation, record: Record) -> None:
+    match record["kind"]:
+        case "motion":
+            points = [(int(at), Motion(*values)) for at, values in record["points"]]
+            simulation.command(points, record["crossfade_ns"])
+        case "impulse":
+            simulation.apply_impulse(
+                record["at_ns"], record["axial_impulse"], record["angular_impulse"]
+            )
+        case "parameters":
+            apply_parameters(simulation, record["values"], Disk(**record["disk"]))
+        case "reset":
+            simulation.reset(InitialState(**record["initial"]), Motion(**record["motion"]))
+        case "snapshot" | "pause":
+            pass
+        case kind:
+            raise InputError("input record kind", kind, "any of " + ", ".join(KINDS))
+
+
+DISK_FIELDS = frozenset(Disk._fields)
+
+
+def apply_parameters(simulation: Simulation, values: Mapping[str, Any], disk: Disk) -> None:
+    """Give the simulation those of the changed parameters that concern it."""
+    if DISK_FIELDS & values.keys():
+        simulation.set_disk(disk)
+    if "chatter_report_speed" in values:
+        simulation.set_chatter_report_speed(values["chatter_report_speed"])
+
+
+def advance_slice(simulation: Simulation, until_ns: int) -> tuple[NDArray[np.void], bool]:
+    """`Simulation.advance` with the budget of one slice; InputError for a run that cannot go on."""
+    try:
+        return simulation.advance(until_ns, EVENTS_PER_SLICE)
+    except SimulationError as error:
+        given = f"{error} (at {simulation.time_ns / NS:.9f} s)"
+        raise InputError("the recorded run", given, "a run that can be simulated") from None
+
+
+def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np.void]:
+    """The impacts of a run from its records, as rows of IMPACT_DTYPE.
+
+    The records begin with a snapshot; the impacts are those after it, up to the last record or
+    `until_ns`. Records before the first snapshot are not used.
+    """
+    simulation: Simulation | None = None
+    rows: list[NDArray[Any]] = []
+    for record in records:
+        if simulation is None:
+            if record["kind"] == "snapshot":
+                simulation = restored(record)
+            continue
+        rows += advance_to(simulation, record["time_ns"])
+        apply(simulation, record)
+    if simulation is None:
+        raise InputError("input records", "no snapshot", "records with at least one snapshot")
+    if until_ns is not None:
+        rows += advance_to(simulation, until_ns)
+    return join_rows(rows)
+
+
+def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[Any]]:
+    """Advance all the way, whatever the number of events; the rows in the order of `index`."""
+    rows: list[NDArray[Any]] = []
+    behind = True
+    while behind:
+        some, behind = advance_slice(simulation, until_ns)
+        if len(some):
+            rows.append(some)
+    return rows

@@ -1,0 +1,200 @@
+"""Two simulations side by side: what is kept of both, and the first instant at which they part."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.engine import join_rows
+from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.run.input_replay import advance_slice
+from bouncing_disk_ros.run.recorded_rows import Difference, row_difference
+from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
+from bouncing_disk_ros.run.time_map import NS, nanoseconds
+
+Rows = NDArray[np.void]
+MAX_ROWS = 20_000
+"""Newest rows of each run that are kept."""
+SAMPLES = 2000
+"""Samples of each run, evenly over its whole time."""
+DETAIL_PERIODS = 8
+DETAIL_STEPS = 40
+"""After the two part: samples over so many periods of the platform, so many in each."""
+SPEED_SECONDS = 2.0
+"""The rotor speed is the mean over this long at the end."""
+
+
+class Trace(NamedTuple):
+    """What is kept of one run."""
+
+    impacts: int  # single ones, those counted in a row included
+    rows: Rows  # the newest MAX_ROWS, IMPACT_DTYPE
+    samples: NDArray[np.void]  # SAMPLE_DTYPE, evenly over the run
+    detail: NDArray[np.void]  # SAMPLE_DTYPE, finer where the two part
+    rotor_speed: float  # mean over the last SPEED_SECONDS, rad/s; nan: no time has passed
+    steady_since: float  # s; inf: the platform's motion is changing
+
+
+class TwoRuns(NamedTuple):
+    """Two runs from the same inputs."""
+
+    first: Trace
+    second: Trace
+    start_ns: int
+    end_ns: int
+    divergence_time_ns: (
+        int | None
+    )  # simulated time of the first row that differs; None: there is none
+    divergence: Difference | None  # "recorded" is the first run, "replayed" the second
+
+
+class _Track:
+    """Gathers what is kept of one simulation."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+        self.impacts = 0
+        self.samples: list[Sample] = []
+        self.detail: list[Sample] = []
+        self._rows: deque[Rows] = deque()
+        self._count = 0
+        self.speed_from = simulation.sample()
+
+    def keep(self, rows: Rows) -> None:
+        """Take the next rows; forget the oldest."""
+        self.impacts += int(rows["count"].sum(dtype=np.int64))
+        self._rows.append(rows)
+        self._count += len(rows)
+        while self._count - len(self._rows[0]) >= MAX_ROWS:
+            self._count -= len(self._rows.popleft())
+
+    def trace(self) -> Trace:
+        motion, end = self.simulation.motion_in_force, self.simulation.sample()
+        steady = motion.begin_ns == motion.end_ns
+        return Trace(
+            self.impacts,
+            join_rows(list(self._rows))[-MAX_ROWS:],
+            np.array([tuple(sample) for sample in self.samples], SAMPLE_DTYPE),
+            np.array([tuple(sample) for sample in self.detail], SAMPLE_DTYPE),
+            _mean_speed(self.speed_from, end),
+            motion.begin_ns / NS if steady else math.inf,
+        )
+
+
+def _mean_speed(first: Sample, last: Sample) -> float:
+    seconds = (last.time_ns - first.time_ns) / NS
+    turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
+    return turned / seconds if seconds > 0.0 else math.nan
+
+
+class Pair:
+    """Drives two simulations that stand at the same instant; the caller applies the inputs."""
+
+    def __init__(
+        self, first: Simulation, second: Simulation, end_ns: int, watch: Callable[[int], object]
+    ) -> None:
+        """They will go to end_ns; `watch` hears the simulated time after each slice of work."""
+        self.first, self.second = first, second
+        self.start_ns = self.time_ns = first.time_ns
+        self._watch = watch
+        self._tracks = (_Track(first), _Track(second))
+        self._step = max(1, (end_ns - self.start_ns) // SAMPLES)
+        self._next = self.start_ns
+        self._close_next = self._close_end = self._close_step = 0
+        self._speed_ns = end_ns - nanoseconds(SPEED_SECONDS)
+        self._parted_ns: int | None = None
+        self._parting: Difference | None = None
+        self._go(self.start_ns)  # what is due at the very start
+
+    def advance(self, until_ns: int) -> None:
+        """Bring both to an instant."""
+        while self.time_ns < until_ns:
+            ahead = (self._next, self._speed_ns, self._close_next)
+            self._go(min((until_ns, *(at for at in ahead if at > self.time_ns))))
+
+    def _go(self, goal: int) -> None:
+        """Bring both to an instant with no sample due before it."""
+        before = [] if self._parting else [run.snapshot() for run in (self.first, self.second)]
+        rows = [self._to(run, goal) for run in (self.first, self.second)]
+        for track, some in zip(self._tracks, rows, strict=True):
+            track.keep(some)
+        if self._parting is None:
+            self._compare(*rows)
+            if self._parted_ns is not None:
+                self._look_closely(before, goal)
+        self.time_ns = goal
+        self._sample()
+
+    def _to(self, run: Simulation, until_ns: int) -> Rows:
+        rows, behind = [], True
+        while behind:
+            some, behind = advance_slice(run, until_ns)
+            rows += [some] if len(some) else []
+            self._watch(run.time_ns)
+        return join_rows(rows)
+
+    def _sample(self) -> None:
+        """Take the samples that are due."""
+        now = self.time_ns
+        for track in self._tracks:
+            if now == self._next:
+                track.samples.append(track.simulation.sample())
+            if now == self._close_next and self._parting:
+                track.detail.append(track.simulation.sample())
+            if now == self._speed_ns:
+                track.speed_from = track.simulation.sample()
+        if now == self._next:
+            self._next += self._step
+        if now == self._close_next:
+            ahead = now + self._close_step
+            self._close_next = ahead if ahead <= self._close_end else 0
+
+    def restart_speed(self) -> None:
+        """Begin the mean speed anew: a reset is not rotation."""
+        for track in self._tracks:
+            if self.time_ns >= track.speed_from.time_ns:
+                track.speed_from = track.simulation.sample()
+
+    # --- where they part --------------------------------------------------------------------------
+    def _compare(self, first: Rows, second: Rows) -> None:
+        """Rows of the same interval: the same in both, until they part."""
+        count = min(len(first), len(second))
+        found = row_difference(first[:count], second[:count])
+        if found is not None:
+            place, self._parting = found
+            times = float(first["time"][place]), float(second["time"][place])
+        elif len(first) != len(second):
+            row = (first if len(first) > count else second)[count]
+            index = float(row["index"])
+            values: tuple[Any, Any] = (index, None) if len(first) > count else (None, index)
+            times = float(row["time"]), math.inf
+            self._parting = Difference(f"row {index:.0f}", times[0], "index", *values)
+        else:
+            return
+        self._parted_ns = nanoseconds(min(times))
+
+    def _look_closely(self, before: list[dict[str, Any]], now_ns: int) -> None:
+        """Take finer samples from the parting on; what has passed of it is simulated again."""
+        assert self._parted_ns is not None
+        period = NS / self.first.motion_in_force.target.frequency
+        self._close_step = max(1, round(period / DETAIL_STEPS))
+        self._close_end = self._parted_ns + round(DETAIL_PERIODS * period)
+        at = self._close_next = max(self.time_ns, self._parted_ns - round(period))
+        for track, state in zip(self._tracks, before, strict=True):
+            run, at = Simulation.restore(state), self._close_next
+            while at < min(now_ns, self._close_end):
+                self._to(run, at)
+                track.detail.append(run.sample())
+                at += self._close_step
+        self._close_next = at if at <= self._close_end else 0
+
+    def result(self) -> TwoRuns:
+        """What has been gathered."""
+        first, second = (track.trace() for track in self._tracks)
+        return TwoRuns(first, second, self.start_ns, self.time_ns, self._parted_ns, self._parting)

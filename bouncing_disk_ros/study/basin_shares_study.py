@@ -1,0 +1,128 @@
+"""The study `basin_shares`: how much of the plane of starts each attractor has, over a parameter.
+
+The "ease of a multiple toss" behind the paper's argument: the wider the basin, the wider the margin
+of a performer; with the best phase lag and the speed beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts, shares
+from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.basin_study import refuse_conservative
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+
+SEARCHED = 16
+"""Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
+CLASSES = ("rest", "chattering", "period-1", "other periodic", "chaotic", "unresolved")
+AXES = {"axial_forcing": "Γ", "restitution": "ε", "angular_forcing": "Γ_T"}
+
+
+class BasinShares(Study):
+    """Shares of the window τ_imp ∈ [0, 2π), w_A ∈ (velocity_begin, 0) at each value."""
+
+    name: ClassVar[str] = "basin_shares"
+    title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        super().__init__(parameters)
+        given = self.parameters
+        if given["along"] not in AXES:
+            raise InputError("along", given["along"], "one of " + ", ".join(AXES))
+        if given["along"] != "restitution":
+            refuse_conservative(float(given["restitution"]))
+        low = {"axial_forcing": 0.0, "restitution": 0.0, "angular_forcing": 1e-9}
+        for end in ("begin", "end"):
+            least, value = low[str(given["along"])], float(given[end])
+            if value < least or (given["along"] == "restitution" and value >= 1.0):
+                allowed = "0 to less than 1" if given["along"] == "restitution" else f">= {least:g}"
+                raise InputError(end, value, allowed)
+        if not float(given["velocity_begin"]) < 0.0:
+            raise InputError("velocity_begin", given["velocity_begin"], "less than 0",
+                             "The window is empty.")  # fmt: skip
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        """The parameter, and the classes of attractors."""
+        given = self.parameters
+        values = np.linspace(float(given["begin"]), float(given["end"]), int(given["count"]))
+        label = str(given["along"])
+        return {
+            "value": Axis(values, "1", label.replace("_", " "), AXES[label]),
+            "kind": Axis(np.arange(len(CLASSES)), "1", ", ".join(CLASSES)),
+        }
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Shares with their standard errors; best phase lag and speed of the main attractor."""
+        both, line = ("value", "kind"), ("value",)
+        main = "of the largest attractor that is neither rest nor chattering"
+        return {
+            "fraction": Field(both, "float64", "1", "share of the window"),
+            "fraction_uncertainty": Field(both, "float64", "1", "standard error of the share"),
+            "attractors": Field(line, "int32", "1", "number of attractors", fill=0),
+            "best_phase_lag": Field(line, "float64", "rad", f"best phase lag {main}", "θ"),
+            "best_speed": Field(line, "float64", "omega Phi", f"mean speed there {main}"),
+        }
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        """One value at a time."""
+        return {"value": 1}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
+        """One value of the parameter."""
+        given = self.parameters
+        value = float(self.axes["value"].values[region.slices["value"]][0])
+        own = {name: float(given[name]) for name in AXES} | {str(given["along"]): value}
+        axial_forcing, restitution = own["axial_forcing"], own["restitution"]
+        found = find_attractors(axial_forcing, restitution, self._starts(SEARCHED))
+        n = int(given["samples"])
+        tau, w = np.array(self._starts(n)).T.copy()
+        labels = label_starts(found, axial_forcing, restitution, tau, w).label.reshape(n, n)
+        kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])
+        merged = kinds[np.where(labels == UNRESOLVED, len(kinds) - 1, labels)].astype(np.int32)
+        parts = shares(merged, len(CLASSES))
+        lag = _best(found, labels, axial_forcing, restitution, own["angular_forcing"])
+        return {
+            "fraction": np.array([[part.fraction for part in parts]]),
+            "fraction_uncertainty": np.array([[part.uncertainty for part in parts]]),
+            "attractors": np.array([len(found.found)], np.int32),
+            "best_phase_lag": np.array([lag[0]]),
+            "best_speed": np.array([lag[1]]),
+        }
+
+    def _starts(self, n: int) -> list[tuple[float, float]]:
+        """Centres of n × n pixels of the window, rows of equal w_A."""
+        low = float(self.parameters["velocity_begin"])
+        centres = (np.arange(n) + 0.5) / n
+        return [(math.tau * x, low * (1.0 - y)) for y in centres for x in centres]
+
+
+def class_of(attractor: Attractor) -> int:
+    """Index in CLASSES."""
+    if attractor.kind is AttractorKind.PERIODIC:
+        single = len(attractor.forcing_phases) == attractor.cycles == 1
+        return CLASSES.index("period-1" if single else "other periodic")
+    return CLASSES.index(str(attractor.kind))
+
+
+def _best(
+    found: Attractors, labels: np.ndarray, axial_forcing: float, restitution: float, angular: float
+) -> tuple[float, float]:
+    counts = [int(np.sum(labels == i)) for i in range(len(found.found))]
+    skipped = (AttractorKind.REST, AttractorKind.CHATTERING)
+    main = [i for i, a in enumerate(found.found) if a.kind not in skipped]
+    if not main:
+        return math.nan, math.nan
+    largest = found.found[max(main, key=counts.__getitem__)]
+    return best_lag(largest, axial_forcing, restitution, angular)

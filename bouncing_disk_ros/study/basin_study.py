@@ -1,0 +1,247 @@
+"""The study `basins`: to which attractor each start (τ_imp, w_A) goes (paper, Fig. 4)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basin_labels import (
+    UNRESOLVED,
+    LabelRule,
+    before_impact,
+    label_starts,
+    shares,
+    unresolved_fraction,
+)
+from bouncing_disk_ros.analysis.dynamics.boundary import (
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.analysis.dynamics.row_blocks import PIXELS, LabelMap
+from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
+from bouncing_disk_ros.angles import numbers_of
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+
+SIDES = (64, 1024)
+"""Least and largest side of a region (pixels); the largest takes about a second of one core."""
+REGIONS = 16
+"""A map is cut into about so many regions, if their sides allow it."""
+SEARCHED = 24
+"""Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
+_KINDS = list(AttractorKind)
+
+
+class Basins(Study):
+    """Labels over the plane of starts; parameters as in the table of the executable."""
+
+    name: ClassVar[str] = "basins"
+    title: ClassVar[str] = "Basins of attraction of the next-collision map"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        super().__init__(parameters)
+        given = self.parameters
+        self._forcing = float(given["axial_forcing"])
+        self._restitution = float(given["restitution"])
+        refuse_conservative(self._restitution)
+        if given["velocity"] not in ("before", "after"):
+            raise InputError("velocity", given["velocity"], "before or after")
+        for low, high in (("phase_begin", "phase_end"), ("velocity_begin", "velocity_end")):
+            if not float(given[low]) < float(given[high]):
+                allowed = f"less than {high} = {float(given[high]):g}"
+                raise InputError(low, given[low], allowed, "The window is empty.")
+        before_impact(np.empty(0), self._restitution, after=self._after)
+        text = str(given["angular_velocities"])
+        self._speeds = np.empty(0)
+        if text.strip():
+            allowed = "numbers in units of ωΦ, such as '0 0.5 -1'"
+            self._speeds = np.array(numbers_of("angular_velocities", text, allowed))
+        else:
+            for name in ("angular_velocities", "phase_lag", "angular_forcing"):
+                del self.parameters[name]  # no part of what is computed
+
+    @property
+    def _after(self) -> bool:
+        return self.parameters["velocity"] == "after"
+
+    @property
+    def whole_period(self) -> bool:
+        """Whether the window holds each forcing phase once."""
+        width = float(self.parameters["phase_end"]) - float(self.parameters["phase_begin"])
+        return abs(width - math.tau) < 1e-9
+
+    def _pixels(self, name: str, count: str) -> NDArray[np.float64]:
+        """Centres of the pixels along an axis."""
+        begin, end = (float(self.parameters[f"{name}_{side}"]) for side in ("begin", "end"))
+        n = int(self.parameters[count])
+        return begin + (end - begin) * (np.arange(n) + 0.5) / n
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        """Velocity (rows) and forcing phase (columns): centres of the pixels."""
+        when = "after (its opposite)" if self._after else "before"
+        axes = {
+            "velocity": Axis(
+                self._pixels("velocity", "height"), "pi g/omega",
+                f"relative velocity {when} the first impact", "−u" if self._after else "w_A",
+            ),
+            "forcing_phase": Axis(
+                self._pixels("phase", "width"), "rad", "forcing phase of the first impact", "τ_imp"
+            ),
+        }  # fmt: skip
+        if len(self._speeds):
+            axes["angular_velocity"] = Axis(
+                self._speeds, "omega Phi", "angular velocity of the disk before the first impact"
+            )
+        return axes
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Labels, and how long each start takes until it is clear."""
+        dims = ("velocity", "forcing_phase")
+        fields = {
+            "label": Field(dims, "int32", "1", "index of the attractor, −1: none", fill=UNRESOLVED),
+            "impacts": Field(dims, "int32", "1", "impacts until it is clear", fill=0),
+            "time": Field(dims, "float64", "rad", "time until it is clear", "ωt"),
+        }  # fmt: skip
+        if len(self._speeds):
+            fields["mean_speed"] = Field(
+                ("angular_velocity", *dims), "float64", "omega Phi", "mean speed it ends with"
+            )
+        return fields
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        """Squares."""
+        pixels = int(self.parameters["width"]) * int(self.parameters["height"])
+        side = min(max(SIDES[0], math.isqrt(pixels // REGIONS)), SIDES[1])
+        return {"velocity": side, "forcing_phase": side}
+
+    def context(self) -> Arrays:
+        """The attractors, found from a coarse grid of starts over the window."""
+        rows = self.axes["velocity"].values.astype(float)
+        columns = self.axes["forcing_phase"].values.astype(float)
+        coarse = [
+            v[np.unique(np.linspace(0, len(v) - 1, SEARCHED).astype(int))] for v in (rows, columns)
+        ]
+        starts = [(float(tau % math.tau), float(w)) for w in self._before(coarse[0])
+                  for tau in coarse[1]]  # fmt: skip
+        return to_arrays(find_attractors(self._forcing, self._restitution, starts))
+
+    def _before(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+        return before_impact(velocity, self._restitution, after=self._after)
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
+        """Label the starts of one region."""
+        rows = self._before(self.axes["velocity"].values[region.slices["velocity"]].astype(float))
+        phases = self.axes["forcing_phase"].values[region.slices["forcing_phase"]].astype(float)
+        w, tau = (v.ravel() for v in np.meshgrid(rows, phases % math.tau, indexing="ij"))
+        given = self.parameters
+        rule = LabelRule(float(given["tolerance"]), cap=int(given["cap"]))
+        found = label_starts(
+            from_arrays(context), self._forcing, self._restitution, tau.copy(), w.copy(), rule
+        )
+        shape = (len(rows), len(phases))
+        arrays: dict[str, NDArray[np.generic]] = {
+            "label": found.label.reshape(shape),
+            "impacts": found.impacts.reshape(shape),
+            "time": found.time.reshape(shape),
+        }
+        if len(self._speeds):
+            lag, angular = (float(given[name]) for name in ("phase_lag", "angular_forcing"))
+            platform = (self._forcing, self._restitution, lag, angular)
+            speeds = [mean_speeds(tau, w, float(one), *platform) for one in self._speeds]
+            arrays["mean_speed"] = np.reshape(speeds, (len(speeds), *shape))
+        return arrays
+
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
+        """Attractors with their shares, and the measures of the boundary."""
+        found = from_arrays(context).found
+        # read strip by strip where it may be larger than memory
+        field = result["label"]
+        labels: LabelMap = field.values if field.size <= PIXELS else field
+        parts = shares(labels, len(found), periodic=self.whole_period)
+        points = [(i, *p) for i, a in enumerate(found)
+                  for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
+        owner, phase, speed = np.array(points).reshape(-1, 3).T
+        added = {
+            "attractor_name": ("attractor", numbered([a.name for a in found])),
+            "multiplier": ("attractor", [a.multiplier for a in found]),
+            "fraction": ("attractor", [part.fraction for part in parts]),
+            "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
+            "unresolved_fraction": ((), unresolved_fraction(labels)),
+            "point_attractor": ("point", owner.astype(np.int32)),
+            "point_forcing_phase": ("point", phase),
+            "point_velocity": ("point", speed * (self._restitution if self._after else 1.0)),
+        }
+        return result.assign(added).assign(self._boundary(labels))
+
+    def _boundary(self, labels: LabelMap) -> dict[str, object]:
+        if min(labels.shape) < 48:
+            return {}
+        entropy = basin_entropy(labels)
+        alpha = uncertainty_exponent(labels, periodic=self.whole_period)
+        dimension = box_dimension(labels)
+        return {
+            "basin_entropy": ((), entropy.basin),
+            "boundary_basin_entropy": ((), entropy.boundary),
+            "uncertainty_exponent": ((), alpha.exponent),
+            "uncertainty_exponent_error": ((), alpha.uncertainty),
+            "box_dimension": ((), dimension.exponent),
+            "box_dimension_error": ((), dimension.uncertainty),
+        }
+
+
+def refuse_conservative(restitution: float) -> None:
+    """InputError at ε = 1: the map keeps areas there and has no attractors."""
+    if restitution == 1.0:
+        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
+        raise InputError("restitution", restitution, "less than 1", hint)
+
+
+def numbered(names: list[str]) -> list[str]:
+    """The names, those that occur more than once with a number."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
+    return found
+
+
+def to_arrays(attractors: Attractors) -> Arrays:
+    """Attractors as arrays, to be stored and sent to workers."""
+    found = attractors.found
+    lengths = np.array([len(a.forcing_phases) for a in found], np.int64)
+    return {
+        "kind": np.array([_KINDS.index(a.kind) for a in found], np.int64),
+        "cycles": np.array([a.cycles for a in found], np.int64),
+        "multiplier": np.array([a.multiplier for a in found], float),
+        "length": lengths,
+        "forcing_phase": np.concatenate([np.empty(0), *(a.forcing_phases for a in found)]),
+        "velocity": np.concatenate([np.empty(0), *(a.velocities for a in found)]),
+        "after_contact": np.array(attractors.after_contact),
+        "unresolved": np.array(attractors.unresolved),
+    }
+
+
+def from_arrays(arrays: Arrays) -> Attractors:
+    """The attractors again."""
+    ends = np.cumsum(arrays["length"].astype(int))
+    phases = np.split(arrays["forcing_phase"].astype(float), ends)[:-1]
+    speeds = np.split(arrays["velocity"].astype(float), ends)[:-1]
+    rows = zip(arrays["kind"], phases, speeds, arrays["cycles"], arrays["multiplier"], strict=True)
+    found = tuple(
+        Attractor(_KINDS[int(kind)], phase, speed, int(cycles), float(multiplier))
+        for kind, phase, speed, cycles, multiplier in rows
+    )
+    return Attractors(found, int(arrays["after_contact"]), int(arrays["unresolved"]))

@@ -1,0 +1,236 @@
+"""The study `bifurcation`: attractors along one parameter (paper, Fig. 3).
+
+One attractor is followed from value to value, or the same starts are carried at each value, which
+shows all that coexist.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import (
+    STATE,
+    Branch,
+    begin,
+    follow,
+    from_starts,
+)
+from bouncing_disk_ros.analysis.dynamics.continuation import (
+    Doubling,
+    existence_limit,
+    feigenbaum_ratios,
+    period_doublings,
+)
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
+from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+NAMES = {
+    "axial_forcing": ("forcing", "Γ", "1"),
+    "restitution": ("restitution", "ε", "1"),
+    "phase_lag": ("phase_lag", "θ", "rad"),
+    "angular_forcing": ("angular_forcing", "Γ_T", "1"),
+}
+"""Parameter that a diagram can run along -> its name in the map, symbol and unit."""
+VALUES_OF_A_REGION = 64
+LEAST_OF_A_REGION, IMPACTS_OF_A_REGION, KEPT_OF_A_REGION = 256, 30_000_000, 1_000_000
+"""From starts: at least so many trajectories, else about so many impacts, or so many to keep."""
+_BESIDE_BIRTH = 1e-4
+"""So far from the value where the period-1 orbit is born its continuation begins."""
+
+
+class Bifurcation(Study):
+    """Impacts on the attractor over a parameter, each value from where the one before ended.
+
+    With `starts`: impacts on the attractors that these reach at each value.
+    """
+
+    name: ClassVar[str] = "bifurcation"
+    title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        super().__init__(parameters)
+        given = self.parameters
+        if given["along"] not in NAMES:
+            raise InputError("along", given["along"], "one of " + ", ".join(NAMES))
+        if given["begin"] == given["end"] and int(given["count"]) > 1:
+            raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
+        self.axis = NAMES[str(given["along"])][0]
+        if int(given["kept"]) > int(given["measured"]):
+            raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
+        for end in ("begin", "end"):
+            self._check_end(end)
+        self._starts = self._spread()
+        self.sequential = not self._starts
+        if self.sequential:
+            self._start()
+
+    def _spread(self) -> list[MapState]:
+        """The starts at each value, none to follow; what then plays no part is no parameter."""
+        given, count = self.parameters, int(self.parameters["starts"])
+        if count:
+            for name in ("initial_phase", "initial_velocity"):
+                value = given.pop(name)
+                if value != 0.0:
+                    hint = (
+                        f"The {count} starts are spread over the window; starts:=0 takes your own."
+                    )
+                    raise InputError(name, value, "0 with starts", hint)
+            return spread_starts(count, float(given["velocity_begin"]))
+        window, usual = given.pop("velocity_begin"), STUDY_TABLES[self.name]["velocity_begin"]
+        if window != usual.default:
+            hint = "It is the window of starts, of which there are none."
+            raise InputError("velocity_begin", window, "none without starts", hint)
+        del given["starts"]
+        return []
+
+    def _check_end(self, name: str) -> None:
+        value = float(self.parameters[name])
+        try:
+            self.section(**{self.axis: value})
+        except InputError as error:
+            along = str(self.parameters["along"])
+            raise InputError(name, value, error.allowed, f"It is a value of {along}.") from None
+
+    def section(self, **changed: float) -> NextCollisionMap:
+        """The map at the fixed parameters, some of them changed."""
+        fixed = {inner: float(self.parameters[name]) for name, (inner, _, _) in NAMES.items()}
+        return NextCollisionMap(**{**fixed, **changed})
+
+    def _start(self) -> np.ndarray:
+        """The state of the first value: that given, or the period-1 orbit there."""
+        given = self.parameters
+        section = self.section(**{self.axis: float(given["begin"])})
+        velocity = float(given["initial_velocity"])
+        if velocity == 0.0:
+            try:
+                return begin(section)
+            except InputError as error:
+                hint = (
+                    "It starts on the period-1 orbit, which begin does not have; choose another "
+                    "begin, or a start of your own: initial_velocity < 0 and initial_phase."
+                )
+                raise InputError("begin", given["begin"], _threshold(error), hint) from None
+        return begin(section, MapState(float(given["initial_phase"]) % math.tau, velocity))
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        """The parameter, and the impacts kept at each value."""
+        given = self.parameters
+        _, symbol, unit = NAMES[str(given["along"])]
+        values = np.linspace(float(given["begin"]), float(given["end"]), int(given["count"]))
+        label = str(given["along"]).replace("_", " ")
+        return {
+            "value": Axis(values, unit, label, symbol),
+            "impact": Axis(np.arange(int(given["kept"])), "1", "impacts, the last ones measured"),
+            "number": Axis(np.arange(STATE), "1", "numbers of the state that the next begins with"),
+            **({"start": self._start_axis()} if self._starts else {}),
+        }
+
+    def _start_axis(self) -> Axis:
+        return Axis(np.arange(len(self._starts)), "1", "starts, in the order of spread_starts")
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """As in analysis.dynamics.bifurcation.Branch."""
+        line = ("value", "start") if self._starts else ("value",)
+        cloud, speed = (*line, "impact"), "omega Phi"
+        return {
+            "forcing_phase": Field(cloud, "float64", "rad", "forcing phase at impact", "τ_imp"),
+            "axial_impact_velocity": Field(
+                cloud, "float64", "pi g/omega", "relative velocity before impact", "w_A"
+            ),
+            "angular_velocity": Field(cloud, "float64", speed, "speed before impact", "α̇/(ωΦ)"),
+            "contact": Field(cloud, "uint8", "1", "whether it rode on the platform before", fill=0),
+            "mean_speed": Field(line, "float64", speed, "mean speed in time"),
+            "mean_speed_per_impact": Field(line, "float64", speed, "mean speed of the impacts"),
+            "lyapunov_exponent": Field(line, "float64", "1", "Lyapunov exponent per impact", "λ"),
+            "contacts": Field(line, "float64", "1", "rides on the platform per impact"),
+            "state": Field((*line, "number"), "float64", "1", "state after the last impact"),
+        }
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        """Values in a row."""
+        if not self._starts:
+            return {"value": VALUES_OF_A_REGION}
+        settling, measured, kept = self._counts.values()
+        together = min(IMPACTS_OF_A_REGION // (settling + measured), KEPT_OF_A_REGION // kept)
+        together = max(LEAST_OF_A_REGION, together)
+        return {"value": -(-together // len(self._starts))}
+
+    @property
+    def _counts(self) -> dict[str, int]:
+        return {name: int(self.parameters[name]) for name in ("settling", "measured", "kept")}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
+        """Carry the starts, or follow on from the state of the region before."""
+        values = self.axes["value"].values[region.slices["value"]].astype(float)
+        if self._starts:
+            whole = from_starts(self.section(), self.axis, values, self._starts, **self._counts)
+            return _fields_of(whole, slice(None))
+        state = self._start() if before is None else before["state"][-1:].astype(float)
+        return _fields_of(follow(self.section(), self.axis, values, state, **self._counts), 0)
+
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
+        """Add the period doublings between the ends of the axis, where it is Γ or ε."""
+        points = self.doublings
+        values = [point.value for point in points]
+        ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
+        return result.assign(
+            {
+                "doubling": ("doubling_number", np.array(values)),
+                "doubling_impacts": ("doubling_number", [point.impacts for point in points]),
+                "feigenbaum_ratio": ("ratio_number", np.asarray(ratios)),
+            }
+        )
+
+    @cached_property
+    def doublings(self) -> list[Doubling]:
+        """Period doublings of the period-1 orbit, by continuation, not read off the diagram."""
+        count = int(self.parameters["doublings"])
+        if self.axis not in ("forcing", "restitution") or not count:
+            return []
+        low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
+        fixed = self.section(**{self.axis: low})
+        # (1 − ε)/(1 + ε) = Γ where the orbit is born, the same with Γ and ε exchanged
+        born = existence_limit(fixed.restitution if self.axis == "forcing" else fixed.axial_forcing)
+        section = self.section(**{self.axis: max(low, born + _BESIDE_BIRTH)})
+        if not getattr(section, self.axis) < high:
+            return []
+        try:
+            orbit = fixed_point(section.axial_forcing, section.restitution)
+        except InputError:  # no period-1 orbit there
+            return []
+        if not orbit.stable:  # its doublings lie below the axis
+            return []
+        return list(period_doublings(orbit, self.axis, high, count))
+
+
+def _threshold(error: InputError) -> str:
+    return f"Γ {error.allowed}" if error.field == "forcing" else error.allowed
+
+
+def _fields_of(branch: Branch, start: int | slice) -> Arrays:
+    """The arrays of a region: of one start, or with an axis of starts."""
+    arrays = {name: getattr(branch, name)[:, start] for name in Branch._fields[1:-1]}
+    arrays["contact"] = arrays["contact"].astype(np.uint8)
+    return {**arrays, "state": branch.ends[:, start]}
+
+
+def branch_of(result: xr.Dataset) -> Branch:
+    """A stored diagram as the analysis gives it."""
+    one = slice(None) if "start" in result.dims else (slice(None), None)
+    arrays = {name: result[name].values[one] for name in Branch._fields[1:-1]}
+    arrays["contact"] = arrays["contact"].astype(bool)
+    return Branch(values=result["value"].values, ends=result["state"].values[one], **arrays)

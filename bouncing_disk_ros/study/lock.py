@@ -1,0 +1,58 @@
+"""One run at a time on the folder of a result, and how workers elsewhere know that run's folder."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bouncing_disk_ros.errors import InputError
+
+
+@contextmanager
+def exclusive_lock(path: Path) -> Iterator[str]:
+    """Hold the folder; InputError where another run, of this process or another one, holds it.
+
+    The lock is on a hidden file beside the folder. The system drops it with the process, whatever
+    ends that. Gives the token that this run writes into the file.
+    """
+    lock = _lock_of(path)
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(lock, os.O_CREAT | os.O_RDWR, 0o666)
+    except OSError as error:
+        allowed = "a folder that can be written"
+        raise InputError("output", str(path), allowed, str(error)) from error
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            held = os.fstat(descriptor).st_nlink > 0  # else its last holder has just removed it
+        except BlockingIOError:
+            held = False
+        if not held:
+            hint = "Wait for that run to end, or choose another output."
+            raise InputError("output", str(path), "a result that no other run is writing", hint)
+        token = uuid.uuid4().hex
+        try:
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, token.encode())
+            yield token
+        finally:
+            lock.unlink(missing_ok=True)
+    finally:
+        os.close(descriptor)
+
+
+def token_of(path: str) -> str:
+    """The token of the run that holds a folder, '' where none does or the folder is not seen."""
+    try:
+        return _lock_of(Path(path)).read_text()
+    except OSError:
+        return ""
+
+
+def _lock_of(path: Path) -> Path:
+    return path.with_name(f".{path.name}.lock")

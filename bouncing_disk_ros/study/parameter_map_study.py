@@ -1,0 +1,142 @@
+"""The study `parameter_map`: what a disk settles on over a plane of two parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
+    UNRESOLVED,
+    Settled,
+    check_start,
+    settle_states,
+    start_states,
+)
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.basin_study import refuse_conservative
+from bouncing_disk_ros.study.bifurcation_study import NAMES
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+
+IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)
+"""About so many impacts, with least and largest side (points)."""
+FLAGS = {UNRESOLVED: "unresolved", **{i: str(kind) for i, kind in enumerate(AttractorKind)}}
+
+
+class ParameterMap(Study):
+    """Kind, period, exponent and speed over the plane; parameters as in the table."""
+
+    name: ClassVar[str] = "parameter_map"
+    title: ClassVar[str] = "Attractors of the next-collision map over two parameters"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        super().__init__(parameters)
+        given = self.parameters
+        self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
+        for key in ("x_axis", "y_axis"):
+            if given[key] not in NAMES:
+                hint = closest(str(given[key]), NAMES)
+                raise InputError(key, given[key], "one of " + ", ".join(NAMES), hint)
+        if self.across == self.up:
+            raise InputError("y_axis", self.up, "another parameter than x_axis")
+        for name in (self.across, self.up):  # no part of what is computed
+            del given[name]
+        for key in ("x", "y"):
+            self._check_axis(key)
+        if "restitution" in given:
+            refuse_conservative(float(given["restitution"]))
+        self._check_start()
+
+    def _check_axis(self, key: str) -> None:
+        """The ends of an axis: in order, within what the parameter may be."""
+        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
+        name = str(self.parameters[f"{key}_axis"])
+        if not begin < end and not (begin == end and self.parameters[f"{key}_count"] == 1):
+            raise InputError(f"{key}_begin", begin, f"less than {key}_end = {end:g}")
+        for side, value in (("begin", begin), ("end", end)):
+            try:
+                NextCollisionMap(**{"forcing": 1.0, "restitution": 0.5, NAMES[name][0]: value})
+            except InputError as error:
+                hint = f"It is a value of {name}."
+                raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
+        if name == "restitution" and end == 1.0:
+            hint = "At 1 the map keeps areas: it has no attractors."
+            raise InputError(f"{key}_end", end, "less than 1", hint)
+
+    def _check_start(self) -> None:
+        given = self.parameters
+        start = str(given["start"])
+        check_start(start)
+        if start == "given":
+            if not float(given["initial_velocity"]) < 0.0:
+                hint = (
+                    "It is w_A of the first impact; start:=contact lays the disk on the platform."
+                )
+                raise InputError("initial_velocity", given["initial_velocity"], "< 0", hint)
+            return
+        for name in ("initial_phase", "initial_velocity"):
+            value = given.pop(name)
+            if value != 0.0:
+                hint = f"start is {start}; start:=given takes your own."
+                raise InputError(name, value, f"0 with start:={start}", hint)
+
+    def _values(self, key: str) -> NDArray[np.float64]:
+        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
+        return np.linspace(begin, end, int(self.parameters[f"{key}_count"]))
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        """The two parameters, by their names: rows, then columns."""
+        axes = {}
+        for key, name in (("y", self.up), ("x", self.across)):
+            _, symbol, unit = NAMES[name]
+            axes[name] = Axis(self._values(key), unit, name.replace("_", " "), symbol)
+        return axes
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """As in analysis.dynamics.parameter_map.Settled."""
+        dims, speed = (self.up, self.across), "omega Phi"
+        return {
+            "kind": Field(dims, "int32", "1", "kind of attractor", fill=UNRESOLVED, flags=FLAGS),
+            "period": Field(dims, "int32", "1", "impacts in one repetition, 0: none known", fill=0),
+            "cycles": Field(
+                dims, "int32", "1", "periods of the platform in one repetition, 0: none known",
+                fill=0,
+            ),
+            "lyapunov_exponent": Field(dims, "float64", "1", "Lyapunov exponent per impact", "λ"),
+            "mean_speed": Field(dims, "float64", speed, "mean speed in time"),
+            "mean_speed_change": Field(
+                dims, "float64", speed, "change of the mean speed between the halves measured"
+            ),
+            "contacts": Field(dims, "float64", "1", "rides on the platform per impact"),
+        }  # fmt: skip
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        """Squares."""
+        impacts = int(self.parameters["settling"]) + int(self.parameters["measured"])
+        side = min(max(SIDES[0], math.isqrt(IMPACTS_OF_A_REGION // impacts)), SIDES[1])
+        return {self.up: side, self.across: side}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
+        """Settle at each point of a region."""
+        given = self.parameters
+        sides = [
+            self.axes[name].values[region.slices[name]].astype(float)
+            for name in (self.up, self.across)
+        ]
+        points = dict(zip((self.up, self.across), np.meshgrid(*sides, indexing="ij"), strict=True))
+        shape = points[self.up].shape
+        columns = [points.get(name, np.broadcast_to(given.get(name, 0.0), shape)) for name in NAMES]
+        parameters = np.stack([column.ravel() for column in columns], axis=1).astype(float)
+        own = [float(given.get(name, 0.0)) for name in ("initial_phase", "initial_velocity")]
+        states = start_states(parameters, str(given["start"]), *own)
+        found = settle_states(parameters, states, int(given["settling"]), int(given["measured"]))
+        return {name: getattr(found, name).reshape(shape) for name in Settled._fields}

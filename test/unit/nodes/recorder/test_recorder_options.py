@@ -1,0 +1,58 @@
+"""Which topics the recorder's parameters choose."""
+
+from __future__ import annotations
+
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS, Selection, writer_options
+from bouncing_disk_ros.parameters import Value
+
+
+def values(**given: Value) -> dict[str, Value]:
+    return {name: spec.checked(given.get(name, spec.default)) for name, spec in OPTIONS.items()}
+
+
+def selection(**given: Value) -> Selection:
+    return Selection(values(**given), lambda name: name if name[0] == "/" else f"/one/{name}")
+
+
+def test_the_package_s_own_topics_by_default() -> None:
+    chosen = selection()
+    assert chosen.wants("/one/disk/impacts")
+    assert chosen.wants("/diagnostics")
+    assert not chosen.wants("/disk/impacts")
+    assert chosen.known["/one/disk/inputs"].name == "disk/inputs"
+
+
+def test_commands_only_when_asked_for() -> None:
+    """A sender that waits for one listener must not find the recorder instead of the simulator."""
+    assert not selection().wants("/one/platform/command")
+    assert not selection().wants("/one/disk/impulse")
+    assert selection(topics="platform/command").wants("/one/platform/command")
+    assert selection(all=True).wants("/one/platform/command")
+
+
+def test_names_regular_expressions_and_exclusions() -> None:
+    chosen = selection(topics="joint_states, /scan  camera", regex="/arm/.*", exclude=".*/raw")
+    assert [name for name in ("/one/joint_states", "/scan", "/one/camera", "/arm/x", "/arm/x/raw",
+                              "/one/disk/impacts", "/my/arm/x") if chosen.wants(name)] == [
+        "/one/joint_states", "/scan", "/one/camera", "/arm/x"]  # fmt: skip
+
+
+def test_all_but_hidden_ones() -> None:
+    chosen = selection(all=True, exclude="/rosout")
+    assert chosen.wants("/anything/at/all")
+    assert not chosen.wants("/rosout")
+    assert not chosen.wants("/fibonacci/_action/status")
+    assert selection(all=True, topics="/a/_b").wants("/a/_b")
+
+
+def test_a_broken_expression_is_refused() -> None:
+    with pytest.raises(InputError, match=r"regex: got '\(', allowed: a regular expression"):
+        selection(regex="(")
+
+
+def test_sizes_are_in_megabytes() -> None:
+    options = writer_options(values(max_size=1.5, compression="lz4"))
+    assert (options.max_size, options.compression) == (1_500_000, "lz4")

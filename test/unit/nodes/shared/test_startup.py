@@ -1,0 +1,37 @@
+"""The command line before and after --ros-args, and what --help shows of a table."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from bouncing_disk_ros.help_text import spec_lines
+from bouncing_disk_ros.nodes.shared.startup import parser_of, split_arguments
+from bouncing_disk_ros.parameters import Spec
+
+
+@pytest.mark.parametrize(
+    ("args", "own", "ros"),
+    [
+        ([], [], []),
+        (["bag", "--csv"], ["bag", "--csv"], []),
+        (["--ros-args", "-p", "a:=1"], [], ["--ros-args", "-p", "a:=1"]),
+        (["bag", "--ros-args", "--ros-args"], ["bag"], ["--ros-args", "--ros-args"]),
+    ],
+)
+def test_arguments_are_split_at_the_first_ros_args(
+    args: list[str], own: list[str], ros: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert split_arguments(args) == (own, ros)
+    monkeypatch.setattr(sys, "argv", ["program", *args])
+    assert split_arguments(None) == (own, ros)
+
+
+def test_help_has_every_option_with_type_default_and_unit() -> None:
+    table = {"lead": Spec("lead", 0.5, "s", "how early"), "csv": Spec("csv", False, "", "as CSV")}
+    text = parser_of("tool", "What it does.", table, "tool now").format_help()
+    assert all(line in text for spec in table.values() for line in spec_lines(spec))
+    assert "lead (double, default 0.5 s)" in text
+    assert text.startswith("usage: tool [--help] [--ros-args")
+    assert text.endswith("example:\n  tool now\n")

@@ -1,0 +1,221 @@
+"""Rulings on commands: what is accepted, with which effect, and every way to be refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.command_validation import (
+    ImpulseRequest,
+    Instant,
+    PointRequest,
+    ProgrammeRequest,
+    accept_impulse,
+    accept_programme,
+)
+from bouncing_disk_ros.run.time_map import NS, TimeMap
+
+WALL = 1_800_000_000 * NS
+NOW = 20 * NS + 1  # next unsimulated nanosecond
+LATEST = Motion(0.04, 0.5, 3.0, 0.1)
+
+
+def instant(factor: float = 1.0, tolerance: float = 0.1) -> Instant:
+    """At 20 s of simulated time; ROS time WALL stands for 10 s of it."""
+    return Instant(NOW, TimeMap(10 * NS, 0, WALL, factor), round(tolerance * NS))
+
+
+def at(seconds: float) -> int:
+    """The ROS stamp of an instant of simulated time (real time)."""
+    return WALL + round((seconds - 10) * NS)
+
+
+def programme(
+    *points: tuple[float, tuple[float, ...]],
+    names: tuple[str, ...] = ("axial_amplitude",),
+    stamp_ns: int = 0,
+) -> ProgrammeRequest:
+    requests = tuple(PointRequest(values, round(after * NS)) for after, values in points)
+    return ProgrammeRequest(names, requests, stamp_ns)
+
+
+def ruled(request: ProgrammeRequest, **kwargs: Any) -> tuple[tuple[int, Motion], ...]:
+    return accept_programme(request, instant(**kwargs), LATEST)
+
+
+# --- accepted -------------------------------------------------------------------------------------
+def test_stamp_zero_acts_now() -> None:
+    assert ruled(programme((0.0, (0.05,)))) == ((NOW, LATEST._replace(axial_amplitude=0.05)),)
+
+
+def test_times_from_start_count_from_now_without_a_stamp() -> None:
+    (first, _), (second, _) = ruled(programme((0.5, (0.05,)), (1.5, (0.06,))))
+    assert (first, second) == (NOW + NS // 2, NOW + 3 * NS // 2)
+
+
+def test_a_future_stamp_is_exact_to_the_nanosecond() -> None:
+    ((when, _),) = ruled(programme((1.0, (0.05,)), stamp_ns=at(21) + 7))
+    assert when == 22 * NS + 7
+
+
+def test_slow_motion_stretches_ros_time() -> None:
+    ((when, _),) = ruled(programme((1.0, (0.05,))), factor=0.25)
+    assert when == NOW + NS // 4
+
+
+def test_names_may_come_in_any_order_and_the_others_inherit() -> None:
+    request = programme((0.0, (5.0, 0.07)), names=("frequency", "axial_amplitude"))
+    ((_, motion),) = ruled(request)
+    assert motion == Motion(0.07, LATEST.angular_amplitude, 5.0, LATEST.phase_lag)
+
+
+def test_no_points_cancel_what_is_pending() -> None:
+    assert ruled(ProgrammeRequest((), ())) == ()
+
+
+def test_phase_lag_wraps() -> None:
+    ((_, motion),) = ruled(programme((0.0, (3 * math.pi,)), names=("phase_lag",)))
+    assert abs(motion.phase_lag) == pytest.approx(math.pi, abs=1e-12)
+
+
+def test_a_slightly_old_stamp_acts_now() -> None:
+    ((when, _),) = ruled(programme((0.0, (0.05,)), stamp_ns=at(19.95)))
+    assert when == NOW
+
+
+def test_of_a_programme_partly_past_the_rest_runs() -> None:
+    request = programme((0.0, (0.01,)), (4.0, (0.02,)), (6.0, (0.03,)), stamp_ns=at(15))
+    points = ruled(request)
+    assert [(when, motion.axial_amplitude) for when, motion in points] == [(21 * NS, 0.03)]
+
+
+def test_points_within_the_tolerance_keep_their_order() -> None:
+    points = ruled(programme((0.0, (0.01,)), (0.02, (0.02,)), stamp_ns=at(19.95)))
+    assert [when for when, _ in points] == [NOW, NOW + 1]
+
+
+# --- refused --------------------------------------------------------------------------------------
+REFUSED = {
+    "nan": (programme((0.0, (math.nan,))), r"points\[0\] axial_amplitude \(m\): got nan"),
+    "infinite": (programme((0.0, (math.inf,))), "got inf, allowed: a finite number >= 0"),
+    "negative amplitude": (programme((0.0, (-0.01,))), "got -0.01, allowed: a finite number >= 0"),
+    "frequency zero": (
+        programme((0.0, (0.0,)), names=("frequency",)),
+        "frequency .* got 0.0.*To stop the platform, set the amplitudes to 0",
+    ),
+    "unknown name": (
+        programme((0.0, (1.0,)), names=("axial_amplitud",)),
+        "joint_names: got 'axial_amplitud'.*Did you mean axial_amplitude",
+    ),
+    "duplicate names": (
+        programme((0.0, (1.0, 2.0)), names=("frequency", "frequency")),
+        "joint_names: got 'frequency, frequency', allowed: each name once",
+    ),
+    "no names": (programme((0.0, ()), names=()), "joint_names: got 'no names'"),
+    "too few values": (
+        programme((0.0, (1.0,)), names=("frequency", "phase_lag")),
+        r"points\[0\].positions: got '1 values', allowed: 2",
+    ),
+    "second point wrong": (
+        programme((0.0, (0.05,)), (1.0, (0.05, 0.06))),
+        r"points\[1\].positions: got '2 values', allowed: 1",
+    ),
+    "velocities": (
+        ProgrammeRequest(("frequency",), (PointRequest((1.0,), 0, ("velocities",)),)),
+        r"points\[0\].velocities: got 'values', allowed: none",
+    ),
+    "negative time": (programme((-1.0, (0.05,))), r"points\[0\].time_from_start: got '-1 s'"),
+    "equal times": (
+        programme((1.0, (0.05,)), (1.0, (0.06,))),
+        r"points\[1\].time_from_start: got '1 s', allowed: > 1 s, strictly increasing",
+    ),
+    "stamp too old": (
+        programme((0.0, (0.05,)), stamp_ns=at(19)),
+        "header.stamp: got '1 s old', allowed: 0 .now. or at most 0.1 s old",
+    ),
+    "cancel too old": (ProgrammeRequest((), (), at(19)), "header.stamp: got '1 s old'"),
+    "before 1970": (programme((0.0, (0.05,)), stamp_ns=-NS), "header.stamp"),
+    "all points past": (programme((0.0, (0.05,)), (1.0, (0.06,)), stamp_ns=at(15)), "4 s old"),
+}
+
+
+@pytest.mark.parametrize(("request_", "message"), REFUSED.values(), ids=REFUSED)
+def test_wrong_programmes_are_refused_with_a_line(request_: ProgrammeRequest, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        ruled(request_)
+    assert caught.value.line.startswith("platform/command")
+
+
+def test_a_target_beyond_a_century_is_refused() -> None:
+    with pytest.raises(InputError, match="at most a century"):
+        ruled(programme((0.0, (0.05,)), stamp_ns=2**31 * NS), factor=1e9)
+
+
+@given(
+    names=st.lists(st.sampled_from([*Motion._fields, "x"]), max_size=5),
+    points=st.lists(
+        st.tuples(
+            st.lists(st.floats(), max_size=5),
+            st.integers(-NS, 10 * NS),
+        ),
+        max_size=4,
+    ),
+    stamp=st.integers(-(2**31), 2**31).map(lambda seconds: seconds * NS) | st.just(0),
+    factor=st.sampled_from([1.0, 0.1, 0.0, 1e3]),
+)
+def test_anything_is_either_refused_or_safe_for_the_core(
+    names: list[str], points: list[tuple[list[float], int]], stamp: int, factor: float
+) -> None:
+    requests = tuple(PointRequest(tuple(values), after) for values, after in points)
+    request = ProgrammeRequest(tuple(names), requests, stamp)
+    try:
+        accepted = ruled(request, factor=factor)
+    except InputError:
+        return
+    whens = [when for when, _ in accepted]
+    assert all(NOW <= when < 2**62 for when in whens)
+    assert whens == sorted(set(whens))
+    for _, motion in accepted:
+        assert all(math.isfinite(value) for value in motion)
+        assert motion.frequency > 0.0
+        assert min(motion.axial_amplitude, motion.angular_amplitude) >= 0.0
+        assert abs(motion.phase_lag) <= math.pi
+
+
+# --- kicks ----------------------------------------------------------------------------------------
+def impulse(
+    *force: float, torque: tuple[float, ...] = (0.0, 0.0, 0.0), stamp: int = 0
+) -> ImpulseRequest:
+    return ImpulseRequest(force, torque, stamp)  # type: ignore[arg-type]
+
+
+def test_a_kick_acts_now_or_at_its_stamp() -> None:
+    assert accept_impulse(impulse(0.0, 0.0, 0.5, torque=(0.0, 0.0, -0.25)), instant()) == (
+        NOW,
+        0.5,
+        -0.25,
+    )
+    assert accept_impulse(impulse(0.0, 0.0, 0.5, stamp=at(30)), instant()) == (30 * NS, 0.5, 0.0)
+    assert accept_impulse(impulse(0.0, 0.0, 0.5, stamp=at(19.95)), instant()) == (NOW, 0.5, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        (impulse(1.0, 0.0, 0.0), "wrench.force.x: got 1.0, allowed: 0"),
+        (impulse(0.0, 0.0, 0.0, torque=(0.0, 2.0, 0.0)), "wrench.torque.y: got 2.0, allowed: 0"),
+        (impulse(0.0, 0.0, math.nan), "wrench.force.z: got nan, allowed: a finite"),
+        (impulse(0.0, 0.0, 1e300), "wrench.force.z: got 1e.300, allowed: a finite"),
+        (impulse(math.nan, 0.0, 0.0), "wrench.force.x: got nan"),
+        (impulse(0.0, 0.0, 1.0, stamp=at(19)), "header.stamp: got '1 s old'"),
+    ],
+)
+def test_wrong_kicks_are_refused_with_a_line(request_: ImpulseRequest, message: str) -> None:
+    with pytest.raises(InputError, match=f"^disk/impulse {message}"):
+        accept_impulse(request_, instant())

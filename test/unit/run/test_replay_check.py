@@ -1,0 +1,295 @@
+"""A replay finds every impact of a record again, and the one bit that differs."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import simulate
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Phase
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.input_records import from_json, to_json
+from bouncing_disk_ros.run.input_replay import join_rows
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.run_splitting import Runs
+from bouncing_disk_ros.run.time_map import NS
+from support.driven import Driven, Record, Rows, flipped
+
+
+@pytest.fixture(scope="module")
+def driven() -> Driven:
+    return Driven().drive(5)
+
+
+def test_a_run_of_simulate_is_identical() -> None:
+    run = simulate(
+        5.0, programme=[(1.0, {"axial_amplitude": 0.05})], impulses=[(2.0, 0.05, 0.001)]
+    )  # fmt: skip
+    records = [from_json(to_json(record)) for record in run.inputs]
+    found = replay(records, [run.impacts])
+    assert found.identical
+    assert found.rows == len(run.impacts) > 20
+    assert found.impacts == run.impacts["count"].sum()
+    assert (found.first_row, found.start_ns, found.missing, found.not_compared) == (0, 0, 0, 0)
+    assert not found.is_other_build
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_inputs_of_every_kind_replay_identical_with_snapshots_in_mid_run(seed: int) -> None:
+    run = Driven().drive(seed)
+    found = replay(run.record_list, run.batches)
+    assert found.difference is None
+    assert found.impacts == run.impacts
+    assert found.records == len(run.records)
+    kinds = [record["kind"] for record in run.record_list]
+    assert found.snapshots == kinds.count("snapshot") - 1
+    assert (found.missing, found.not_compared, found.gaps) == (0, 0, [])
+
+
+@pytest.mark.parametrize("field", IMPACT_DTYPE.names or ())
+@pytest.mark.parametrize("bit", [0, -1])
+def test_one_flipped_bit_is_found(driven: Driven, field: str, bit: int) -> None:
+    rows = join_rows(driven.batches)
+    assert IMPACT_DTYPE.fields is not None
+    dtype = IMPACT_DTYPE.fields[field][0]
+    place = len(rows) // 2
+    changed = flipped(rows, place, field, bit % (8 * dtype.itemsize))
+    batches = [changed[first : first + 3] for first in range(0, len(rows), 3)]
+    difference = replay(driven.record_list, batches).difference
+    assert difference is not None
+    assert difference.field == field
+    if field != "index":  # else the row has lost its name
+        assert difference.where == f"row {place}"
+        assert difference.recorded == pytest.approx(changed[place][field].item(), nan_ok=True)
+        assert difference.replayed == rows[place][field].item()
+
+
+@pytest.mark.parametrize("index", [0.0, 3.0, 60.0, 1e6, -1.0, np.inf, np.nan])
+@pytest.mark.parametrize("place", [0, 20, -1])
+def test_a_wrong_index_of_a_row_sent_alone_is_found(
+    driven: Driven, index: float, place: int
+) -> None:
+    rows = join_rows(driven.batches)
+    if index in (rows["index"][place], 60.0):
+        index = rows["index"][place] + 3.0
+    changed = np.frombuffer(bytearray(rows.tobytes()), IMPACT_DTYPE)
+    changed["index"][place] = index
+    difference = replay(
+        driven.record_list, [changed[i : i + 1] for i in range(len(rows))]
+    ).difference
+    assert difference is not None
+    assert difference.field == "index"
+
+
+def test_the_difference_reads_as_one_line(driven: Driven) -> None:
+    rows = join_rows(driven.batches)
+    difference = replay(driven.record_list, [flipped(rows, 9, "axial_impulse", 3)]).difference
+    old = rows["axial_impulse"][9].item()
+    text = f"row 9 at t = {rows['time'][9]:.9f} s: axial_impulse: recorded "
+    assert str(difference).startswith(text)
+    assert str(difference).endswith(f"replayed {old!r}")
+
+
+def test_what_comes_before_the_difference_is_counted(driven: Driven) -> None:
+    rows = join_rows(driven.batches)
+    found = replay(driven.record_list, [flipped(rows, 9, "time", 0)])
+    assert (found.rows, found.impacts) == (9, rows["count"][:9].sum())
+
+
+def test_lost_batches_are_counted(driven: Driven) -> None:
+    batches = driven.batches
+    lost = batches[2:4] + batches[6:7]
+    kept = [rows for rows in batches if not any(rows is one for one in lost)]
+    found = replay(driven.record_list, kept)
+    assert found.identical
+    assert found.missing == sum(len(rows) for rows in lost)
+    assert found.rows == sum(len(rows) for rows in kept)
+
+
+def test_rows_before_the_bag_began_are_not_missing(driven: Driven) -> None:
+    found = replay(driven.record_list, driven.batches[3:])
+    assert found.identical
+    assert found.missing == 0
+    assert found.first_row == int(driven.batches[3]["index"][0])
+
+
+def test_a_row_that_the_replay_lacks_is_a_difference(driven: Driven) -> None:
+    rows = join_rows(driven.batches)
+    more = np.frombuffer(bytearray(rows[-1:].tobytes()), IMPACT_DTYPE)
+    more["index"] += 1.0
+    difference = replay(driven.record_list, [*driven.batches, more]).difference
+    assert difference is not None
+    assert (difference.field, difference.replayed) == ("index", None)
+    assert difference.recorded == rows["index"][-1] + 1.0
+
+
+def test_it_begins_at_the_first_snapshot() -> None:
+    run = Driven().drive(21, 15)
+    cut = len(run.records)
+    run.session.apply_impulse(
+        run.session.input_ns, 0.1, 0.0
+    )  # not in the record: before the snapshot
+    run.flush()
+    run.session.snapshot()
+    first = run.session.simulation.rows_total
+    run.drive(22, 15)
+    found = replay(run.record_list[cut:], run.batches)
+    assert found.identical
+    assert found.first_row == first
+    assert found.not_compared == first
+    assert found.start_ns == run.record_list[cut + 1]["time_ns"]
+
+
+def test_rows_without_a_snapshot_are_not_compared(driven: Driven) -> None:
+    records = [record for record in driven.record_list if record["kind"] != "snapshot"]
+    records = [{**record, "index": index} for index, record in enumerate(records)]
+    found = replay(records, driven.batches)
+    assert found.start_ns is None
+    assert found.not_compared == sum(len(rows) for rows in driven.batches)
+    assert found.rows == 0
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_after_a_lost_record_it_goes_on_at_the_next_snapshot(seed: int) -> None:
+    run = Driven().drive(seed)
+    lost = next(
+        i for i, r in enumerate(run.record_list) if i > 8 and r["kind"] in ("motion", "impulse")
+    )
+    records = run.record_list[:lost] + run.record_list[lost + 1 :]
+    following = next(r for r in records[lost:] if r["kind"] == "snapshot")
+    found = replay(records, run.batches)
+    assert found.difference is None
+    before, after = records[lost - 1]["time_ns"], following["time_ns"]
+    assert found.gaps == [(lost, lost, before, after)]
+    rows = join_rows(run.batches)
+    sure = (rows["time"] < before / 1e9) | (
+        rows["index"] >= following["state"]["engine"]["state"]["rows"]
+    )
+    assert found.rows >= sure.sum()
+    assert found.rows + found.not_compared == len(rows)
+
+
+def test_a_lost_record_without_a_later_snapshot_ends_the_comparison(driven: Driven) -> None:
+    records = [r for r in driven.record_list if r["kind"] != "snapshot" or r["index"] == 0]
+    found = replay(records, driven.batches)
+    assert found.gaps[0].until_ns is None
+    assert found.rows + found.not_compared == sum(len(rows) for rows in driven.batches)
+    assert found.not_compared > 0
+
+
+def test_a_wrong_snapshot_in_mid_run_is_found(driven: Driven) -> None:
+    records = [from_json(to_json(record)) for record in driven.record_list]
+    snapshots = [record for record in records[1:] if record["kind"] == "snapshot"]
+    states = [record["state"]["engine"]["state"] for record in snapshots]
+    place = next(i for i, state in enumerate(states) if state["phase"] == Phase.FLIGHT)
+    later, state = snapshots[place], states[place]
+    state["omega"] = float(np.nextafter(state["omega"], np.inf))
+    difference = replay(records).difference
+    assert difference is not None
+    assert difference.where == f"snapshot (record {later['index']})"
+
+
+def test_another_version_is_another_build(driven: Driven) -> None:
+    records = [{**record} for record in driven.record_list]
+    records[0]["version"] = "0.0.1"
+    found = replay(records, driven.batches)
+    assert found.identical
+    assert found.version == "0.0.1"
+    assert found.is_other_build
+
+
+def test_a_snapshot_laid_out_otherwise_is_one_clear_line(driven: Driven) -> None:
+    first = {**driven.record_list[0], "version": "9.9.9"}
+    first["state"] = {**first["state"], "format": 77}
+    with pytest.raises(InputError, match=r"snapshot: got .*9\.9\.9.*77.*another build"):
+        replay([first])
+
+
+def test_records_out_of_order_are_refused(driven: Driven) -> None:
+    with pytest.raises(InputError, match="rising index and time"):
+        replay([*driven.record_list[:3], driven.record_list[1]])
+
+
+def test_rows_of_another_layout_are_refused(driven: Driven) -> None:
+    with pytest.raises(InputError, match="IMPACT_DTYPE"):
+        replay(driven.record_list, [np.zeros(1, [("index", "f8")])])
+
+
+def test_it_can_be_ended_from_outside(driven: Driven) -> None:
+    def stop(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        replay(driven.record_list, driven.batches, stop)
+
+
+# --- several runs ---------------------------------------------------------------------------------
+def split(*runs: Driven) -> tuple[list[tuple[int, Record]], list[tuple[int, Rows]]]:
+    records = [record for run in runs for record in run.records]
+    return records, [rows for run in runs for rows in run.rows]
+
+
+def test_each_run_is_replayed_on_its_own() -> None:
+    first = Driven().drive(41)
+    second = Driven(paused=True, sent=first.sent, axial_amplitude=0.0)  # never moves
+    third = Driven(sent=second.sent).drive(42)
+    runs = Runs(*split(first, second, third))
+    found = [replay(run.records, run.rows) for run in runs]
+    assert [one.difference for one in found] == [None] * 3
+    assert [one.impacts for one in found] == [first.impacts, 0, third.impacts]
+    assert runs.left_over == 0
+
+
+def test_a_difference_in_one_run_does_not_hide_the_next() -> None:
+    first = Driven().drive(43)
+    second = Driven(sent=first.sent).drive(44)
+    first.rows[1] = (first.rows[1][0], flipped(first.rows[1][1], 0, "time"))
+    found = [replay(run.records, run.rows) for run in Runs(*split(first, second))]
+    assert [one.identical for one in found] == [False, True]
+    assert found[1].impacts == second.impacts
+
+
+def test_records_delivered_twice_count_once() -> None:
+    run = Driven().drive(45)
+    again = run.records[:9] + run.records[2:9] + run.records[9:]
+    (found,) = [replay(one.records, one.rows) for one in Runs(again, run.rows)]
+    assert found.identical
+    assert found.records == len(run.records)
+
+
+def test_rows_of_a_run_without_records_are_left_over() -> None:
+    first = Driven().drive(46)
+    second = Driven(sent=first.sent).drive(47)
+    records, rows = split(first, second)
+    runs = Runs(records[: len(first.records)], rows)
+    (found,) = [replay(run.records, run.rows) for run in runs]
+    assert found.identical
+    assert found.impacts == first.impacts
+    assert runs.left_over == sum(len(batch) for batch in second.batches)
+
+
+def test_no_records_are_no_runs() -> None:
+    assert list(Runs([], [])) == []
+
+
+# --- what made runs differ ------------------------------------------------------------------------
+@pytest.mark.parametrize("seed", range(3))
+def test_a_pause_between_two_slices_of_late_work_replays(seed: int) -> None:
+    """A slice may end in the midst of a nanosecond; an input while paused must not act before."""
+    rng = random.Random(seed)
+    preset: dict[str, Any] = {**load_preset("swum")}
+    run = Driven(**preset)
+    for _ in range(20):
+        assert run.session.advance(run.session.time_ns + NS, rng.randrange(1, 300))
+        run.session.set_paused(True)
+        run.session.apply_impulse(run.session.input_ns, rng.uniform(0.0, 1e-3), 1e-6)
+        run.flush()
+        run.session.set_paused(False)
+    run.advance(1e-6)
+    found = replay(run.record_list, run.batches)
+    assert found.difference is None
+    assert found.impacts > 1000
