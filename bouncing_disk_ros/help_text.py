@@ -83,7 +83,7 @@ _PAGE_HEAD = """# Parameters
 
 Of the simulator first, then of [the studies](studies.md).
 
-<!-- Written by `python -m bouncing_disk_ros.help_text docs` from bouncing_disk_ros/parameters.py. -->
+<!-- Written by `python -m bouncing_disk_ros.help_text docs` from the tables of the package. -->
 
 Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
 changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*).

@@ -1,6 +1,6 @@
-"""The folder of compiled kernels: one for each version of the core, old ones forgotten.
+"""The folder of compiled kernels: one for each version of their sources, old ones deleted.
 
-A folder is named by a digest of the core's sources. Each process holds a shared lock (flock) on
+A folder is named by a digest of the kernels' sources. Each process holds a shared lock (flock) on
 the one that it uses, as long as it lives, and sets its time of last use. Folders of other versions
 that nobody has used for `UNUSED_DAYS` and nobody holds are removed.
 """
@@ -21,18 +21,20 @@ from pathlib import Path
 
 from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 
+KERNEL_FOLDERS = ("core", "collision_map")
+"""The packages that hold all compiled functions."""
 UNUSED_DAYS = 30
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
 _held: dict[Path, int] = {}
 """Folders in use by this process, and the descriptors that lock them."""
 
 
-def core_digest() -> str:
-    """Return a digest of the core's sources; numba itself misses edits in a function's callees."""
+def kernel_digest() -> str:
+    """Return a digest of the kernels' sources; numba itself misses edits in a function's callees."""
     digest = hashlib.sha256()
-    folder = Path(__file__).parent / "core"
-    for file in sorted(folder.rglob("*.py")):
-        digest.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes() + b"\0")
+    package = Path(__file__).parent
+    for file in sorted(file for name in KERNEL_FOLDERS for file in (package / name).rglob("*.py")):
+        digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 
@@ -42,7 +44,7 @@ def numba_cache_directory() -> Path | None:
     In $XDG_CACHE_HOME, else ~/.cache, else a folder of this user among the temporary ones.
     """
     for base in base_folders("XDG_CACHE_HOME", ".cache"):
-        if made_writable(folder := base / f"numba-{core_digest()}"):
+        if made_writable(folder := base / f"numba-{kernel_digest()}"):
             return folder
     return None
 

@@ -9,7 +9,11 @@ depend on τ and w: there all derivatives by them are 0.
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.collision_map.axial_map import GRAVITY, MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, sincos_excess
@@ -110,3 +114,20 @@ def axial_tangent(
     tangent[0] = (a, b, fa, ra)
     tangent[1] = (c, e, fb, rb)
     return contacts
+
+
+@entry(types.float64[::1](types.Array(_FLOAT, 3, "C")))
+def log_growth(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithms of the growth of a small error by each of the matrices in turn, shape (n,)."""
+    growth = np.empty(len(matrices))
+    x, y = 1.0, 0.0
+    for i in range(len(matrices)):
+        m = matrices[i]
+        x, y = m[0, 0] * x + m[0, 1] * y, m[1, 0] * x + m[1, 1] * y
+        size = math.hypot(x, y)
+        if size == 0.0:
+            growth[i:] = -math.inf
+            return growth
+        growth[i] = math.log(size)
+        x, y = x / size, y / size
+    return growth

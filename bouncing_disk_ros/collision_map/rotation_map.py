@@ -80,8 +80,8 @@ def contact_until_flight(
     motion: Record, disk: Record, tau: float, omega: float
 ) -> tuple[float, float, float]:
     """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
-    # The loop of collision_map/single_toss.py with three sums in place of a state record and its energy books: the
-    # map would need work space, and integrals at each slip that nobody reads.
+    # The loop of single_toss.py with three sums in place of a state record and its energy ledger:
+    # the map would need work space, and integrals at each slip that nobody reads.
     lasted = turned = 0.0
     sine, cosine = sincos(tau)
     b = angular_jet(motion, sine, cosine, 0.0)

@@ -45,8 +45,8 @@ used up."""
 ) = range(5)
 """Columns of what `toss_each` reads: m, rad, rad, rad in [0, 2π), rad/s."""
 RESULT_AIRBORNE_SPEED, RESULT_DELAY, RESULT_WORK_AXIAL, RESULT_WORK_ANGULAR = range(4)
-"""Columns of what `toss_each` writes: α̇ at separation in rad/s, time to it in s, ∫N ṡ dt and ∫M β̇ dt
-until then in J."""
+"""Columns of what `toss_each` writes: α̇ at separation in rad/s, time to it in s, and until then
+∫N ṡ dt and ∫M β̇ dt in J."""
 
 
 @kernel

@@ -91,7 +91,7 @@ def advance_to(
 def apply_impulse(
     state: Record, motion: Record, disk: Record, ledger: Ledger, axial: float, angular: float
 ) -> None:
-    """Add impulses (N·s, N·m·s) to a halted state; `classify_after_input` follows the instant's last input."""
+    """Add impulses (N·s, N·m·s) to a state; `classify_after_input` follows the last input."""
     s, k = state[0], disk[0]
     climb = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))[1]
     add_entry(ledger, W_IMPULSES, axial * (climb + s.u) + 0.5 * axial * axial / k.mass)

@@ -49,7 +49,8 @@ def title_of(result: xr.Dataset) -> str:
         result.attrs["parameter_axial_forcing"],
         result.attrs["parameter_restitution"],
     )
-    return f"Basins of attraction at axial forcing Γ = {axial_forcing:g}, restitution ε = {restitution:g}"
+    at = f"axial forcing Γ = {axial_forcing:g}, restitution ε = {restitution:g}"
+    return f"Basins of attraction at {at}"
 
 
 def draw_labels(axes: Any, result: xr.Dataset) -> None:

@@ -54,8 +54,9 @@ def _subtitle(record: RunRecord, motion: Motion | None) -> str:
         return ""
     axial_forcing = axial_forcing_of(motion, record.disk)
     return (
-        f"at the end: axial forcing Γ = {axial_forcing:.3f}, restitution ε = {record.disk.restitution:g},"
-        f" phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {record.orbit.name}"
+        f"at the end: axial forcing Γ = {axial_forcing:.3f}, "
+        f"restitution ε = {record.disk.restitution:g}, "
+        f"phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {record.orbit.name}"
     )
 
 

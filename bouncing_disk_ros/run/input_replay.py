@@ -1,4 +1,4 @@
-"""The record of inputs (run.records) applied to the core: every impact again, bit for bit."""
+"""The record of inputs (run.input_records) applied to the core: every impact again, bit for bit."""
 
 from __future__ import annotations
 

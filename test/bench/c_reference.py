@@ -118,7 +118,7 @@ class CTosses:
         out: NDArray[np.float64],
         codes: NDArray[np.int8],
     ) -> None:
-        """What `ride.rides` writes, but for the limit of events; `disk` is the core's record."""
+        """Do what `single_toss.toss_each` does, without a limit of events."""
         k = disk[0]
         names = ("grip", "g", "mass", "inertia")
         numbers = (math.tau * frequency, *(float(k[name]) for name in names))

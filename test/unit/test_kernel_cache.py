@@ -98,22 +98,23 @@ def test_the_users_cache_folder_stays(clean: pytest.MonkeyPatch) -> None:
     assert os.environ["NUMBA_CACHE_DIR"] == "/some/where"
 
 
-def test_digest_changes_with_any_file_of_the_core(
-    clean: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize("name", kernel_cache.KERNEL_FOLDERS)
+def test_digest_changes_with_any_file_of_the_kernels(
+    name: str, clean: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    core = tmp_path / "core"
+    core = tmp_path / name
     core.mkdir()
     clean.setattr(kernel_cache, "__file__", str(tmp_path / "kernel_cache.py"))
-    seen = {kernel_cache.core_digest()}
+    seen = {kernel_cache.kernel_digest()}
     (core / "a.py").write_text("x = 1")
-    seen.add(kernel_cache.core_digest())
+    seen.add(kernel_cache.kernel_digest())
     (core / "a.py").write_text("x = 2")
-    seen.add(kernel_cache.core_digest())
+    seen.add(kernel_cache.kernel_digest())
     (core / "a.py").rename(core / "b.py")
-    seen.add(kernel_cache.core_digest())
+    seen.add(kernel_cache.kernel_digest())
     assert len(seen) == 4
     (core / "notes.txt").touch()
-    assert kernel_cache.core_digest() in seen
+    assert kernel_cache.kernel_digest() in seen
 
 
 # old ones
@@ -155,7 +156,7 @@ def test_kernels_used_within_the_month_stay(base: Path) -> None:
 
 
 def test_the_own_kernels_stay_however_old_and_count_as_used_now(base: Path) -> None:
-    own = old_folder(base, f"numba-{kernel_cache.core_digest()}")
+    own = old_folder(base, f"numba-{kernel_cache.kernel_digest()}")
     before = time.time()
     kernel_cache.use_numba_cache()
     assert (own / "core_1" / "kernel.nbi").is_file()
@@ -259,3 +260,13 @@ def test_without_locks_the_kernels_are_used_all_the_same(
     kernel_cache.use_numba_cache()
     assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == base
     assert old.is_dir()  # nobody can know whether it is in use
+
+
+def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:
+    package = Path(kernel_cache.__file__).parent
+    compiled = {
+        file.relative_to(package).parts[0]
+        for file in package.rglob("*.py")
+        if "from numba import" in (text := file.read_text("utf-8")) or "import numba" in text
+    }
+    assert compiled - {"kernel_cache.py"} == set(kernel_cache.KERNEL_FOLDERS)

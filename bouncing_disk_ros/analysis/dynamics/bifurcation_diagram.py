@@ -123,10 +123,10 @@ def from_starts(
 ) -> Branch:
     """The attractors that the same starts reach at each value; arguments as in `follow`.
 
-    All trajectories are carried together in lanes, on so many threads (`collision_map.lanes.attractor_lanes`): a
-    trajectory has the same bits with any other values and starts and any `workers`, but roundings
-    other than those of `follow`. In chaos these grow: such trajectories agree in their means alone,
-    as well as impacts measured tell them.
+    All trajectories are carried together in lanes, on so many threads
+    (`collision_map.lanes.attractor_lanes`): a trajectory has the same bits with any other values
+    and starts and any `workers`, but roundings other than those of `follow`. In chaos these grow:
+    such trajectories agree in their means alone, as well as impacts measured tell them.
     """
     from bouncing_disk_ros.collision_map.lanes.attractor_lanes import (
         measure_attractors,  # loads kernels

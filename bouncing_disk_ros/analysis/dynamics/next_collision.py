@@ -2,8 +2,8 @@
 
 Dimensionless, as in the paper: axial velocities in πg/ω, angular ones in ωΦ, time as phase ωt. The
 axial part depends on Γ and ε alone. Source: Liu, Friend, Yeo, "The behavior of bouncing disks and
-pizza tossing" (EPL 2009); the kernels are collision_map/axial_map.py, collision_map/rotation_map.py and
-collision_map/map_tangent.py.
+pizza tossing" (EPL 2009); the kernels are collision_map/axial_map.py, collision_map/rotation_map.py
+and collision_map/map_tangent.py.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ class NextCollisionMap:
         rows = out[:n]
         slip = rows[:, ORBIT_SPEED] - np.cos(rows[:, ORBIT_TAU] + self.phase_lag)
         return Impacts(
-            rows[:, ORBIT_TAU], rows[:, ORBIT_W], slip, rows[:, ORBIT_SPEED], rows[:, ORBIT_DELAY], rows[:, ORBIT_TURNED],
-            rows[:, ORBIT_KIND] == MAP_CONTACT,
+            rows[:, ORBIT_TAU], rows[:, ORBIT_W], slip, rows[:, ORBIT_SPEED], rows[:, ORBIT_DELAY],
+            rows[:, ORBIT_TURNED], rows[:, ORBIT_KIND] == MAP_CONTACT,
         )  # fmt: skip
 
     def iterate(self, start: MapState, impacts: int = 1) -> MapState:

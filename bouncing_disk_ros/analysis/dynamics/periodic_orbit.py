@@ -127,7 +127,7 @@ def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> 
 def followed(
     section: NextCollisionMap, tau: float, w: float, impacts: int
 ) -> tuple[Array, Array, int]:
-    """States (n + 1, 3), derivatives (2, 4) and contacts as collision_map/map_tangent.py gives them."""
+    """States (n + 1, 3), derivatives (2, 4) and contacts, by collision_map/map_tangent.py."""
     states, tangent = np.zeros((impacts + 1, 3)), np.zeros((2, 4))
     axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
     contacts = axial_tangent(tau, w, axial_forcing, restitution, impacts, states, tangent)

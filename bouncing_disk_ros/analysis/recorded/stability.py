@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
@@ -20,8 +19,7 @@ from bouncing_disk_ros.collision_map.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.collision_map.map_tangent import flight_tangents
-from bouncing_disk_ros.core.arithmetic import entry
+from bouncing_disk_ros.collision_map.map_tangent import flight_tangents, log_growth
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 
@@ -139,20 +137,3 @@ def exponent_of(growth: Values) -> Estimate:
 
 def _grows(growth: Values, parts: int) -> bool:
     return all(np.sum(part) > ROUNDING_GROWTH for part in np.array_split(growth, parts))
-
-
-@entry(types.float64[::1](types.Array(types.float64, 3, "C")))
-def log_growth(matrices: Values) -> Values:
-    """Logarithms of the growth of a small error by each of the matrices in turn, shape (n,)."""
-    growth = np.empty(len(matrices))
-    x, y = 1.0, 0.0
-    for i in range(len(matrices)):
-        m = matrices[i]
-        x, y = m[0, 0] * x + m[0, 1] * y, m[1, 0] * x + m[1, 1] * y
-        size = math.hypot(x, y)
-        if size == 0.0:
-            growth[i:] = -math.inf
-            return growth
-        growth[i] = math.log(size)
-        x, y = x / size, y / size
-    return growth

@@ -3,7 +3,8 @@
 The disk starts on the platform and rides it, sticking and sliding, until the platform falls away
 from under it (eq. 3). All motions have the same arc amplitude c = √(A² + (a_e Φ)²) and are told
 apart by the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The rides
-are computed by the core (core.ride; many in lanes, core.lanes.rides). SI units, angles in rad.
+are computed by the core (collision_map.single_toss; many in lanes, collision_map.lanes.toss_lanes).
+SI units, angles in rad.
 
 Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009).
 """

@@ -1,7 +1,8 @@
-"""Settle and measure many trajectories at once: what `collision_map.attractor_measures` does for one, in lanes.
+"""Settle and measure many trajectories in lanes, as `attractor_measures` does for one.
 
-The lanes with rotation carry a tangent vector too (`lanes.tangent`). A trajectory first settles,
-then it is measured: two stages in one lane, in each of which LEFT counts the impacts to come.
+The lanes with rotation carry a tangent vector too (`lanes.lane_tangent`). A trajectory first
+settles, then it is measured: two stages in one lane, in each of which LEFT counts the impacts to
+come.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def chosen(_context: Any, _condition: Any, _yes: Any, _no: Any) -> Any:
 
 @intrinsic
 def fused(_context: Any, _a: Any, _b: Any, _c: Any) -> Any:
-    """a b + c, rounded once where the processor can do that in one instruction, else twice."""
+    """Return a b + c, rounded once where the processor has such an instruction, else twice."""
 
     def fused_code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         number = arguments[0].type
@@ -117,7 +117,7 @@ def lane_phase_after(tau: float, d: float) -> float:
 
 @lane
 def coarse_turn(x: float) -> tuple[float, float]:
-    """sin x and cos x to COARSE, 0 ≤ x < 1e6: parabolas through their zeros and extremes."""
+    """Return sin x and cos x to COARSE, 0 ≤ x < 1e6: parabolas through their zeros and extremes."""
     t = x * (1.0 / TWO_PI)
     t = t - ((t + ROUNDER) - ROUNDER)
     q = 0.25 - abs(t)

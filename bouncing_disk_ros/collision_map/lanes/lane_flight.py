@@ -147,8 +147,8 @@ def launch_lanes(z: Scratch) -> int:
 def search_step(z: Scratch) -> None:
     """A look at the gap: a step to the root if one is proven ahead, else a step that is safe.
 
-    LANDED: whether one is ahead, near enough for `refine_roots`; STEP: the way from DELAY to it, which is
-    not yet added; T0 to T3: gap and derivatives at DELAY.
+    LANDED: whether one is ahead, near enough for `refine_roots`; STEP: the way from DELAY to it,
+    which is not yet added; T0 to T3: gap and derivatives at DELAY.
     """
     for i in range(LANES):
         sx, cx, se, ce = lane_turn(z[DELAY + i])
@@ -182,10 +182,10 @@ def search_step(z: Scratch) -> None:
 
 @lane
 def refine_roots(z: Scratch) -> None:
-    """The last step to the roots that `search_step` has found ahead, and whether it was short enough.
+    """Take the last step to the roots that `search_step` has found, if it is short enough.
 
-    The gap is that of a flight that begins where `search_step` looked, so that a turn below π/4 is left,
-    which takes neither a reduction nor a proof.
+    The gap is that of a flight that begins where `search_step` looked, so that a turn below π/4 is
+    left, which takes neither a reduction nor a proof.
     """
     for i in range(LANES):
         x, pull, jerk = z[STEP + i], z[T2 + i] + GRAVITY, z[T3 + i]

@@ -1,10 +1,10 @@
 """Many flights at once: the next-collision map in lanes, which the compiler turns into SIMD.
 
-Units of collision_map/axial_map.py. The physics is that of the stepper: the gap, the proof that one root
-lies ahead, the steps and the polynomials are its functions, inlined (`lane`). What SIMD forces to
-be written a second time is control flow alone: the range reduction, the wrapping of the phase and
-the search take both sides of each branch and choose. Anything rare (a chatter that may be complete,
-contact, a search that is long) is left to `axial_map.next_impact`, one lane at a time.
+Units of collision_map/axial_map.py. The physics is that of the stepper: the gap, the proof that one
+root lies ahead, the steps and the polynomials are its functions, inlined (`lane`). What SIMD forces
+to be written a second time is control flow alone: the range reduction, the wrapping of the phase
+and the search take both sides of each branch and choose. Anything rare (a chatter that may be
+complete, contact, a search that is long) is left to `axial_map.next_impact`, one lane at a time.
 
 A lane is a trajectory between two impacts. Its numbers are in one array of float64, field after
 field (one array with constant offsets: the compiler must see that the fields do not overlap). A
@@ -76,10 +76,10 @@ MANY_SEARCHES = 40.0  # rounds of a flight; a longer search is left to the scala
 def lane(function: Kernel) -> Kernel:
     """Compile for lanes, and a kernel of the core once more.
 
-    A product and a sum are one rounding only where `lanes.arithmetic.fused` says so: a compiler
-    that may choose which products of a sum it fuses chooses anew with each compilation. Nothing is
-    reordered, and inf and nan are as they should be. Arrays are not counted (`_nrt`), which costs
-    more than a flight, and so none can be made.
+    A product and a sum are one rounding only where `lanes.lane_arithmetic.fused` says so: a
+    compiler that may choose which products of a sum it fuses chooses anew with each compilation.
+    Nothing is reordered, and inf and nan are as they should be. Arrays are not counted (`_nrt`),
+    which costs more than a flight, and so none can be made.
     """
     compiled: Kernel = njit(
         error_model="numpy",

@@ -1,8 +1,8 @@
 """A tangent vector for each lane: how small changes of (τ, w) grow along the trajectories.
 
-The derivatives are those of collision_map/map_tangent.py, inlined. A vector is scaled by powers of two alone,
-which are counted, when it leaves a wide range: nothing is rounded by that, and the logarithm of its
-growth is taken once for each trajectory.
+The derivatives are those of collision_map/map_tangent.py, inlined. A vector is scaled by powers of
+two alone, which are counted, when it leaves a wide range: nothing is rounded by that, and the
+logarithm of its growth is taken once for each trajectory.
 """
 
 from __future__ import annotations

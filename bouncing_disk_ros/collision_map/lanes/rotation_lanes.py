@@ -1,8 +1,8 @@
 """Iterate the next-collision map with rotation for many trajectories at once.
 
-Units of collision_map/rotation_map.py. The axial lanes do not know of the rotation: one loop more carries
-the speed of the disk from impact to impact. A lane whose chatter may be complete is carried on by
-`collision_map.next_collision`.
+Units of collision_map/rotation_map.py. The axial lanes do not know of the rotation: one loop more
+carries the speed of the disk from impact to impact. A lane whose chatter may be complete is carried
+on by `collision_map.next_collision`.
 """
 
 from __future__ import annotations

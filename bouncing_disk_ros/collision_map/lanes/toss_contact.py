@@ -1,4 +1,4 @@
-"""The phases of contact of single tosses in lanes: hold, aim, search, move (see `lanes.toss`).
+"""Phases of contact of single tosses in lanes: sticking, then slip up to its end.
 
 A round is one stretch of sticking, for the lanes that stick, and one slip. Sticking ends where a
 drive of either sign rises through zero, where a falling piece of its slip ends; a slip ends at the
@@ -61,7 +61,7 @@ from bouncing_disk_ros.core.arithmetic import ROUNDER, TWO_PI
 
 # A slip out of sticking begins, to rounding, where a falling piece ends. Taking so much (in turns)
 # for the same place loses no zero: a slip falls there by its square, less than rounding, and one
-# that is at zero there is left to `ride.rides`.
+# that is at zero there is left to `single_toss.toss_each`.
 _BEYOND = 1e-12
 _SURELY_LAST = 0.5e-8  # rad before separation: half of what events.after_sticking takes for none
 

@@ -1,4 +1,4 @@
-"""Many single tosses: in lanes where they are usual, by `ride.rides` where they are not.
+"""Many single tosses: in lanes where they are usual, by `single_toss.toss_each` where they are not.
 
 What each ride needs before and after its lane is computed in the lanes too: over whole tables, in
 numpy, that took longer than the rides.
@@ -51,7 +51,7 @@ from bouncing_disk_ros.core.engine import disk_record
 from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
 from bouncing_disk_ros.core.model import Disk
 
-_LEFT_TO_SCALAR = -2  # code of a ride that `ride.rides` is to do
+_LEFT_TO_SCALAR = -2  # code of a ride that `single_toss.toss_each` is to do
 _LARGEST_LAG = 1e6  # rad: what `lane_turn` takes
 _SLIPS = 20  # of one ride; from rest there are two or three
 _SEARCHES = 3
@@ -61,7 +61,10 @@ _TABLE, _CODES = types.float64[:, ::1], types.int8[::1]
 def tosses(
     starts: NDArray[np.float64], frequency: float, disk: Disk, *, workers: int = 1
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """What `ride.rides` gives for starts (n, 5): columns (n, 4) in SI units, and codes (n,).
+    """Simulate single tosses, in lanes where they are usual.
+
+    starts (n, 5) as for `single_toss.toss_each`; returns its columns (n, 4) in SI units and the
+    codes (n,).
 
     A row depends on its own start alone. Nothing is checked.
     """

@@ -139,7 +139,8 @@ class DemoNode(DemoWatcher):
         shape = "helical" if target.phase_lag == 0.0 else "semi-elliptical"
         return (
             f"the platform changes to a {shape} motion: A {1e3 * target.axial_amplitude:.1f} mm, "
-            f"Φ {target.angular_amplitude:.3f} rad, θ {target.phase_lag:.3f} rad, Γ {axial_forcing:.3f}"
+            f"Φ {target.angular_amplitude:.3f} rad, θ {target.phase_lag:.3f} rad, "
+            f"Γ {axial_forcing:.3f}"
         )
 
     def _news(self, at: float, text: str) -> None:

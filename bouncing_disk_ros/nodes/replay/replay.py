@@ -35,7 +35,7 @@ def main(args: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(split_arguments(args)[0])
     folders.use_package_index()
     with stop.importing():
-        from bouncing_disk_ros.nodes.replay import bag_streams as _
+        from bouncing_disk_ros.nodes.replay import bag_streams as _  # noqa: F401 (loads kernels)
 
     interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag
     return run_bag_tool("replay", given.bag, lambda: _work(given))

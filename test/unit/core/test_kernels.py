@@ -38,7 +38,7 @@ def kernels() -> Iterator[tuple[str, Dispatcher]]:
 def test_every_kernel_releases_the_lock_and_has_no_threads_of_its_own() -> None:
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
-    for name in ("lanes.basin._label", "lanes.axial._iterate", "stepper.advance"):
+    for name in ("lanes.basin_kernel._label", "lanes.axial_lanes._iterate", "stepper.advance"):
         assert any(full.endswith(name) for full in found), f"{name} is not among {len(found)}"
     keeps = [
         name for name, kernel in found.items() if kernel.targetoptions.get("nogil") is not True

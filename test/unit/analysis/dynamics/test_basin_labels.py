@@ -88,8 +88,8 @@ def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
     mixed = label_starts(found, axial_forcing, 0.5, tau[order].copy(), w[order].copy())
     assert np.array_equal(whole.label[order], mixed.label)
     assert np.array_equal(whole.impacts[order], mixed.impacts)
-    parts = [label_starts(found, axial_forcing, 0.5, tau[i : i + 7].copy(), w[i : i + 7].copy()).label
-             for i in range(0, len(tau), 7)]  # fmt: skip
+    parts = [label_starts(found, axial_forcing, 0.5, tau[i : i + 7].copy(),
+                          w[i : i + 7].copy()).label for i in range(0, len(tau), 7)]  # fmt: skip
     assert np.array_equal(whole.label, np.concatenate(parts))
 
 

@@ -1,4 +1,4 @@
-"""Lanes settle and measure as `measure_attractor` does: the same steps, means, exponents and ends."""
+"""Lanes settle and measure as `measure_attractor` does: the same steps, means and ends."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_single_steps_are_those_of_the_map() -> None:
 
 
 def test_the_vector_of_a_flight_is_turned_by_its_derivatives() -> None:
-    """Beside collision_map/map_tangent.py at the very flight that the lane found: roundings alone are left."""
+    """Beside map_tangent.py at the very flight that the lane found: roundings alone are left."""
     start = starts(4000, 52)
     found = carried(start, 0, 1)
     flew = found.rows[:, 0, ORBIT_KIND] == MAP_IMPACT

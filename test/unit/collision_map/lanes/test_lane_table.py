@@ -269,7 +269,7 @@ def test_the_simulator_does_not_load_the_lanes() -> None:
     """They compile at import, where they are not cached."""
     code = (
         "import sys, bouncing_disk_ros.nodes.simulator.simulator_node\n"
-        "print([m for m in sys.modules if '.core.lanes' in m])"
+        "print([m for m in sys.modules if '.collision_map.lanes' in m])"
     )
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=100)

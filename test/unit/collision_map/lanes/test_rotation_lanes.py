@@ -81,7 +81,7 @@ def test_the_axial_part_has_the_bits_of_the_axial_lanes() -> None:
     start = start._replace(tau=np.full(n, 0.7) + 1e-3 * start.speed, w=np.full(n, -1.3))
     found, _, _ = carried(start, 500)
     tau, w = start.tau.copy(), start.w.copy()
-    iterate_axial(tau, w, start.axial_forcing, start.restitution, 500, np.zeros((n, 2), np.int64))
+    iterate_axial(tau, w, start.forcing, start.restitution, 500, np.zeros((n, 2), np.int64))
     np.testing.assert_array_equal(found.tau, tau)
     np.testing.assert_array_equal(found.w, w)
 

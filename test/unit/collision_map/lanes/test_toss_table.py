@@ -165,7 +165,7 @@ def grazing(
 
 @pytest.fixture
 def left_to_the_stepper(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many rides each call of `tosses` has left to `ride.rides`."""
+    """How many rides each call of `tosses` has left to `single_toss.toss_each`."""
     left: list[int] = []
     one_by_one = single_toss.toss_each
 
