@@ -30,7 +30,7 @@ _held: dict[Path, int] = {}
 
 
 def kernel_digest() -> str:
-    """Return a digest of the kernels' sources; numba itself misses edits in a function's callees."""
+    """Return a digest of the kernels' sources; numba itself misses edits in their callees."""
     digest = hashlib.sha256()
     package = Path(__file__).parent
     for file in sorted(file for name in KERNEL_FOLDERS for file in (package / name).rglob("*.py")):

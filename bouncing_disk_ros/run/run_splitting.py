@@ -52,7 +52,7 @@ class Runs:
             self._end = None
             run = Run(self._run_records(), self._run_rows())
             yield run
-            for _ in run.input_records:  # what was not used
+            for _ in run.records:  # what was not used
                 pass
             for _ in run.rows:
                 pass

@@ -17,7 +17,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.replay import replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg, impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
-from bouncing_disk_ros.run.input_records import to_json
+from bouncing_disk_ros.run.records import to_json
 from support.driven import Driven, flipped
 from support.processes import Starter
 from support.ros_peer import Peer
@@ -32,7 +32,7 @@ def write(
 ) -> Path:  # fmt: skip
     """A bag as the recorder makes it, with a tenth of a second between messages."""
     inputs, impacts = names
-    sent = [(at, inputs, String(data=to_json(r))) for run in runs for at, r in run.input_records]
+    sent = [(at, inputs, String(data=to_json(r))) for run in runs for at, r in run.records]
     sent += [(at, impacts, impacts_to_msg(rows, 0)) for run in runs for at, rows in run.rows]
     own = writer or bag.Writer(folder, bag.Options(max_duration=max_duration))
     own.add_topic(inputs, "std_msgs/msg/String")
@@ -104,8 +104,8 @@ def test_a_split_bag_and_one_file_of_it(
 def test_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = Driven().drive(5)
     del run.rows[3]
-    lost = next(i for i, (_, r) in enumerate(run.input_records) if i > 8 and r["kind"] == "motion")
-    del run.input_records[lost]
+    lost = next(i for i, (_, r) in enumerate(run.records) if i > 8 and r["kind"] == "motion")
+    del run.records[lost]
     assert replay.main([str(write(tmp_path / "bag", [run]))]) == 0
     out = capsys.readouterr().out
     assert ", 3 rows missing in the bag" in out
@@ -164,7 +164,7 @@ def test_a_bag_without_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture[
     run = Driven()
     run.advance(1.0)
     run.session.set_paused(True)
-    del run.input_records[0]
+    del run.records[0]
     assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
     error = capsys.readouterr().err
     assert "1 records without a snapshot" in error
@@ -185,7 +185,7 @@ def test_rows_from_before_the_first_snapshot_only(
 def test_a_bag_without_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = Driven()
     run.advance(3.0)
-    run.input_records.clear()
+    run.records.clear()
     assert replay.main([str(write(tmp_path / "bag", [run]))]) == 2
     assert "/disk/inputs: got 'no messages'" in capsys.readouterr().err
 

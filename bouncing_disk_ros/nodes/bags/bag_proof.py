@@ -96,7 +96,7 @@ class _Prover:
         from bouncing_disk_ros.run.input_replay import apply, restored
 
         index = -1
-        for record in run.input_records:
+        for record in run.records:
             if int(record["index"]) > index + 1:
                 self._simulation = None  # records are missing: on from the next snapshot
             index = int(record["index"])

@@ -145,9 +145,9 @@ def replay_bag(
 ) -> ReplayedBag:
     """Replay every run of a simulator in a bag; InputError without a snapshot to begin at."""
     runs = recorded.runs(heard)
-    found = [replay(run.input_records, run.rows, watch) for run in runs]
+    found = [replay(run.records, run.rows, watch) for run in runs]
     if not any(run.start_ns is not None for run in found):
-        records = sum(run.input_records for run in found)
+        records = sum(run.records for run in found)
         hint = "Record for longer than the simulator's snapshot_period."
         given = f"{records} records without a snapshot"
         raise InputError(recorded.inputs, given, "records with at least one snapshot", hint)

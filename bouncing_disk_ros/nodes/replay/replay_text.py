@@ -15,14 +15,14 @@ from bouncing_disk_ros.run.time_map import NS
 def run_lines(number: int, run: Replay) -> list[str]:
     """One run of a bag."""
     if run.start_ns is None:
-        return [f"run {number}: {run.input_records} records without a snapshot: cannot be replayed"]
+        return [f"run {number}: {run.records} records without a snapshot: cannot be replayed"]
     build = f"version {run.version or 'unknown'}"
     if run.is_other_build:
         build += f" (this is {bouncing_disk_ros.__version__}: another build)"
     span = f"{run.start_ns / NS:.3f} s to {run.end_ns / NS:.3f} s of simulated time"
     lines = [
         f"run {number}: {span}, recorded by {build}",
-        f"  {run.input_records} records, {run.snapshots} snapshots in mid-run equal",
+        f"  {run.records} records, {run.snapshots} snapshots in mid-run equal",
         f"  {run.impacts} impacts in {run.rows} rows equal, {run.missing} rows missing in the bag",
     ]
     if run.first_row:

@@ -44,7 +44,7 @@ def test_inputs_of_every_kind_replay_identical_with_snapshots_in_mid_run(seed: i
     found = replay(run.record_list, run.batches)
     assert found.difference is None
     assert found.impacts == run.impacts
-    assert found.records == len(run.input_records)
+    assert found.records == len(run.records)
     kinds = [record["kind"] for record in run.record_list]
     assert found.snapshots == kinds.count("snapshot") - 1
     assert (found.missing, found.not_compared, found.gaps) == (0, 0, [])
@@ -129,7 +129,7 @@ def test_a_row_that_the_replay_lacks_is_a_difference(driven: Driven) -> None:
 
 def test_it_begins_at_the_first_snapshot() -> None:
     run = Driven().drive(21, 15)
-    cut = len(run.input_records)
+    cut = len(run.records)
     run.session.apply_impulse(
         run.session.input_ns, 0.1, 0.0
     )  # not in the record: before the snapshot
@@ -229,7 +229,7 @@ def test_it_can_be_ended_from_outside(driven: Driven) -> None:
 
 # --- several runs ---------------------------------------------------------------------------------
 def split(*runs: Driven) -> tuple[list[tuple[int, Record]], list[tuple[int, Rows]]]:
-    records = [record for run in runs for record in run.input_records]
+    records = [record for run in runs for record in run.records]
     return records, [rows for run in runs for rows in run.rows]
 
 
@@ -238,7 +238,7 @@ def test_each_run_is_replayed_on_its_own() -> None:
     second = Driven(paused=True, sent=first.sent, axial_amplitude=0.0)  # never moves
     third = Driven(sent=second.sent).drive(42)
     runs = Runs(*split(first, second, third))
-    found = [replay(run.input_records, run.rows) for run in runs]
+    found = [replay(run.records, run.rows) for run in runs]
     assert [one.difference for one in found] == [None] * 3
     assert [one.impacts for one in found] == [first.impacts, 0, third.impacts]
     assert runs.left_over == 0
@@ -248,17 +248,17 @@ def test_a_difference_in_one_run_does_not_hide_the_next() -> None:
     first = Driven().drive(43)
     second = Driven(sent=first.sent).drive(44)
     first.rows[1] = (first.rows[1][0], flipped(first.rows[1][1], 0, "time"))
-    found = [replay(run.input_records, run.rows) for run in Runs(*split(first, second))]
+    found = [replay(run.records, run.rows) for run in Runs(*split(first, second))]
     assert [one.identical for one in found] == [False, True]
     assert found[1].impacts == second.impacts
 
 
 def test_records_delivered_twice_count_once() -> None:
     run = Driven().drive(45)
-    again = run.input_records[:9] + run.input_records[2:9] + run.input_records[9:]
+    again = run.records[:9] + run.records[2:9] + run.records[9:]
     (found,) = [replay(one.records, one.rows) for one in Runs(again, run.rows)]
     assert found.identical
-    assert found.records == len(run.input_records)
+    assert found.records == len(run.records)
 
 
 def test_rows_of_a_run_without_records_are_left_over() -> None:
@@ -266,7 +266,7 @@ def test_rows_of_a_run_without_records_are_left_over() -> None:
     second = Driven(sent=first.sent).drive(47)
     records, rows = split(first, second)
     runs = Runs(records[: len(first.records)], rows)
-    (found,) = [replay(run.input_records, run.rows) for run in runs]
+    (found,) = [replay(run.records, run.rows) for run in runs]
     assert found.identical
     assert found.impacts == first.impacts
     assert runs.left_over == sum(len(batch) for batch in second.batches)

@@ -15,10 +15,10 @@ from bouncing_disk_ros.analysis.recorded.orbit import UNRESOLVED, OrbitKind, orb
 from bouncing_disk_ros.analysis.recorded.stability import (
     exponent_of,
     jacobians,
-    log_growth,
     path_of,
 )
 from bouncing_disk_ros.analysis.scales import velocity_scale
+from bouncing_disk_ros.collision_map.map_tangent import log_growth
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from support.map_rows import DISK, map_rows, motion_of

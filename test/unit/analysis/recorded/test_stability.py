@@ -12,6 +12,7 @@ from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.analysis.recorded import stability
 from bouncing_disk_ros.analysis.recorded.stability import Path, chaos_of, cycle_near, path_of
 from bouncing_disk_ros.collision_map.axial_map import MAP_IMPACT, axial_orbit
+from bouncing_disk_ros.collision_map.map_tangent import log_growth
 from bouncing_disk_ros.core.model import Disk, Motion
 from support.map_rows import DISK, map_rows, motion_of
 
@@ -103,7 +104,7 @@ def test_intervals_of_the_exponent_cover() -> None:
     Fewer than 24 of 30 have a chance of 4e-4 at 95 %, and the seed is the orbit: it is fixed.
     """
     path = path_of(map_rows(0.549, 60_001, skip=1000), motion_of(0.549), DISK)
-    growth = stability.log_growth(stability.jacobians(path))
+    growth = log_growth(stability.jacobians(path))
     whole = float(np.mean(growth))
     parts = [stability.exponent_of(part) for part in np.array_split(growth, 30)]
     assert sum(part.low <= whole <= part.high for part in parts) >= 24
@@ -112,7 +113,7 @@ def test_intervals_of_the_exponent_cover() -> None:
 def test_negative_exponent_is_no_chaos() -> None:
     """On a stable cycle it is the logarithm of the multiplier, within ln(condition)/1000."""
     path = path_of(map_rows(0.40, 2000), motion_of(0.40), DISK)
-    growth = stability.log_growth(stability.jacobians(path))
+    growth = log_growth(stability.jacobians(path))
     cycle = cycle_near(path, 1)
     assert cycle is not None
     assert np.mean(growth[1000:]) == pytest.approx(math.log(abs(cycle.multipliers[0])), abs=5e-3)
@@ -122,4 +123,4 @@ def test_negative_exponent_is_no_chaos() -> None:
 def test_restitution_zero_forgets_everything() -> None:
     path = Path(np.full(100, 0.7), np.full(100, -2.0), np.full(99, 6.28), 0.5, 0.0)
     assert chaos_of(path) is None
-    assert stability.log_growth(np.zeros((3, 2, 2))).tolist() == [-math.inf] * 3
+    assert log_growth(np.zeros((3, 2, 2))).tolist() == [-math.inf] * 3
