@@ -7,8 +7,26 @@ g + P/m in place of g under a preload P.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Disk, Motion
+
+
+class MapParameter(NamedTuple):
+    """How a parameter of the next-collision map is written."""
+
+    symbol: str
+    unit: str
+
+
+MAP_PARAMETERS: Mapping[str, MapParameter] = {
+    "axial_forcing": MapParameter("Γ", "1"),
+    "restitution": MapParameter("ε", "1"),
+    "phase_lag": MapParameter("θ", "rad"),
+    "angular_forcing": MapParameter("Γ_T", "1"),
+}
+"""Parameters of the next-collision map, by the names that options, maps and figures use."""
 
 
 def acceleration(disk: Disk) -> float:

@@ -20,17 +20,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
 
 Array = NDArray[np.float64]
 
-LABELS = {
-    "forcing": "axial forcing Γ (1)",
-    "restitution": "restitution ε (1)",
-    "phase_lag": "phase lag θ (rad)",
-    "angular_forcing": "angular forcing Γ_T (1)",
-}
-SYMBOLS = {"forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"}
 _ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
 _NAMED = 3  # doublings with their numbers; the next ones lie too close
 _INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
@@ -80,7 +74,8 @@ def bifurcation_figure(
     top.set_xlim(float(branch.values.min()), float(branch.values.max()))
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
-    bottom.set_xlabel(LABELS[axis])
+    symbol, unit = MAP_PARAMETERS[axis]
+    bottom.set_xlabel(f"{axis.replace('_', ' ')} {symbol} ({unit})")
     figure.suptitle(_title(branch, section, axis, followed), fontsize=12)
     return figure
 
@@ -227,7 +222,9 @@ def _mark(axes: Any, doublings: Sequence[Doubling], named: bool) -> None:
 
 def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool) -> str:
     fixed = [
-        f"{symbol} = {getattr(section, name):g}" for name, symbol in SYMBOLS.items() if name != axis
+        f"{of.symbol} = {getattr(section, name):g}"
+        for name, of in MAP_PARAMETERS.items()
+        if name != axis
     ]
     if math.isinf(section.angular_forcing) and axis != "angular_forcing":
         fixed[-1] = "no friction"
@@ -236,5 +233,5 @@ def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool)
     if not followed:
         starts = branch.mean_speed.shape[1]
         what = f"Attractors reached from {starts} start{'s' if starts > 1 else ''} at each"
-    text = f"{what} {SYMBOLS[axis]}; {', '.join(fixed)}"
+    text = f"{what} {MAP_PARAMETERS[axis].symbol}; {', '.join(fixed)}"
     return text.replace("-", "−")

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
@@ -36,7 +37,6 @@ _CLASSES = ["rest", "with contact", *(f"period {n}" for n in PERIODS), "other pe
 _COLORS = [REST, CONTACT, *PERIODS.values(), OTHER, BLACK, UNRESOLVED]
 _QUANTILE = 0.99
 """So many of the exponents lie within the colour scale."""
-_SYMBOLS = {"axial_forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"}
 
 
 def parameter_map_picture(result: xr.Dataset) -> Figure:
@@ -140,7 +140,11 @@ def _title(result: xr.Dataset) -> str:
         start = f"τ = {phase}, w_A = {velocity}"
     elif start == "period-1":
         start = "beside the period-1 orbit, else contact"
-    fixed = [f"{sign} = {_number(given[name])}" for name, sign in _SYMBOLS.items() if name in given]
+    fixed = [
+        f"{of.symbol} = {_number(given[name])}"
+        for name, of in MAP_PARAMETERS.items()
+        if name in given
+    ]
     return f"Attractors reached from {start}; {', '.join(fixed)}"
 
 

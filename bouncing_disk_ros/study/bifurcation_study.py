@@ -30,18 +30,12 @@ from bouncing_disk_ros.analysis.dynamics.continuation import (
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
 from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
-NAMES = {
-    "axial_forcing": ("forcing", "Γ", "1"),
-    "restitution": ("restitution", "ε", "1"),
-    "phase_lag": ("phase_lag", "θ", "rad"),
-    "angular_forcing": ("angular_forcing", "Γ_T", "1"),
-}
-"""Parameter that a diagram can run along -> its name in the map, symbol and unit."""
 VALUES_OF_A_REGION = 64
 LEAST_OF_A_REGION, IMPACTS_OF_A_REGION, KEPT_OF_A_REGION = 256, 30_000_000, 1_000_000
 """From starts: at least so many trajectories, else about so many impacts, or so many to keep."""
@@ -61,11 +55,11 @@ class Bifurcation(Study):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        if given["along"] not in NAMES:
-            raise InputError("along", given["along"], "one of " + ", ".join(NAMES))
+        if given["along"] not in MAP_PARAMETERS:
+            raise InputError("along", given["along"], "one of " + ", ".join(MAP_PARAMETERS))
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
-        self.axis = NAMES[str(given["along"])][0]
+        self.axis = str(given["along"])
         if int(given["kept"]) > int(given["measured"]):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
@@ -104,7 +98,7 @@ class Bifurcation(Study):
 
     def section(self, **changed: float) -> NextCollisionMap:
         """The map at the fixed parameters, some of them changed."""
-        fixed = {inner: float(self.parameters[name]) for name, (inner, _, _) in NAMES.items()}
+        fixed = {name: float(self.parameters[name]) for name in MAP_PARAMETERS}
         return NextCollisionMap(**{**fixed, **changed})
 
     def _start(self) -> np.ndarray:
@@ -127,7 +121,7 @@ class Bifurcation(Study):
     def axes(self) -> Mapping[str, Axis]:
         """The parameter, and the impacts kept at each value."""
         given = self.parameters
-        _, symbol, unit = NAMES[str(given["along"])]
+        symbol, unit = MAP_PARAMETERS[self.axis]
         values = np.linspace(float(given["begin"]), float(given["end"]), int(given["count"]))
         label = str(given["along"]).replace("_", " ")
         return {
@@ -199,12 +193,14 @@ class Bifurcation(Study):
     def doublings(self) -> list[Doubling]:
         """Period doublings of the period-1 orbit, by continuation, not read off the diagram."""
         count = int(self.parameters["doublings"])
-        if self.axis not in ("forcing", "restitution") or not count:
+        if self.axis not in ("axial_forcing", "restitution") or not count:
             return []
         low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
         fixed = self.section(**{self.axis: low})
         # (1 − ε)/(1 + ε) = Γ where the orbit is born, the same with Γ and ε exchanged
-        born = existence_limit(fixed.restitution if self.axis == "forcing" else fixed.axial_forcing)
+        born = existence_limit(
+            fixed.restitution if self.axis == "axial_forcing" else fixed.axial_forcing
+        )
         section = self.section(**{self.axis: max(low, born + _BESIDE_BIRTH)})
         if not getattr(section, self.axis) < high:
             return []
@@ -218,7 +214,7 @@ class Bifurcation(Study):
 
 
 def _threshold(error: InputError) -> str:
-    return f"Γ {error.allowed}" if error.field == "forcing" else error.allowed
+    return f"Γ {error.allowed}" if error.field == "axial_forcing" else error.allowed
 
 
 def _fields_of(branch: Branch, start: int | slice) -> Arrays:

@@ -18,10 +18,10 @@ from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
     settle_states,
     start_states,
 )
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basin_study import refuse_conservative
-from bouncing_disk_ros.study.bifurcation_study import NAMES
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)
@@ -40,9 +40,9 @@ class ParameterMap(Study):
         given = self.parameters
         self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
         for key in ("x_axis", "y_axis"):
-            if given[key] not in NAMES:
-                hint = closest(str(given[key]), NAMES)
-                raise InputError(key, given[key], "one of " + ", ".join(NAMES), hint)
+            if given[key] not in MAP_PARAMETERS:
+                hint = closest(str(given[key]), MAP_PARAMETERS)
+                raise InputError(key, given[key], "one of " + ", ".join(MAP_PARAMETERS), hint)
         if self.across == self.up:
             raise InputError("y_axis", self.up, "another parameter than x_axis")
         for name in (self.across, self.up):  # no part of what is computed
@@ -61,7 +61,7 @@ class ParameterMap(Study):
             raise InputError(f"{key}_begin", begin, f"less than {key}_end = {end:g}")
         for side, value in (("begin", begin), ("end", end)):
             try:
-                NextCollisionMap(**{"forcing": 1.0, "restitution": 0.5, NAMES[name][0]: value})
+                NextCollisionMap(**{"axial_forcing": 1.0, "restitution": 0.5, name: value})
             except InputError as error:
                 hint = f"It is a value of {name}."
                 raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
@@ -95,7 +95,7 @@ class ParameterMap(Study):
         """The two parameters, by their names: rows, then columns."""
         axes = {}
         for key, name in (("y", self.up), ("x", self.across)):
-            _, symbol, unit = NAMES[name]
+            symbol, unit = MAP_PARAMETERS[name]
             axes[name] = Axis(self._values(key), unit, name.replace("_", " "), symbol)
         return axes
 
@@ -134,7 +134,10 @@ class ParameterMap(Study):
         ]
         points = dict(zip((self.up, self.across), np.meshgrid(*sides, indexing="ij"), strict=True))
         shape = points[self.up].shape
-        columns = [points.get(name, np.broadcast_to(given.get(name, 0.0), shape)) for name in NAMES]
+        columns = [
+            points.get(name, np.broadcast_to(given.get(name, 0.0), shape))
+            for name in MAP_PARAMETERS
+        ]
         parameters = np.stack([column.ravel() for column in columns], axis=1).astype(float)
         own = [float(given.get(name, 0.0)) for name in ("initial_phase", "initial_velocity")]
         states = start_states(parameters, str(given["start"]), *own)

@@ -20,7 +20,12 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import label_lanes
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+    LaneLabels,
+    LaneRule,
+    known_points,
+    label_lanes,
+)
 
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
 ROUNDS, PEER_ROUNDS, SEED = 20, 3, 1
@@ -50,12 +55,10 @@ class BasinMap:
 
     def lanes(self) -> int:
         """Label by the lanes; how many pixels."""
-        points, of = np.array([self.rule.point]), np.ones(1, np.int32)
-        ends = (TOLERANCE, CONFIRM, CAP, 0, 2)
-        found = (self.labels, self.impacts, self._time)
-        label_lanes(
-            self.tau, self.w, self.rule.axial_forcing, RESTITUTION, points, of, *ends, *found
-        )
+        known = known_points(np.array([self.rule.point]), np.ones(1, np.int32))
+        rule = LaneRule(TOLERANCE, float(CONFIRM), 0, 2, CAP)
+        found = LaneLabels(self.labels, self.impacts, self._time)
+        label_lanes(self.tau, self.w, self.rule.axial_forcing, RESTITUTION, known, rule, found)
         return len(self.tau)
 
     def by_c(self, c: CLanes) -> tuple[Run, NDArray[np.int32]]:

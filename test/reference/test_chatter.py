@@ -59,7 +59,7 @@ def chattered(run: Simulation, duration: float) -> Chattered:
 
 @pytest.mark.parametrize("slip", SLIPS)
 @pytest.mark.parametrize(
-    ("restitution", "forcing", "phase"),
+    ("restitution", "axial_forcing", "phase"),
     [
         *itertools.product([0.0, 0.1, 0.5], [0.0], [1.0]),
         *itertools.product([0.0, 0.1, 0.5], [0.25], [0.4, 4.0]),

@@ -200,7 +200,7 @@ def test_a_change_of_frequency_much_shorter_than_a_period(duration_ns: int, late
 
 
 @pytest.mark.parametrize("frequency", [1.0, 40e3])
-@pytest.mark.parametrize("forcing", [0.3184, 0.32, 0.34, 0.45, 0.6, 1.0, 3.0])
+@pytest.mark.parametrize("axial_forcing", [0.3184, 0.32, 0.34, 0.45, 0.6, 1.0, 3.0])
 def test_separation_and_the_flight_from_it(axial_forcing: float, frequency: float) -> None:
     """Eq. 3: contact ends at sin τ = 1/(πΓ): relative position, velocity, acceleration all 0."""
     motion = Motion(axial_amplitude(axial_forcing, frequency, DISK), 0.0, frequency, 0.0)

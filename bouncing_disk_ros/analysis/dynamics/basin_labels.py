@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors, Cells
 from bouncing_disk_ros.analysis.dynamics.row_blocks import LabelMap, row_blocks
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import UNDECIDED, label_lanes
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+    UNDECIDED,
+    LaneLabels,
+    LaneRule,
+    known_points,
+    label_lanes,
+)
 from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -92,10 +98,10 @@ def _label(
     """Label starts by the rule, its cap given, into `found`."""
     points, of, longest = _periodic_points(attractors)
     confirm = max(8, rule.repetitions * longest)
-    label_lanes(
-        tau, w, axial_forcing, restitution, points, of, rule.tolerance, confirm, rule.cap,
-        attractors.after_contact, attractors.after_contact, *found,
-    )  # fmt: skip
+    after_contact = attractors.after_contact
+    lane_rule = LaneRule(rule.tolerance, float(confirm), after_contact, after_contact, rule.cap)
+    known = known_points(points, of)
+    label_lanes(tau, w, axial_forcing, restitution, known, lane_rule, LaneLabels(*found))
     open_ = np.flatnonzero(found.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
         found.label[open_] = _chaotic(

@@ -28,7 +28,7 @@ from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, ORBIT_KIND, O
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 from bouncing_disk_ros.errors import InputError, closest
 
-AXES = ("forcing", "restitution", "phase_lag", "angular_forcing")
+AXES = ("axial_forcing", "restitution", "phase_lag", "angular_forcing")
 """The parameters that a diagram can run along: the fields of NextCollisionMap."""
 SETTLING, MEASURED_IMPACTS, KEPT = 1000, 2000, 300
 _BESIDE = 1e-6

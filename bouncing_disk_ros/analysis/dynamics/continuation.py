@@ -23,7 +23,7 @@ from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
 )
 from bouncing_disk_ros.errors import InputError, closest
 
-AXES = ("forcing", "restitution")
+AXES = ("axial_forcing", "restitution")
 """The parameters that the axial part of an orbit depends on."""
 FEIGENBAUM = 4.669201609102990
 """What the ratios of the distances between doublings tend to (M. J. Feigenbaum, 1978)."""

@@ -61,7 +61,10 @@ class NextCollisionMap:
 
     def __post_init__(self) -> None:
         _check(
-            "forcing", self.axial_forcing, 0.0 <= self.axial_forcing < math.inf, "a number >= 0 (Γ)"
+            "axial_forcing",
+            self.axial_forcing,
+            0.0 <= self.axial_forcing < math.inf,
+            "a number >= 0 (Γ)",
         )
         fine = 0.0 <= self.restitution <= 1.0
         _check("restitution", self.restitution, fine, "a number from 0 to 1 (ε)")
@@ -91,7 +94,7 @@ class NextCollisionMap:
             return start
         steps = self.orbit(start, impacts)
         if len(steps.delay) < impacts:
-            raise InputError("forcing", self.axial_forcing, *_RESTS)
+            raise InputError("axial_forcing", self.axial_forcing, *_RESTS)
         return MapState(*(float(a[-1]) for a in steps[:3]))
 
     def jacobian(self, start: MapState, impacts: int = 1) -> Array:
@@ -157,7 +160,7 @@ class NextCollisionMap:
 
 
 _RESTS = (
-    "a forcing above 1/π = 0.3183, where a disk in contact is thrown again",
+    "an axial forcing above 1/π = 0.3183, where a disk in contact is thrown again",
     "Here the disk comes to rest on the platform",
 )
 

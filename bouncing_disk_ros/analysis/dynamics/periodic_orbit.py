@@ -79,14 +79,14 @@ def fixed_point(
     least = cycles * (1.0 - restitution) / (1.0 + restitution)
     if axial_forcing <= 0.0 or axial_forcing < least:
         raise InputError(
-            "forcing", axial_forcing, f"at least (1 − ε)/(1 + ε) k = {max(least, 0.0):.6g}"
+            "axial_forcing", axial_forcing, f"at least (1 − ε)/(1 + ε) k = {max(least, 0.0):.6g}"
         )
     start = MapState(math.acos(least / axial_forcing), -2.0 * cycles / (1.0 + restitution))
     orbit = periodic_orbit(section, start, 1)
     if orbit.cycles != cycles or abs(orbit.axial_impact_velocity[0] - start[1]) > 1e-6:
         allowed = "a forcing at which the platform does not meet the disk earlier"
         raise InputError(
-            "forcing", axial_forcing, allowed, f"No such orbit in {cycles} periods here"
+            "axial_forcing", axial_forcing, allowed, f"No such orbit in {cycles} periods here"
         )
     return orbit
 
@@ -133,7 +133,7 @@ def followed(
     contacts = axial_tangent(tau, w, axial_forcing, restitution, impacts, states, tangent)
     if contacts < 0:
         raise InputError(
-            "forcing",
+            "axial_forcing",
             axial_forcing,
             "above 1/π = 0.3183",
             "Here the disk comes to rest on the platform",

@@ -8,7 +8,7 @@ come.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -69,6 +69,18 @@ _FIELDS = TANGENT_FIELDS + 4
 _MATRIX = types.float64[:, ::1]
 
 
+class _Trajectories(NamedTuple):
+    """What the lanes take their trajectories from, and write what they measure to."""
+
+    states: Any
+    parameters: Any
+    settling: int
+    measured: int
+    kept: int
+    out: Any
+    results: Any
+
+
 @lane
 def _sum_up(z: Any) -> int:
     """Add the speed of the lanes whose flight ends; how many of their impacts are to be kept."""
@@ -120,7 +132,7 @@ def _step(z: Any, i: int, out: Any) -> bool:
 
 
 @lane
-def _assign(z: Any, i: int, measures: bool, left: int, kept: int) -> None:
+def _begin_phase(z: Any, i: int, measures: bool, left: int, kept: int) -> None:
     """Begin to settle or to measure so many impacts, of which the last `kept` are kept."""
     set_impact(z, i, z[TAU + i], z[W + i])  # the next launch looks anew whether a chatter may end
     z[IMPACTS_LEFT + i] = left
@@ -131,17 +143,17 @@ def _assign(z: Any, i: int, measures: bool, left: int, kept: int) -> None:
 
 
 @lane
-def _assign_phase(z: Any, i: int, job: int, data: Any) -> None:
-    """Give a lane a trajectory; counts = (settling, measured, kept)."""
-    states, parameters, (settling, measured, kept), _, _ = data
+def _assign(z: Any, i: int, job: int, data: Any) -> None:
+    """Give a lane a trajectory, to settle first if it is to settle."""
+    states, parameters = data.states, data.parameters
     disk = (states[job, 0], states[job, 1], parameters[job, 0], parameters[job, 1])
     assign_lane(z, i, job, math.inf, disk)
     start_rotation(z, i, states[job, 2], parameters[job, 2], parameters[job, 3])
     z[TANGENT_X + i], z[TANGENT_Y + i], z[TANGENT_POWER + i] = states[job, 3], states[job, 4], 0.0
-    if settling > 0:
-        _assign(z, i, False, settling, 0)
+    if data.settling > 0:
+        _begin_phase(z, i, False, data.settling, 0)
     else:
-        _assign(z, i, True, measured, kept)
+        _begin_phase(z, i, True, data.measured, data.kept)
 
 
 @lane
@@ -173,29 +185,27 @@ def _rest(job: int, states: Any, out: Any, results: Any) -> None:
 @lane
 def _service(z: Any, i: int, data: Any) -> bool:
     """See to a lane that asks; whether its trajectory is done."""
-    states, _, counts, out, results = data
-    if z[IMPACTS_LEFT + i] > 0.0 and _step(z, i, out):
-        _rest(int(z[TRAJECTORY + i]), states, out, results)
+    if z[IMPACTS_LEFT + i] > 0.0 and _step(z, i, data.out):
+        _rest(int(z[TRAJECTORY + i]), data.states, data.out, data.results)
         return True
     if z[IMPACTS_LEFT + i] > 0.0:
         return False
     if z[_MEASURES + i] > 0.0:
-        _finish(z, i, counts[1], states, results)
+        _finish(z, i, data.measured, data.states, data.results)
         return True
     normalise(z, i)
-    _assign(z, i, True, counts[1], counts[2])
+    _begin_phase(z, i, True, data.measured, data.kept)
     return False
 
 
 @lane
 def _on_landing(z: Any, data: Any) -> None:
-    _, _, _, out, _ = data
     rotate_lanes(z)
     grow_tangents(z)
     keeps = _sum_up(z)
     land_lanes(z)
     if keeps > 0:
-        _rows(z, out)
+        _rows(z, data.out)
 
 
 @lane_entry(
@@ -207,9 +217,9 @@ def _on_landing(z: Any, data: Any) -> None:
 def _measure_attractors(
     z: Any, states: Any, parameters: Any, settling: int, measured: int, out: Any, results: Any
 ) -> None:
-    counts = (settling, measured, out.shape[1])
-    data = (states, parameters, counts, out, results)
-    run_lanes(z, len(states), _service, _assign_phase, _on_landing, data)
+    kept = out.shape[1]
+    data = _Trajectories(states, parameters, settling, measured, kept, out, results)
+    run_lanes(z, len(states), _service, _assign, _on_landing, data)
 
 
 def measure_attractors(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -33,10 +33,20 @@ COUNT_CONTACTS, COUNT_RESTS = 0, 1
 _FLOATS = types.float64[::1]
 
 
+class _Trajectories(NamedTuple):
+    """What the lanes take their trajectories from, and write their ends to."""
+
+    tau: Any
+    w: Any
+    forcing: Any
+    restitution: Any
+    impacts: int
+    counts: Any
+
+
 @lane
 def _service(z: Any, i: int, data: Any) -> bool:
     """One impact by the scalar map, if any are left; whether the trajectory is done."""
-    tau, w, _, _, _, counts = data
     job = int(z[TRAJECTORY + i])
     if z[IMPACTS_LEFT + i] > 0.0:
         kind, after, speed, _ = next_impact(
@@ -45,20 +55,20 @@ def _service(z: Any, i: int, data: Any) -> bool:
         set_impact(z, i, after, speed)
         z[IMPACTS_LEFT + i] -= 1.0
         if kind == MAP_CONTACT:
-            counts[job, COUNT_CONTACTS] += 1
+            data.counts[job, COUNT_CONTACTS] += 1
         elif kind == MAP_REST:
-            counts[job, COUNT_RESTS] += 1
+            data.counts[job, COUNT_RESTS] += 1
             z[IMPACTS_LEFT + i] = 0.0
     if z[IMPACTS_LEFT + i] > 0.0:
         return False
-    tau[job], w[job] = z[TAU + i], z[W + i]
+    data.tau[job], data.w[job] = z[TAU + i], z[W + i]
     return True
 
 
 @lane
 def _assign(z: Any, i: int, job: int, data: Any) -> None:
-    tau, w, forcing, restitution, impacts, _ = data
-    assign_lane(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
+    state = (data.tau[job], data.w[job], data.forcing[job], data.restitution[job])
+    assign_lane(z, i, job, float(data.impacts), state)
 
 
 @lane
@@ -70,9 +80,8 @@ def _on_landing(z: Any, _: Any) -> None:
 def _iterate_axial(
     z: Any, tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any
 ) -> None:
-    run_lanes(
-        z, len(tau), _service, _assign, _on_landing, (tau, w, forcing, restitution, impacts, counts)
-    )
+    data = _Trajectories(tau, w, forcing, restitution, impacts, counts)
+    run_lanes(z, len(tau), _service, _assign, _on_landing, data)
 
 
 def iterate_axial(

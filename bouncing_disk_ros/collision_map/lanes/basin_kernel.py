@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -51,13 +51,53 @@ _FLOATS = types.float64[::1]
 _INTS = types.int32[::1]
 
 
-def _predecessors(of: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Index of the point before each one on its attractor."""
-    before = np.empty(len(of))
-    for name in np.unique(of):
-        mine = np.flatnonzero(of == name)
+class LaneRule(NamedTuple):
+    """When a start has its label, and which: see `label_lanes`."""
+
+    tolerance: float
+    confirm: float
+    contact_label: int
+    rest_label: int
+    cap: int
+
+
+class KnownPoints(NamedTuple):
+    """Points of the known periodic attractors, in their order.
+
+    points (m, 2): τ and w; attractors (m,) int32: the label of each; before (m,): the index of the
+    point before it on its attractor.
+    """
+
+    points: Any
+    attractors: Any
+    before: Any
+
+
+class LaneLabels(NamedTuple):
+    """What is found for each start: its label, the impacts up to it, and their time in rad."""
+
+    label: Any
+    impacts: Any
+    time: Any
+
+
+class _Starts(NamedTuple):
+    tau: Any
+    w: Any
+    forcing: float
+    restitution: float
+    known: KnownPoints
+    rule: LaneRule
+    found: LaneLabels
+
+
+def known_points(points: NDArray[np.float64], attractors: NDArray[np.int32]) -> KnownPoints:
+    """Points (m, 2) with the labels (m,) of their attractors; those of one are in their order."""
+    before = np.empty(len(attractors))
+    for label in np.unique(attractors):
+        mine = np.flatnonzero(attractors == label)
         before[mine] = np.roll(mine, 1)
-    return before
+    return KnownPoints(points, attractors, before)
 
 
 @lane
@@ -83,9 +123,9 @@ def _compare_one(
 
 
 @lane
-def _compare(z: Any, first: int, last: int, points: Any, before: Any, rule: Any) -> None:
+def _compare(z: Any, first: int, last: int, known: Any, rule: Any) -> None:
     """Near which point each lane's last impact was; one that continues the run goes first."""
-    tolerance, confirm = rule[0], rule[1]
+    points, before, tolerance, confirm = known.points, known.before, rule.tolerance, rule.confirm
     if len(points) == 1:
         _compare_one(z, first, last, points[0, 0], points[0, 1], tolerance, confirm)
         return
@@ -118,47 +158,46 @@ def _compare(z: Any, first: int, last: int, points: Any, before: Any, rule: Any)
 
 
 @lane
-def _decision(z: Any, i: int, points: Any, of: Any, before: Any, rule: Any, ends: Any) -> int:
-    """Label of the start in a lane that asks; _OPEN: it has been carried on by the scalar map."""
-    if z[BASIN_RUN + i] >= rule[1]:
-        return int(of[int(z[BASIN_POINT + i])])
+def _decision(z: Any, i: int, known: Any, rule: Any) -> int:
+    """Label of the start in a lane that asks; _OPEN: it has had one impact by the scalar map."""
+    if z[BASIN_RUN + i] >= rule.confirm:
+        return int(known.attractors[int(z[BASIN_POINT + i])])
     if z[IMPACTS_LEFT + i] <= 0.0:
         return UNDECIDED
     kind = chatter_outcome(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     if kind == MAP_CONTACT:
-        return int(ends[0])
+        return int(rule.contact_label)
     if kind == MAP_REST:
-        return int(ends[1])
+        return int(rule.rest_label)
     _, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
     set_impact(z, i, tau, w)
     z[IMPACTS_LEFT + i] -= 1.0
     z[DELAY + i], z[LANDED + i] = delay, 1.0
-    _compare(z, i, i + 1, points, before, rule)
+    _compare(z, i, i + 1, known, rule)
     z[DELAY + i], z[LANDED + i] = math.nan, 0.0
-    if z[BASIN_RUN + i] >= rule[1]:
-        return int(of[int(z[BASIN_POINT + i])])
+    if z[BASIN_RUN + i] >= rule.confirm:
+        return int(known.attractors[int(z[BASIN_POINT + i])])
     return UNDECIDED if z[IMPACTS_LEFT + i] <= 0.0 else _OPEN
 
 
 @lane
 def _service(z: Any, i: int, data: Any) -> bool:
     """Decide, or go on; whether the start has its label."""
-    (points, of, before), rule, ends, (labels, impacts, times), _ = data
-    found = _decision(z, i, points, of, before, rule, ends)
-    if found == _OPEN:
+    label = _decision(z, i, data.known, data.rule)
+    if label == _OPEN:
         return False
     job = int(z[TRAJECTORY + i])
-    labels[job] = found
-    impacts[job] = ends[2] - int(z[IMPACTS_LEFT + i])
-    times[job] = z[BASIN_TIME + i]
-    z[BASIN_RUN + i] = 0.0  # an idle lane has nothing to ask
+    data.found.label[job] = label
+    data.found.impacts[job] = data.rule.cap - int(z[IMPACTS_LEFT + i])
+    data.found.time[job] = z[BASIN_TIME + i]
+    z[BASIN_RUN + i] = 0.0  # a parked lane has nothing to ask
     return True
 
 
 @lane
 def _assign(z: Any, i: int, job: int, data: Any) -> None:
-    _, _, ends, _, (tau, w, forcing, restitution) = data
-    assign_lane(z, i, job, float(ends[2]), (tau[job], w[job], forcing, restitution))
+    state = (data.tau[job], data.w[job], data.forcing, data.restitution)
+    assign_lane(z, i, job, float(data.rule.cap), state)
     z[BASIN_TIME + i] = 0.0
     z[BASIN_POINT + i] = -1.0
     z[BASIN_RUN + i] = 0.0
@@ -166,36 +205,21 @@ def _assign(z: Any, i: int, job: int, data: Any) -> None:
 
 @lane
 def _on_landing(z: Any, data: Any) -> None:
-    (points, _, before), rule, _, _, _ = data
     land_lanes(z)
-    _compare(z, 0, LANES, points, before, rule)
+    _compare(z, 0, LANES, data.known, data.rule)
 
 
-@lane_entry(
-    types.void(
-        *[_FLOATS] * 3, _FLOAT, _FLOAT, types.float64[:, ::1], _INTS, _FLOATS,
-        types.UniTuple(_FLOAT, 2), types.UniTuple(types.int64, 3), _INTS, _INTS, _FLOATS,
-    )
-)  # fmt: skip
+_RULE = types.NamedTuple([_FLOAT, _FLOAT, *[types.int64] * 3], LaneRule)
+_KNOWN = types.NamedTuple([types.float64[:, ::1], _INTS, _FLOATS], KnownPoints)
+_FOUND = types.NamedTuple([_INTS, _INTS, _FLOATS], LaneLabels)
+
+
+@lane_entry(types.void(*[_FLOATS] * 3, _FLOAT, _FLOAT, _KNOWN, _RULE, _FOUND))
 def _label_lanes(
-    z: Any,
-    tau: Any,
-    w: Any,
-    forcing: float,
-    restitution: float,
-    points: Any,
-    of: Any,
-    before: Any,
-    rule: tuple[float, float],
-    ends: tuple[int, int, int],
-    out_label: Any,
-    out_impacts: Any,
-    out_time: Any,
+    z: Any, tau: Any, w: Any, forcing: float, restitution: float, known: Any, rule: Any, found: Any
 ) -> None:
-    """`label_lanes`; rule = (tolerance, confirm), ends = (label of contact, label of rest, cap)."""
-    known, outs = (points, of, before), (out_label, out_impacts, out_time)
-    starts = (tau, w, forcing, restitution)
-    run_lanes(z, len(tau), _service, _assign, _on_landing, (known, rule, ends, outs, starts))
+    data = _Starts(tau, w, forcing, restitution, known, rule, found)
+    run_lanes(z, len(tau), _service, _assign, _on_landing, data)
 
 
 def label_lanes(
@@ -203,45 +227,33 @@ def label_lanes(
     w: NDArray[np.float64],
     forcing: float,
     restitution: float,
-    points: NDArray[np.float64],
-    of: NDArray[np.int32],
-    tolerance: float,
-    confirm: int,
-    cap: int,
-    contact_label: int,
-    rest_label: int,
-    out_label: NDArray[np.int32],
-    out_impacts: NDArray[np.int32],
-    out_time: NDArray[np.float64],
+    known: KnownPoints,
+    rule: LaneRule,
+    found: LaneLabels,
     *,
     workers: int = 1,
 ) -> None:
     """Label starts by the attractor that they go to.
 
-    tau, w (n,): states at an impact. points (m, 2), of (m,): the points (τ, w) of the known
-    periodic attractors in their order, and the label of each. The rule, impact after impact from
-    the start:
+    tau, w (n,): states at an impact. `known`: see `known_points`. The rule, impact after impact
+    from the start:
 
     1. `contact_label` where the disk chatters to its end and is in contact: from there on every
        start is the same. `rest_label` where contact lasts for good.
     2. The label of an attractor whose points the impacts have been near, in their order, `confirm`
-       times in a row; near: both |Δτ| (the short way round) and |Δw| at most `tolerance`.
+       times in a row; near: both |Δτ| (shortest angular distance) and |Δw| at most `tolerance`.
     3. UNDECIDED (−1) after `cap` impacts.
 
     The start itself is not compared. Where points are nearer to each other than the tolerance, the
-    one that continues the run counts, else the first. out_impacts: impacts after the start up to
-    the decision, and out_time their time in rad; under rule 1 up to the last impact that was found
-    by itself. A label depends on its own start alone, not on order, company or the number of
-    threads (`workers`). All arrays are C-contiguous; nothing is checked.
+    one that continues the run counts, else the first. found (n,) each, label and impacts int32:
+    impacts after the start up to the decision, and their time; under rule 1 up to the last impact
+    that was found by itself. A label depends on its own start alone, not on order, company or the
+    number of threads (`workers`). All arrays are C-contiguous; nothing is checked.
     """
-    before = _predecessors(of)
-    rule, ends = (float(tolerance), float(confirm)), (contact_label, rest_label, cap)
 
     def work(part: slice) -> None:
-        outs = (out_label[part], out_impacts[part], out_time[part])
+        mine = LaneLabels(found.label[part], found.impacts[part], found.time[part])
         z = scratch(_FIELDS)
-        _label_lanes(
-            z, tau[part], w[part], forcing, restitution, points, of, before, rule, ends, *outs
-        )
+        _label_lanes(z, tau[part], w[part], forcing, restitution, known, rule, mine)
 
     in_slices(work, len(tau), workers)

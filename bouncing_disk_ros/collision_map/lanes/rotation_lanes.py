@@ -7,7 +7,7 @@ on by `collision_map.next_collision`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -59,6 +59,21 @@ _FLOATS = types.float64[::1]
 speed_after = lane(impact.speed_after)
 
 
+class _Trajectories(NamedTuple):
+    """What the lanes take their trajectories from, and write their ends and sums to."""
+
+    tau: Any
+    w: Any
+    speed: Any
+    forcing: Any
+    restitution: Any
+    phase_lag: Any
+    angular_forcing: Any
+    impacts: int
+    counts: Any
+    sums: Any
+
+
 @lane
 def rotate_lanes(z: Any) -> None:
     """The impact that a flight began with, on the lanes whose flight ends; before `land_lanes`."""
@@ -108,19 +123,18 @@ def collide_scalar(z: Any, i: int) -> tuple[int, float, float]:
 @lane
 def _service(z: Any, i: int, data: Any) -> bool:
     """One impact by the scalar map, if any are left; whether the trajectory is done."""
-    tau, w, speed, _, _, _, _, _, counts, sums = data
     job = int(z[TRAJECTORY + i])
     if z[IMPACTS_LEFT + i] > 0.0:
         kind, _, _ = collide_scalar(z, i)
         if kind == MAP_REST:
-            counts[job, COUNT_RESTS] += 1
+            data.counts[job, COUNT_RESTS] += 1
         elif kind == MAP_CONTACT:
-            counts[job, COUNT_CONTACTS] += 1
+            data.counts[job, COUNT_CONTACTS] += 1
     if z[IMPACTS_LEFT + i] > 0.0:
         return False
-    tau[job], w[job], speed[job] = z[TAU + i], z[W + i], z[DISK_SPEED + i]
-    sums[job, SUM_TURNED] += z[TURNED_SUM + i]
-    sums[job, SUM_TIME] += z[TIME_SUM + i]
+    data.tau[job], data.w[job], data.speed[job] = z[TAU + i], z[W + i], z[DISK_SPEED + i]
+    data.sums[job, SUM_TURNED] += z[TURNED_SUM + i]
+    data.sums[job, SUM_TIME] += z[TIME_SUM + i]
     return True
 
 
@@ -138,9 +152,9 @@ def start_rotation(z: Any, i: int, speed: float, phase_lag: float, angular_forci
 
 @lane
 def _assign(z: Any, i: int, job: int, data: Any) -> None:
-    tau, w, speed, forcing, restitution, phase_lag, angular_forcing, impacts, _, _ = data
-    assign_lane(z, i, job, float(impacts), (tau[job], w[job], forcing[job], restitution[job]))
-    start_rotation(z, i, speed[job], phase_lag[job], angular_forcing[job])
+    state = (data.tau[job], data.w[job], data.forcing[job], data.restitution[job])
+    assign_lane(z, i, job, float(data.impacts), state)
+    start_rotation(z, i, data.speed[job], data.phase_lag[job], data.angular_forcing[job])
 
 
 @lane
@@ -164,9 +178,8 @@ def _iterate(
     sums: Any,
 ) -> None:
     states, turning = (tau, w, speed, forcing, restitution), (phase_lag, angular_forcing)
-    run_lanes(
-        z, len(tau), _service, _assign, _on_landing, (*states, *turning, impacts, counts, sums)
-    )
+    data = _Trajectories(*states, *turning, impacts, counts, sums)
+    run_lanes(z, len(tau), _service, _assign, _on_landing, data)
 
 
 def iterate_rotation(

@@ -36,9 +36,9 @@ def make_view() -> StudyView[Bifurcation]:
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.bifurcation_study import NAMES
+    from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 
-    return [name for name in NAMES if name != values["along"]]
+    return [name for name in MAP_PARAMETERS if name != values["along"]]
 
 
 def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:

@@ -41,9 +41,9 @@ def make_view() -> StudyView[ParameterMap]:
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.bifurcation_study import NAMES
+    from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 
-    return [name for name in NAMES if name not in (values["x_axis"], values["y_axis"])]
+    return [name for name in MAP_PARAMETERS if name not in (values["x_axis"], values["y_axis"])]
 
 
 def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:

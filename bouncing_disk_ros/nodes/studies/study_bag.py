@@ -15,16 +15,13 @@ from tqdm import tqdm
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
-from bouncing_disk_ros.analysis.scales import angular_forcing_of, axial_forcing_of
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS, angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.parameters import Spec, Value
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
-SYMBOLS = {
-    "axial_forcing": "Γ", "restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"
-}  # fmt: skip
 
 
 class FromBag(NamedTuple):
@@ -50,7 +47,9 @@ def read_bag(path: str, namespace: str | None, wanted: Mapping[str, Spec]) -> Fr
     assert segment.motion is not None
     values = numbers(segment.motion, segment.disk)
     taken = {name: _checked(path, spec, float(values[name])) for name, spec in wanted.items()}
-    shown = ", ".join(f"{SYMBOLS[name]} = {value:.10g}" for name, value in taken.items())
+    shown = ", ".join(
+        f"{MAP_PARAMETERS[name].symbol} = {value:.10g}" for name, value in taken.items()
+    )
     text = (
         f"from {path}, steady motion from {segment.begin:.3f} to {segment.end:.3f} s: "
         f"{shown or 'nothing, all is given'}"

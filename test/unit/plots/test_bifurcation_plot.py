@@ -29,12 +29,12 @@ PAPER = NextCollisionMap(0.335, 0.5, 0.0, 100.0)
 
 @pytest.fixture(scope="module")
 def upward() -> Branch:
-    return follow(PAPER, "forcing", np.linspace(0.335, 0.56, 120), measured=1000, kept=500)
+    return follow(PAPER, "axial_forcing", np.linspace(0.335, 0.56, 120), measured=1000, kept=500)
 
 
 @pytest.fixture(scope="module")
 def doublings() -> list[Doubling]:
-    return period_doublings(fixed_point(0.335, 0.5), "forcing", 0.6, 3)
+    return period_doublings(fixed_point(0.335, 0.5), "axial_forcing", 0.6, 3)
 
 
 def test_the_density_counts_every_impact(upward: Branch) -> None:
@@ -70,7 +70,7 @@ def test_edges_lie_half_way() -> None:
 def test_the_figure_says_what_it_shows(
     upward: Branch, doublings: list[Doubling], tmp_path: Path
 ) -> None:
-    figure = bifurcation_figure(upward, PAPER, "forcing", doublings)
+    figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings)
     top, middle, bottom = figure.axes
     assert bottom.get_xlabel() == "axial forcing Γ (1)"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
@@ -91,8 +91,8 @@ def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:
     """Rest gives no points, contact no exponent; both are drawn without complaint."""
     section = NextCollisionMap(0.36, 0.5, -0.4)
     start = begin(section, MapState(1.0, -0.01))
-    branch = follow(section, "forcing", np.linspace(0.36, 0.30, 13), start, measured=300)
-    figure = bifurcation_figure(branch, section, "forcing")
+    branch = follow(section, "axial_forcing", np.linspace(0.36, 0.30, 13), start, measured=300)
+    figure = bifurcation_figure(branch, section, "axial_forcing")
     title = "Attractor followed downward in Γ; ε = 0.5, θ = −0.4, no friction"
     assert figure.get_suptitle() == title
     legend = figure.axes[2].get_legend()

@@ -135,7 +135,7 @@ def test_starts_show_what_coexists_in_any_order_and_company(
     start = spread_starts(7, -5.0)[int(np.flatnonzero(contact)[0])]
     section = NextCollisionMap(0.4, 0.5, -0.4, 100.0)
     counts = {"settling": 300, "measured": 60, "kept": 20}
-    alone = follow(section, "forcing", np.array([0.4]), begin(section, start), **counts)
+    alone = follow(section, "axial_forcing", np.array([0.4]), begin(section, start), **counts)
     np.testing.assert_allclose(
         branch.forcing_phase[-1, np.flatnonzero(contact)[0]], alone.forcing_phase[0, 0], atol=1e-9
     )

@@ -33,12 +33,12 @@ def after(attractor: Attractor, axial_forcing: float, restitution: float) -> Att
     )
 
 
-@pytest.mark.parametrize("forcing", [0.0, 0.1, 0.318])
+@pytest.mark.parametrize("axial_forcing", [0.0, 0.1, 0.318])
 def test_all_come_to_rest_below_one_over_pi(axial_forcing: float) -> None:
     assert names(axial_forcing) == ["rest"]
 
 
-@pytest.mark.parametrize("forcing", [0.34, 0.40, 0.45])
+@pytest.mark.parametrize("axial_forcing", [0.34, 0.40, 0.45])
 def test_period_one_and_chattering_as_in_the_paper(axial_forcing: float) -> None:
     """Fig. 4: two attractors; the period-1 orbit by its formulas, its multipliers of modulus ε."""
     found = find_attractors(axial_forcing, 0.5, STARTS).found
@@ -77,7 +77,7 @@ def test_close_to_a_doubling_nothing_is_unresolved() -> None:
     assert "period-2" in [a.name for a in above.found]
 
 
-@pytest.mark.parametrize(("forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
+@pytest.mark.parametrize(("axial_forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
 def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: float) -> None:
     one = find_attractors(axial_forcing, restitution, STARTS)
     other = find_attractors(axial_forcing, restitution, STARTS[::-1])
@@ -87,7 +87,7 @@ def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: 
         assert distance(*pair) < 1e-9
 
 
-@pytest.mark.parametrize("forcing", [0.34, 0.487, 0.535])
+@pytest.mark.parametrize("axial_forcing", [0.34, 0.487, 0.535])
 def test_periodic_attractors_repeat(axial_forcing: float) -> None:
     for found in find_attractors(axial_forcing, 0.5, STARTS).found:
         if found.kind is AttractorKind.PERIODIC:

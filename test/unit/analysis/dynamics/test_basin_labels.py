@@ -39,7 +39,7 @@ def plane(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
     return tau.ravel(), w.ravel()
 
 
-@pytest.mark.parametrize(("forcing", "paper"), [(0.34, 0.1164), (0.45, 0.3472)])
+@pytest.mark.parametrize(("axial_forcing", "paper"), [(0.34, 0.1164), (0.45, 0.3472)])
 def test_shares_of_the_paper(axial_forcing: float, paper: float) -> None:
     """11.64 % and 34.72 % of the window at 1000 × 1000, to 0.1 % of the window."""
     found = attractors(axial_forcing)
@@ -79,7 +79,7 @@ def test_pixels_are_single_runs_of_the_stepper() -> None:
     ]
 
 
-@pytest.mark.parametrize("forcing", [0.45, 0.55])
+@pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
 def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
     found = attractors(axial_forcing)
     tau, w = plane(40, 40)

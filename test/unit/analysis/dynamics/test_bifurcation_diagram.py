@@ -26,7 +26,7 @@ VALUES = np.round(np.arange(0.335, 0.5605, 0.0005), 4)
 
 
 def up(values: Array, before: Array | None = None) -> Branch:
-    return follow(PAPER, "forcing", values, before, settling=2000, measured=2000, kept=64)
+    return follow(PAPER, "axial_forcing", values, before, settling=2000, measured=2000, kept=64)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_the_speed_of_fig_3b(upward: Branch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("forcing", "n"), [(0.42, 1), (0.475, 1), (0.5, 2), (0.525, 2), (0.535, 4)]
+    ("axial_forcing", "n"), [(0.42, 1), (0.475, 1), (0.5, 2), (0.525, 2), (0.535, 4)]
 )
 def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(
     upward: Branch, axial_forcing: float, n: int
@@ -101,31 +101,33 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
     """Near Γ = 0.34 a chattering orbit lives beside the period-1 orbit (Fig. 4 of the paper)."""
     values = np.array([0.34, 0.345])
     chattering = begin(NextCollisionMap(0.34, 0.5, 0.0, 100.0), MapState(1.0, -0.01))
-    other = follow(PAPER, "forcing", values, chattering)
-    one = follow(PAPER, "forcing", values)
+    other = follow(PAPER, "axial_forcing", values, chattering)
+    one = follow(PAPER, "axial_forcing", values)
     assert (other.contacts > 0.01).all()
     assert (other.lyapunov_exponent == -math.inf).all()
     assert other.contact.any()
     assert (one.contacts == 0.0).all()
-    down = follow(PAPER, "forcing", values[::-1], one.end)
+    down = follow(PAPER, "axial_forcing", values[::-1], one.end)
     np.testing.assert_allclose(down.mean_speed[::-1], one.mean_speed, atol=1e-10)
 
 
 def test_a_branch_leaves_the_unstable_orbit_that_it_begins_on() -> None:
-    branch = follow(PAPER, "forcing", np.array([0.52, 0.521]))
+    branch = follow(PAPER, "axial_forcing", np.array([0.52, 0.521]))
     assert (branch.lyapunov_exponent < 0.0).all()
     assert np.ptp(branch.forcing_phase[0]) > 0.5
 
 
 def test_several_starts_at_each_value() -> None:
     starts = [MapState(1.0, -0.01), MapState(0.2, -1.33)]
-    branch = from_starts(PAPER, "forcing", np.array([0.3, 0.34]), starts, measured=500, kept=7)
+    branch = from_starts(
+        PAPER, "axial_forcing", np.array([0.3, 0.34]), starts, measured=500, kept=7
+    )
     assert branch.forcing_phase.shape == (2, 2, 7)
     assert np.isnan(branch.mean_speed[0]).all()  # at rest below 1/π
     assert np.isnan(branch.forcing_phase[0]).all()
     assert (branch.contacts[1] > 0.0).tolist() == [True, False]
     alone = follow(
-        PAPER, "forcing", np.array([0.34]), begin(PAPER, starts[0]), measured=500, kept=7
+        PAPER, "axial_forcing", np.array([0.34]), begin(PAPER, starts[0]), measured=500, kept=7
     )
     np.testing.assert_allclose(
         alone.forcing_phase[0, 0], branch.forcing_phase[1, 0], rtol=0, atol=1e-11
@@ -137,17 +139,17 @@ def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) 
     starts = [MapState(0.3 * k, -0.2 * k, 0.1 * k) for k in range(1, 12)]
     values, section = np.array([0.3, 0.4, 0.45, 0.5]), NextCollisionMap(0.335, 0.5, -0.4, 30.0)
     counts = {"settling": 3000, "measured": 64, "kept": 20}
-    whole = from_starts(section, "forcing", values, starts, **counts)
+    whole = from_starts(section, "axial_forcing", values, starts, **counts)
     monkeypatch.setattr(bifurcation_diagram, "LEAST_TOGETHER", 5)
     monkeypatch.setattr(bifurcation_diagram, "ROWS_TOGETHER", 1)
-    pieces = from_starts(section, "forcing", values, starts, **counts, workers=2)
+    pieces = from_starts(section, "axial_forcing", values, starts, **counts, workers=2)
     for one, other in zip(whole, pieces, strict=True):
         assert one.tobytes() == other.tobytes()
     for i, value in enumerate(values):
         here = np.array([value])
         for j, start in enumerate(starts):
             state = begin(replace(section, axial_forcing=float(value)), start)
-            alone = follow(section, "forcing", here, state, **counts)
+            alone = follow(section, "axial_forcing", here, state, **counts)
             # none of these attractors is chaotic: a rounding has died out, of speeds at the rate
             # 1/Γ_T an impact
             for name in ("forcing_phase", "axial_impact_velocity", "angular_velocity",
@@ -166,7 +168,7 @@ def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) 
 def test_from_rest_the_way_up_goes_on() -> None:
     values = np.array([0.3, 0.31, 0.32, 0.33])
     branch = follow(
-        PAPER, "forcing", values, begin(NextCollisionMap(0.3, 0.5), MapState(1.0, -1.0))
+        PAPER, "axial_forcing", values, begin(NextCollisionMap(0.3, 0.5), MapState(1.0, -1.0))
     )
     assert np.isnan(branch.mean_speed[:2]).all()
     assert (branch.contacts[2:] > 0.0).all()
@@ -176,7 +178,7 @@ def test_from_rest_the_way_up_goes_on() -> None:
 def test_every_parameter_can_be_followed(axis: str) -> None:
     section = NextCollisionMap(0.45, 0.5, -0.3, 20.0)
     values = {
-        "forcing": [0.44, 0.45], "restitution": [0.5, 0.51], "phase_lag": [-0.3, 0.2],
+        "axial_forcing": [0.44, 0.45], "restitution": [0.5, 0.51], "phase_lag": [-0.3, 0.2],
         "angular_forcing": [20.0, 10.0],
     }[axis]  # fmt: skip
     branch = follow(section, axis, np.array(values), measured=100, kept=10)
@@ -191,14 +193,14 @@ def test_faults_are_said() -> None:
     with pytest.raises(InputError, match=r"axis: got 'forcin'.*Did you mean forcing\?"):
         follow(PAPER, "forcin", VALUES)
     with pytest.raises(InputError, match="values: got 'none'"):
-        follow(PAPER, "forcing", np.zeros(0))
+        follow(PAPER, "axial_forcing", np.zeros(0))
     with pytest.raises(InputError, match=r"restitution: got 1\.5"):
         follow(PAPER, "restitution", np.array([0.5, 1.5]))
     with pytest.raises(InputError, match=r"kept: got 11, allowed: from 1 to .* 10"):
-        follow(PAPER, "forcing", VALUES, measured=10, kept=11)
+        follow(PAPER, "axial_forcing", VALUES, measured=10, kept=11)
     with pytest.raises(InputError, match="settling: got -1"):
-        follow(PAPER, "forcing", VALUES, settling=-1)
-    with pytest.raises(InputError, match=r"forcing: got 0\.3, allowed: at least"):
-        follow(PAPER, "forcing", np.array([0.3]))
+        follow(PAPER, "axial_forcing", VALUES, settling=-1)
+    with pytest.raises(InputError, match=r"axial_forcing: got 0\.3, allowed: at least"):
+        follow(PAPER, "axial_forcing", np.array([0.3]))
     with pytest.raises(InputError, match="starts: got 'none'"):
-        from_starts(PAPER, "forcing", VALUES, [])
+        from_starts(PAPER, "axial_forcing", VALUES, [])

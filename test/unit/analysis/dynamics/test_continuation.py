@@ -26,7 +26,7 @@ from bouncing_disk_ros.errors import InputError
 
 @pytest.fixture(scope="module")
 def cascade() -> list[Doubling]:
-    return period_doublings(fixed_point(0.335, 0.5), "forcing", 0.6)
+    return period_doublings(fixed_point(0.335, 0.5), "axial_forcing", 0.6)
 
 
 def test_the_first_doubling_is_the_papers_formula(cascade: list[Doubling]) -> None:
@@ -66,7 +66,7 @@ def landing(
 def precise_defect(orbit: PeriodicOrbit, axis: str, value: Any) -> Any:
     """1 + trace + determinant of the orbit at `value`, by differences in 50 digits."""
     parameters = {
-        "forcing": mpmath.mpf(orbit.map.axial_forcing),
+        "axial_forcing": mpmath.mpf(orbit.map.axial_forcing),
         "restitution": mpmath.mpf(orbit.map.restitution),
     }
     parameters[axis] = value
@@ -74,7 +74,7 @@ def precise_defect(orbit: PeriodicOrbit, axis: str, value: Any) -> Any:
 
     def around(tau: Any, w: Any) -> Any:
         for d in delays:
-            tau, w, _ = landing(tau, w, d, parameters["forcing"], parameters["restitution"])
+            tau, w, _ = landing(tau, w, d, parameters["axial_forcing"], parameters["restitution"])
         return mpmath.matrix([tau - 2 * mpmath.pi * orbit.cycles, w])
 
     z = mpmath.matrix([orbit.state[0], orbit.state[1]])
@@ -96,8 +96,8 @@ def test_ten_digits_are_right(cascade: list[Doubling], k: int) -> None:
     with mpmath.workdps(50):
         value = mpmath.mpf(point.value)
         margin = mpmath.mpf("1e-11")
-        assert precise_defect(point.orbit, "forcing", value - margin) > 0
-        assert precise_defect(point.orbit, "forcing", value + margin) < 0
+        assert precise_defect(point.orbit, "axial_forcing", value - margin) > 0
+        assert precise_defect(point.orbit, "axial_forcing", value + margin) < 0
 
 
 @pytest.mark.parametrize("k", range(4))
@@ -126,13 +126,13 @@ def test_doublings_along_the_restitution() -> None:
 
 
 def test_downward_there_is_no_doubling() -> None:
-    assert period_doublings(fixed_point(0.45, 0.5), "forcing", 0.34) == []
-    assert period_doublings(fixed_point(0.45, 0.5), "forcing", 0.1) == []  # past the fold
-    assert len(period_doublings(fixed_point(0.45, 0.5), "forcing", 0.5)) == 1
+    assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.34) == []
+    assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.1) == []  # past the fold
+    assert len(period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.5)) == 1
 
 
 def test_an_orbit_moves_along_a_parameter() -> None:
-    orbit = moved(fixed_point(0.4, 0.5, 0.0, 10.0), "forcing", 0.43)
+    orbit = moved(fixed_point(0.4, 0.5, 0.0, 10.0), "axial_forcing", 0.43)
     expected = fixed_point(0.43, 0.5, 0.0, 10.0)
     assert orbit.forcing_phase[0] == pytest.approx(expected.forcing_phase[0], abs=1e-13)
     assert orbit.mean_speed == pytest.approx(expected.mean_speed, abs=1e-12)
@@ -166,8 +166,8 @@ def test_faults_are_said() -> None:
     with pytest.raises(InputError, match="axis: got 'phase_lag', allowed: forcing or restitution"):
         period_doublings(orbit, "phase_lag", 1.0)
     with pytest.raises(InputError, match=r"limit: got 0\.45"):
-        period_doublings(orbit, "forcing", 0.45)
+        period_doublings(orbit, "axial_forcing", 0.45)
     with pytest.raises(InputError, match="count: got 0"):
-        period_doublings(orbit, "forcing", 0.6, 0)
+        period_doublings(orbit, "axial_forcing", 0.6, 0)
     with pytest.raises(InputError, match=r"orbit: got .*magnitude 1\.17.*allowed: a stable orbit"):
-        period_doublings(fixed_point(0.5, 0.5), "forcing", 0.6)
+        period_doublings(fixed_point(0.5, 0.5), "axial_forcing", 0.6)

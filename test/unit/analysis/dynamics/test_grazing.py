@@ -25,7 +25,7 @@ def two_impacts(axial_forcing: float) -> PeriodicOrbit:
 @pytest.mark.parametrize(("cycles", "start", "limit"), [(1, 0.45, 0.3), (2, 0.8, 0.5)])
 def test_the_period_1_orbit_ends_in_a_fold(cycles: int, start: float, limit: float) -> None:
     """Existence limit Γ = k(1 − ε)/(1 + ε)."""
-    end = orbit_end(fixed_point(start, 0.5, cycles=cycles), "forcing", limit)
+    end = orbit_end(fixed_point(start, 0.5, cycles=cycles), "axial_forcing", limit)
     assert end.kind is EndKind.FOLD
     assert end.value == pytest.approx(cycles / 3, abs=1e-9)
     end = orbit_end(fixed_point(start, 0.5, cycles=cycles), "restitution", 0.1)
@@ -36,7 +36,7 @@ def test_the_period_1_orbit_ends_in_a_fold(cycles: int, start: float, limit: flo
 
 def test_an_orbit_ends_where_it_grazes_the_platform() -> None:
     """The gap of one flight has a double zero there, and the orbit is not found beyond."""
-    end = orbit_end(two_impacts(0.5), "forcing", 3.0)
+    end = orbit_end(two_impacts(0.5), "axial_forcing", 3.0)
     assert end.kind is EndKind.GRAZE
     assert end.error < 1e-12
     assert clearance(end.orbit) < 1e-11
@@ -54,36 +54,38 @@ def test_an_orbit_ends_where_it_grazes_the_platform() -> None:
 
 def test_clearance_falls_to_zero_evenly() -> None:
     """On the way to the graze the clearance is smooth: no orbit near it is missed."""
-    end = orbit_end(two_impacts(0.5), "forcing", 3.0).value
-    assert orbit_end(two_impacts(0.5), "forcing", end - 1e-3).kind is EndKind.LIMIT
-    near = [clearance(orbit_end(two_impacts(0.5), "forcing", end - d).orbit) for d in (1e-3, 5e-4)]
+    end = orbit_end(two_impacts(0.5), "axial_forcing", 3.0).value
+    assert orbit_end(two_impacts(0.5), "axial_forcing", end - 1e-3).kind is EndKind.LIMIT
+    near = [
+        clearance(orbit_end(two_impacts(0.5), "axial_forcing", end - d).orbit) for d in (1e-3, 5e-4)
+    ]
     assert near[0] / near[1] == pytest.approx(2.0, rel=0.05)
 
 
 def test_without_dips_there_is_no_graze() -> None:
     assert clearance(fixed_point(0.34, 0.5)) == math.inf
-    assert orbit_end(fixed_point(0.45, 0.5), "forcing", 0.55).kind is EndKind.LIMIT
+    assert orbit_end(fixed_point(0.45, 0.5), "axial_forcing", 0.55).kind is EndKind.LIMIT
 
 
 def test_the_chaotic_attractor_begins_to_chatter() -> None:
     section = NextCollisionMap(0.55, 0.5)
     start = section.iterate(MapState(0.8, -1.3), 1000)
-    onset = contact_onset(section, "forcing", 0.58, start, impacts=50_000, digits=1e-5)
+    onset = contact_onset(section, "axial_forcing", 0.58, start, impacts=50_000, digits=1e-5)
     assert onset is not None
     assert 0.0 < onset.value - onset.without <= 1e-5
     after = NextCollisionMap(onset.value + 1e-3, 0.5).orbit(start, 50_000)
     assert after.contact.any()
     before = NextCollisionMap(onset.without - 1e-3, 0.5).orbit(start, 50_000)
     assert not before.contact.any()
-    assert contact_onset(section, "forcing", 0.552, start, impacts=5000) is None
+    assert contact_onset(section, "axial_forcing", 0.552, start, impacts=5000) is None
 
 
 def test_faults_are_said() -> None:
     section = NextCollisionMap(0.34, 0.5)
     with pytest.raises(InputError, match="holds no contact"):
-        contact_onset(section, "forcing", 0.4, MapState(1.0, -0.01))
+        contact_onset(section, "axial_forcing", 0.4, MapState(1.0, -0.01))
     with pytest.raises(InputError, match=r"limit: got 0\.45"):
-        orbit_end(fixed_point(0.45, 0.5), "forcing", 0.45)
+        orbit_end(fixed_point(0.45, 0.5), "axial_forcing", 0.45)
     with pytest.raises(InputError, match="axis: got 'phase_lag'"):
         orbit_end(fixed_point(0.45, 0.5), "phase_lag", 0.5)
     after = section.orbit(MapState(1.0, -0.01), 500)
@@ -91,4 +93,4 @@ def test_faults_are_said() -> None:
     start = MapState(*(float(a[rides[-1]]) for a in after[:3]))
     orbit = periodic_orbit(section, start, int(rides[-1] - rides[-2]))
     with pytest.raises(InputError, match="orbit: got '1 rides"):
-        orbit_end(orbit, "forcing", 0.5)
+        orbit_end(orbit, "axial_forcing", 0.5)

@@ -31,7 +31,9 @@ def test_an_orbit_has_both_angular_velocities_of_the_same_impacts() -> None:
 def test_where_a_disk_comes_to_rest_the_orbit_ends() -> None:
     section = NextCollisionMap(0.3, 0.5)
     assert len(section.orbit(MapState(1.0, -0.5), 100).delay) < 100
-    with pytest.raises(InputError, match=r"forcing: got 0\.3, allowed: a forcing above 1/π"):
+    with pytest.raises(
+        InputError, match=r"axial_forcing: got 0\.3, allowed: an axial forcing above 1/π"
+    ):
         section.iterate(MapState(1.0, -0.5), 100)
 
 
@@ -89,9 +91,9 @@ def test_derivatives_through_contact(angular_forcing: float, slip: float, last: 
 @pytest.mark.parametrize(
     ("parameters", "line"),
     [
-        ((-0.1, 0.5), "forcing: got -0.1, allowed: a number >= 0 (Γ)"),
-        ((math.nan, 0.5), "forcing: got nan"),
-        ((math.inf, 0.5), "forcing: got inf"),
+        ((-0.1, 0.5), "axial_forcing: got -0.1, allowed: a number >= 0 (Γ)"),
+        ((math.nan, 0.5), "axial_forcing: got nan"),
+        ((math.inf, 0.5), "axial_forcing: got inf"),
         ((0.4, 1.01), "restitution: got 1.01, allowed: a number from 0 to 1 (ε)"),
         ((0.4, 0.5, math.inf), "phase_lag: got inf"),
         ((0.4, 0.5, 0.0, 0.0), "angular_forcing: got 0.0, allowed: a number > 0, or inf (Γ_T)"),

@@ -14,7 +14,7 @@ from bouncing_disk_ros.errors import InputError
 
 
 @pytest.mark.parametrize(
-    ("forcing", "cycles"), [(0.34, 1), (0.45, 1), (0.9, 1), (0.8, 2), (1.2, 3)]
+    ("axial_forcing", "cycles"), [(0.34, 1), (0.45, 1), (0.9, 1), (0.8, 2), (1.2, 3)]
 )
 def test_newtons_method_finds_the_closed_form(axial_forcing: float, cycles: int) -> None:
     """Source: the paper's period-1 orbit; with k periods between impacts likewise."""
@@ -42,7 +42,7 @@ def test_the_multipliers_of_the_period_1_orbit() -> None:
         assert orbit.stable == (axial_forcing < limit)
 
 
-@pytest.mark.parametrize(("forcing", "n"), [(0.5, 2), (0.535, 4), (0.5415, 8)])
+@pytest.mark.parametrize(("axial_forcing", "n"), [(0.5, 2), (0.535, 4), (0.5415, 8)])
 def test_multipliers_are_those_of_finite_differences(axial_forcing: float, n: int) -> None:
     section = NextCollisionMap(axial_forcing, 0.5)
     settled = section.iterate(MapState(1.0, -1.3), 5000)
@@ -105,7 +105,9 @@ def test_an_orbit_with_contact_forgets_at_once() -> None:
 
 
 def test_no_orbit_is_said_so() -> None:
-    with pytest.raises(InputError, match=r"forcing: got 0\.333, allowed: at least .* 0\.333333"):
+    with pytest.raises(
+        InputError, match=r"axial_forcing: got 0\.333, allowed: at least .* 0\.333333"
+    ):
         fixed_point(0.333, 0.5)
     with pytest.raises(InputError, match=r"guess: .*repeats after 3 impacts.*start closer"):
         periodic_orbit(NextCollisionMap(0.4, 0.5), MapState(3.0, -0.1), 3)

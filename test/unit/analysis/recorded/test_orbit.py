@@ -46,7 +46,7 @@ def followed(axial_forcing: float, settle: float = 400.0) -> NDArray[np.void]:
 
 
 @pytest.mark.parametrize(
-    ("forcing", "period"), [(0.45, 1), (0.50, 2), (0.535, 4)]
+    ("axial_forcing", "period"), [(0.45, 1), (0.50, 2), (0.535, 4)]
 )  # doublings at 0.486, 0.531, 0.540 (paper, Fig. 3)
 def test_periods_of_the_bifurcation_diagram(axial_forcing: float, period: int) -> None:
     orbit = orbit_of(followed(axial_forcing))
@@ -138,7 +138,7 @@ def told(axial_forcing: float, impacts: int, skip: int = 0, away: float = 0.02) 
 
 
 @pytest.mark.parametrize(
-    ("forcing", "name"),
+    ("axial_forcing", "name"),
     [
         (GAMMA_1 - 1e-4, "period-1"),
         (GAMMA_1 + 1e-4, "period-2"),
@@ -164,7 +164,7 @@ def test_at_the_doubling_itself_the_transient_never_ends() -> None:
     assert told(GAMMA_1, 2000, skip=200_000) == ("unresolved", "unresolved")
 
 
-@pytest.mark.parametrize("forcing", [GAMMA_1 + 1e-8, 0.5, 0.535, 0.549])
+@pytest.mark.parametrize("axial_forcing", [GAMMA_1 + 1e-8, 0.5, 0.535, 0.549])
 def test_an_unstable_cycle_is_no_orbit(axial_forcing: float) -> None:
     """The first 20 impacts stay within 1e-9 of the period-1 orbit, and would leave it."""
     away = 1e-9 * (axial_forcing - GAMMA_1)
@@ -176,7 +176,7 @@ def test_departure_is_seen_without_the_map_too() -> None:
     assert told(0.5, 60, away=1e-9)[0] == "unresolved"
 
 
-@pytest.mark.parametrize("forcing", [0.5435, 0.549, 0.56])
+@pytest.mark.parametrize("axial_forcing", [0.5435, 0.549, 0.56])
 def test_chaos_is_told_by_its_exponent(axial_forcing: float) -> None:
     rows = map_rows(axial_forcing, 2000, skip=1000)
     orbit = orbit_of(rows, motion=motion_of(axial_forcing), disk=DISK)

@@ -28,7 +28,13 @@ from bouncing_disk_ros.collision_map.lanes.axial_lanes import (
     COUNT_RESTS,
     iterate_axial,
 )
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import UNDECIDED, label_lanes
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+    UNDECIDED,
+    LaneLabels,
+    LaneRule,
+    known_points,
+    label_lanes,
+)
 from bouncing_disk_ros.collision_map.lanes.lane_flight import launch_lanes
 from bouncing_disk_ros.collision_map.lanes.lane_table import DELAY as FIRST_DELAY
 from bouncing_disk_ros.collision_map.lanes.lane_table import (
@@ -217,11 +223,10 @@ def labelled(
     tau: Floats, w: Floats, forcing: float, points: Floats, of: Any, cap: int, workers: int = 1
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
     n = len(tau)
-    out = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n)
-    label_lanes(
-        tau, w, forcing, 0.5, points, of, 1e-3, 4, cap, CONTACT, REST, *out, workers=workers
-    )
-    return out
+    out = LaneLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+    rule = LaneRule(1e-3, 4.0, CONTACT, REST, cap)
+    label_lanes(tau, w, forcing, 0.5, known_points(points, of), rule, out, workers=workers)
+    return out.label, out.impacts, out.time
 
 
 @pytest.mark.parametrize(
