@@ -1,20 +1,20 @@
 """A disk that bounces and turns on a vibrating platform, simulated exactly and in real time.
 
-The rooms, from the top; imports point down only:
+The packages, from the top; imports point down only:
 
-| room | what it holds | may import |
+| package | what it holds | may import |
 |---|---|---|
-| `nodes` | the executables: wiring only; a room for each kind | all below |
+| `nodes` | the executables, one package for each kind | all below |
 | `testing` | a pytest fixture with a stepped simulator, for tests of one's own | all below |
-| `ros` | the door between messages and numbers: conversions, QoS, parameters | `run`, `core` |
+| `ros` | conversions between messages and numbers, QoS, parameters | `run`, `core` |
 | `plots` | results in, figures out | `analysis`, `core` |
-| `run` | one run without ROS: clocks, rulings on commands, the record of inputs | `core` |
+| `run` | one run without ROS: clocks, validation of commands, the record of inputs | `core` |
 | `study` | long work in chunks: stored as it grows, resumed, on many cores | `analysis`, `core` |
 | `analysis` | arrays in, results out | `core` |
 | `bag` | bytes and messages, never physics: write, read and mend bags | mcap, rosbags |
 | `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
 
-Beside them the tables that every room but `core` may read: `parameters`, `topics`, `errors`,
+Beside them the tables that every package but `core` may read: `parameters`, `topics`, `errors`,
 `executables`, `limits`, `environment` with `folders`, `kernel_cache` and `safe_path`.
 
 Importing the package is cheap: what is named below is loaded when first used.

@@ -94,7 +94,7 @@ LOG_PERIOD = _limit(
     "time between lines on the log about refusals for one reason",
     1,
     "s, at least",
-    "counted; the next line tells how many",
+    "counted; the next line says how many",
 )
 REASONS = _limit(
     "reasons for which lines are counted apart", 100, "reasons", "counted together as others"

@@ -1,8 +1,8 @@
 """The current folder is no place to look for modules: what importing the package does first.
 
 `python -m` puts the current folder before the standard library, so a file yaml.py that somebody has
-left there would run with the rights of whoever starts a simulator in it. Loads nothing that is not
-loaded already.
+left there would run with the rights of the user who starts a simulator in it. Loads nothing that is
+not loaded already.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ _PARAMETER_MAP = (
     Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact, with start:=given", "w_A",
          low=-1e3, high=0.0),
     Spec("settling", 10_000, "", "impacts left out at each point", low=0, high=100_000_000),
-    Spec("measured", 2000, "", "impacts that exponent, kind and speed are told by", low=256,
+    Spec("measured", 2000, "", "impacts from which exponent, kind and speed are computed", low=256,
          high=100_000_000),
 )  # fmt: skip
 _BASINS = (

@@ -17,6 +17,7 @@ ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE before, if strangers may be arou
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -95,7 +96,7 @@ class SteppedSimulator:
             self._executor.spin_once(timeout_sec=0.02)
 
     def wait_for_subscriber(self, topic: str, count: int = 1) -> None:
-        """Wait until so many subscriptions hear a topic: no message is sent too early."""
+        """Wait until a topic has so many subscriptions: no message is sent too early."""
         name = self.node.resolve_topic_name(topic)
         publisher = next(p for p in self.node.publishers if p.topic_name == name)
         self.spin_until(lambda: publisher.get_subscription_count() >= count)
@@ -118,11 +119,16 @@ class SteppedSimulator:
         return self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
 
     def apply_impulse(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
-        """Kick the disk now (N·s, N·m·s); False when refused."""
+        """Apply an impulse to the disk now (N·s, N·m·s); False when refused."""
         from bouncing_disk_ros.run.command_validation import ImpulseRequest
 
         request = ImpulseRequest((0.0, 0.0, axial_impulse), (0.0, 0.0, angular_impulse))
         return self.node.commands.apply_impulse(request)
+
+    def kick(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
+        """Call `apply_impulse`, which is its name since version 0.2."""
+        warnings.warn("kick is now apply_impulse", DeprecationWarning, stacklevel=2)
+        return self.apply_impulse(axial_impulse, angular_impulse)
 
     def reset(self) -> None:
         """Back to the initial state."""

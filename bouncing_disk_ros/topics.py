@@ -95,7 +95,7 @@ _TOPICS = (
           "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
     *(_value_topic(name) for name in MOTION_NAMES),
     Topic("disk/impulse", "geometry_msgs/msg/WrenchStamped", _COMMAND_QOS, Direction.IN,
-          "a kick at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
+          "an impulse at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
           "angular impulse (N·m·s), the others 0",
           "ros2 topic pub --once /disk/impulse geometry_msgs/msg/WrenchStamped "
           "'{wrench: {force: {z: 0.1}}}'"),

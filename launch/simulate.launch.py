@@ -21,7 +21,7 @@ ARGUMENTS = {
     "namespace": ("", "namespace of all nodes; one for each disk"),
     "name": ("bouncing_disk", "name of the simulator node"),
     "robot_state_publisher": ("false", "publish the transforms of platform and disk"),
-    "frame_prefix": ("", "put before the names of all frames, to tell several disks apart"),
+    "frame_prefix": ("", "put before the names of all frames, to distinguish several disks"),
     "rviz": ("false", "show platform, disk and the next-collision section (publishes transforms)"),
 }
 

@@ -1,8 +1,8 @@
 """Arrays in, results out: what impacts mean.
 
-Imports between the rooms point down only:
+Imports between the packages point down only:
 
-| room | what it holds | may import |
+| package | what it holds | may import |
 |---|---|---|
 | `report` | the report on a recorded run: numbers, tables, figures, words | `recorded` |
 | `recorded` | what recorded impacts and states show | `dynamics` |

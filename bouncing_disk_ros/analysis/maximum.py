@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 WIDTH = 1e-12
-"""Brackets are closed to this, unless told otherwise: for angles in rad, next to rounding."""
+"""Brackets are closed to this, unless given otherwise: for angles in rad, next to rounding."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 

@@ -12,7 +12,7 @@ from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.regular_file import open_regular
 
 PART = 1 << 20
-"""Long stretches are read in parts of this size: Ctrl-C is heard, and memory stays small."""
+"""Long stretches are read in parts of this size: Ctrl-C takes effect, and memory stays small."""
 _PIECE = 16 * PART
 
 

@@ -238,7 +238,7 @@ class Bag:
 
 def _field(rows: NDArray[np.void], name: str) -> NDArray[Any]:
     names = rows.dtype.names or ()
-    if not names:  # no message tells which fields there are
+    if not names:  # no message says which fields there are
         return np.zeros(0)
     if name not in names:
         raise InputError("field", name, ", ".join(names), closest(name, names))

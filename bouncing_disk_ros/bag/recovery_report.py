@@ -1,4 +1,4 @@
-"""What a recovery tells: what was saved, what was lost, as far as that can be known."""
+"""Report of a recovery: what was saved, what was lost, as far as that can be known."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from bouncing_disk_ros.bag.pieces import Damage
 
 MOST_LINES = 200
-"""Damages that are told one by one."""
+"""Damages that are listed one by one."""
 
 
 @dataclass
@@ -24,7 +24,7 @@ class Report:
     unlisted: int = 0  # damages beyond MOST_LINES
 
     def add(self, line: str) -> None:
-        """Tell one damage more, or count it."""
+        """List one damage more, or count it."""
         if len(self.lines) < MOST_LINES:
             self.lines.append(line)
         else:

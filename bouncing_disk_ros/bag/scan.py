@@ -46,7 +46,7 @@ class Walk:
         self._defined: set[bytes] = set()  # records that are definitions
 
     def pieces(self) -> Iterator[Piece | Damage]:
-        """All that can be told of the file. BagError: it is no .mcap file, or too damaged."""
+        """All that can be read of the file. BagError: it is no .mcap file, or too damaged."""
         try:
             yield from self._pieces()
         except TooDamagedError as error:

@@ -91,7 +91,8 @@ class Writer:
         """Repeat the last `depth` messages of a latched topic where a new file begins.
 
         A message of which `begins` is true makes those before it unnecessary. Call it again to
-        change the depth. The topic needs its quality of service: it tells `rosbags` repeats apart.
+        change the depth. The topic needs its quality of service: `rosbags` distinguishes repeats by
+        it.
         """
         self._latched.setdefault(topic, Latched(depth, begins)).deepen(depth)
 
@@ -217,7 +218,7 @@ class Writer:
         self._guarded(self._write_metadata)
 
     def fail(self, error: Exception) -> WriteError:
-        """Close the bag after an error, so that what it holds can be read; the line to tell."""
+        """Close the bag after an error, so that what it holds can be read; the line to report."""
         if not self._closed:
             self._end_early("the disk took no more" if isinstance(error, OSError) else repr(error))
         return write_error(self.folder, error, self.lost_on_disk.total())

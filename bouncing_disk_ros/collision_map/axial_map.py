@@ -22,7 +22,7 @@ from bouncing_disk_ros.core.impact import BOUNCES, chatter_end
 from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
 
 MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
-"""How the next impact came about: after a flight; after a complete chatter, a ride on the platform
+"""How the next impact came about: after a flight; after a complete chatter and contact
 to separation and a flight; not at all, for contact lasts for good (Γ ≤ 1/π)."""
 
 FLIES = 3

@@ -86,7 +86,7 @@ def axial_tangent(
     states: Record,
     tangent: Record,
 ) -> int:
-    """Follow an orbit with its derivatives; returns how often it rode on the platform, −1 for rest.
+    """Follow an orbit with its derivatives; returns how often it was in contact, −1 for rest.
 
     states (impacts + 1, 3): τ, w and the delay since the impact before, the start first. tangent
     (2, 4): derivatives of the last (τ, w) by the first τ and w, by Γ and by ε; those by Γ and ε are

@@ -48,7 +48,7 @@ from bouncing_disk_ros.core.platform import (
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""
-_MOST_EVENTS = 100_000  # of one ride on the platform: far more than any has
+_MOST_EVENTS = 100_000  # of one contact: far more than any has
 Collision = tuple[int, float, float, float, float, float]  # kind, τ, w, α̇, delay, angle turned
 
 

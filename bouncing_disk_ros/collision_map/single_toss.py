@@ -1,9 +1,9 @@
-"""A ride on the platform, from contact to separation, for many motions at once (single tosses).
+"""Single tosses: contact with the platform up to separation, for many motions.
 
 A disk in contact with a steady motion sticks and slides until the platform falls away from under
-it (eq. 3). The events, the closed forms between them and the energy books are those of the stepper,
-given a named tuple in place of its record of a motion: numba leaves out what a steady motion does
-not need.
+it (eq. 3). The events, the closed forms between them and the energy ledger are those of the
+stepper, given a named tuple in place of its record of a motion: numba leaves out what a steady
+motion does not need.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from bouncing_disk_ros.core.propagate import classify_contact, propagate, set_cl
 from bouncing_disk_ros.core.resolve import end_contact
 
 TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED = 0, 1, 2, 3, -1
-"""How a ride ended: the disk left sliding; it left sticking (ν is then the platform's); it left at
-once, the platform falling away at the start; it never leaves (Γ ≤ 1/π); the events allowed were
+"""How the contact ended: the disk left sliding; it left sticking (ν is the platform's); it left
+at once, the platform falling away at the start; it never leaves (Γ ≤ 1/π); the events allowed were
 used up."""
 
 (
@@ -53,9 +53,10 @@ RESULT_AIRBORNE_SPEED, RESULT_DELAY, RESULT_WORK_AXIAL, RESULT_WORK_ANGULAR = ra
 def toss_once(
     state: Record, motion: Record, disk: Record, ledger: Ledger, events: int
 ) -> tuple[int, float]:
-    """Carry a disk in contact to its separation; returns how it ended and the seconds it took."""
-    # The loop of collision_map.ride is this one without state record and energy books: the map has
-    # no place for them, and the angle here is kept as whole turns and a rest, there as one sum.
+    """Follow a disk in contact to its separation; returns how it ended and the seconds it took."""
+    # The loop of rotation_map.contact_until_flight is this one without state record and energy
+    # ledger: the map has no place for them, and the angle here is kept as whole turns and a rest,
+    # there as one sum.
     total = 0.0
     for _ in range(events):
         phase = state.phase
@@ -99,7 +100,7 @@ def toss_each(
     out: Record,
     codes: Record,
 ) -> None:
-    """Ride from each row of starts (n, 5) into out (n, 4) and codes (n,), at most `events` each.
+    """Toss from each row of starts (n, 5) into out (n, 4) and codes (n,), at most `events` each.
 
     The disk starts on the platform, with the platform's axial velocity. `state` and `ledger` are
     work space. Without a separation a row of `out` is nan.

@@ -1,8 +1,8 @@
-"""Energy books: each is computed by itself, none as a remainder.
+"""Energy ledger: each entry is computed by itself, none as a remainder.
 
 Closed forms; in cross-fades Gauss–Legendre quadrature to rounding for the sliding terms.
 
-Kinetic + potential energy ((m g + P) x + T_L α) changes by the work of the platform and of kicks
+Kinetic + potential energy ((m g + P) x + T_L α) changes by the work of the platform and of impulses
 and by parameter changes, less the losses in impacts and in sliding; that balance is an invariant
 to rounding.
 """
@@ -35,7 +35,7 @@ _PANEL = 0.25 * math.pi  # phase of one panel: the 12-point rule is exact to rou
 
 @kernel
 def add_entry(ledger: Ledger, which: int, amount: float) -> None:
-    """Add to one book with a compensated sum, and its magnitude to the throughput."""
+    """Add to one entry with a compensated sum, and its magnitude to the throughput."""
     ledger[0, which], rest = two_sum(ledger[0, which], amount)
     ledger[1, which] += rest
     ledger[0, THROUGHPUT] += abs(amount)
@@ -84,7 +84,7 @@ def add_axial_work(ledger: Ledger, disk: Record, s: Jet, s_end: Jet) -> None:
 
 @kernel
 def add_sticking_work(ledger: Ledger, disk: Record, b: Jet, b_end: Jet) -> None:
-    """Angular work of the platform while β carries the disk along, from the jets of β."""
+    """Angular work of the platform while the disk sticks to the platform, from the jets of β."""
     work = disk.load_torque * (b_end[0] - b[0])
     work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
     add_entry(ledger, W_ANGULAR, work)

@@ -59,7 +59,7 @@ def join_rows(parts: Rows) -> NDArray[np.void]:
 
 
 class Engine:
-    """State, motion in force, disk, energy books and the open row of the impact log."""
+    """State, motion in force, disk, energy ledger and the open row of the impact log."""
 
     def __init__(self, disk: Disk, report_speed: float) -> None:
         """Empty records; `place` gives them a state."""
@@ -82,7 +82,7 @@ class Engine:
         return int(self.state["cycles"][0]), float(self.state["tau"][0])
 
     def place(self, time_ns: int, initial: InitialState, motion: Motion) -> None:
-        """Start in an initial state at time_ns; cycles and row index go on, books start anew."""
+        """Start in an initial state at time_ns; cycles and row index go on, the ledger is reset."""
         s = self.state
         tau = initial.forcing_phase % TWO_PI
         tau = tau if tau < TWO_PI else 0.0
@@ -154,7 +154,7 @@ class Engine:
         return behind
 
     def advance_to(self, time_ns: int, rows: Rows) -> None:
-        """Carry the state to time_ns, where all that is due earlier has been resolved."""
+        """Propagate the state to time_ns, where all that is due earlier has been resolved."""
         while self.cut_chatter(time_ns, _MANY, rows):
             pass
         arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
@@ -208,7 +208,7 @@ class Engine:
         )
 
     def energy(self, time_ns: int) -> Energy:
-        """Energy books at time_ns; changes nothing."""
+        """Energy ledger at time_ns; changes nothing."""
         state, ledger = self._at(time_ns)
         self._observe(state)
         kinetic, energy = float(self._observed["kinetic"][0]), float(self._observed["energy"][0])
@@ -229,7 +229,7 @@ class Engine:
         stepper.observe(state, self.m, self.k, self._observed)
 
     def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Copies of state and books, carried to time_ns."""
+        """Copies of state and ledger, propagated to time_ns."""
         state, ledger, row = self.state.copy(), self._ledger.copy(), self._open_row.copy()
         arguments = (state, self.m, self.k, ledger, np.zeros(64, IMPACT_DTYPE), row)
         status = stepper.DONE

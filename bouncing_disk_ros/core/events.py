@@ -173,8 +173,8 @@ def after_sliding(
 ) -> NextEvent:
     """Next event of a disk that slides.
 
-    In a cross-fade a slide is carried in pieces: its energy takes quadrature, whose work is to be
-    bounded.
+    In a cross-fade a slide is propagated in pieces: its energy takes quadrature, whose work is to
+    be bounded.
     """
     within = horizon
     if motion.kind != STEADY:

@@ -44,7 +44,7 @@ def speed_after(omega: float, platform: float, most: float) -> float:
 def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[float, bool]:
     """Time from an impact (post-impact relative speed u > 0) to the end of its complete chatter, s.
 
-    T = T₀ − s⃛T₀²/(3a) + …, T₀ = 2u/(a(1 − ε)). The second value tells whether that is exact to
+    T = T₀ − s⃛T₀²/(3a) + …, T₀ = 2u/(a(1 − ε)). The second value says whether that is exact to
     rounding.
     """
     a = disk.g + s[2]

@@ -103,7 +103,7 @@ DISK_DTYPE = np.dtype(
 LEDGER_FIELDS = (
     "work_axial",
     "work_angular",
-    "work_kicks",
+    "work_impulses",
     "work_parameters",
     "loss_impact_axial",
     "loss_impact_friction",

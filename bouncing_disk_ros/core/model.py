@@ -92,7 +92,7 @@ class Sample(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """Energy books since the start or the last reset, J; each is computed by itself."""
+    """Energy ledger since the start or the last reset, J; each is computed by itself."""
 
     kinetic: float
     potential: float  # (m g + P) x + T_L α
@@ -105,7 +105,7 @@ class Energy(NamedTuple):
     loss_impact_friction: float
     loss_sliding: float
     residual: float  # kinetic + potential − initial − works + losses: 0 but for rounding
-    # the scale of the residual: magnitudes of all that was booked, of what flights exchanged
+    # the scale of the residual: magnitudes of all entries, of what flights exchanged
     # between kinetic and potential energy, and of the energies themselves
     throughput: float
 

@@ -233,7 +233,7 @@ def steady(motion: Motion, begin_ns: int, cycles: int, tau: float) -> NDArray[np
 def fade(
     start: Motion, target: Motion, begin_ns: int, end_ns: int, cycles: int, tau: float
 ) -> NDArray[np.void]:
-    """Record of a cross-fade between two motions; the phase lag takes the short way round."""
+    """Record of a cross-fade between two motions; the phase lag takes the shortest way."""
     m = steady(start, begin_ns, cycles, tau)
     m["kind"], m["end_ns"], m["duration"] = FADE, end_ns, (end_ns - begin_ns) * 1e-9
     m["da"] = target.axial_amplitude - start.axial_amplitude

@@ -1,4 +1,4 @@
-"""Carry a state along within one phase of motion, in closed form, booking the energy that flows."""
+"""Propagate a state within one phase of motion, in closed form, with its energy ledger."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def propagate(
     cycles: int,
     tau: float,
 ) -> None:
-    """Carry a state d seconds on, to the clock given, without leaving its phase of motion."""
+    """Propagate a state by d seconds, to the clock given, without leaving its phase of motion."""
     before = elapsed(motion, state.ns, state.sub)
     if state.phase == FLIGHT:
         s, c = state.sine, state.cosine

@@ -49,7 +49,7 @@ from bouncing_disk_ros.core.propagate import (
 def resolve(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
-    """Carry the state to its next event and through it; returns the number of rows."""
+    """Advance the state to its next event and resolve it; returns the number of rows."""
     kind = state.event
     value = state.event_value
     if kind == CHATTER_ENDS:

@@ -1,4 +1,4 @@
-"""Inputs that have not acted yet: cross-fades and kicks, with their instants."""
+"""Inputs that have not acted yet: cross-fades and impulses, with their instants."""
 
 from __future__ import annotations
 
@@ -62,5 +62,5 @@ def plan_fades(
 
 
 def add_impulse(impulses: list[Impulse], impulse: Impulse) -> None:
-    """Queue a kick behind those of the same instant."""
+    """Queue an impulse behind those of the same instant."""
     insort(impulses, impulse, key=lambda k: k.at_ns)

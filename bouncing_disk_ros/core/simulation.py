@@ -95,7 +95,7 @@ class Simulation:
 
     @property
     def queued_impulses(self) -> int:
-        """Kicks that lie ahead."""
+        """Impulses that lie ahead."""
         return len(self._impulses)
 
     @property
@@ -113,7 +113,7 @@ class Simulation:
         return self._engine.sample(self._time_ns)
 
     def energy(self) -> Energy:
-        """Energy books at time_ns, since the start or the last reset."""
+        """Energy ledger at time_ns, since the start or the last reset."""
         return self._engine.energy(self._time_ns)
 
     def advance(self, until_ns: int, max_events: int = 1_000_000) -> tuple[NDArray[np.void], bool]:
@@ -148,7 +148,7 @@ class Simulation:
         return join_rows(parts), behind
 
     def _boundary_ns(self) -> int:
-        """The next instant at which a kick acts or a cross-fade begins or ends."""
+        """The next instant at which an impulse acts or a cross-fade begins or ends."""
         instants = [self._impulses[0].at_ns] if self._impulses else []
         if self._engine.fading:
             instants.append(int(self._engine.m["end_ns"][0]))
@@ -157,7 +157,7 @@ class Simulation:
         return min(instants, default=int(NEVER))
 
     def _act(self, parts: Rows) -> None:
-        """What is due at time_ns: the motion first, then kicks in order of arrival (rule 10)."""
+        """What is due at time_ns: the motion first, then impulses in order of arrival (rule 10)."""
         engine, now = self._engine, self._time_ns
         engine.advance_to(now, parts)
         if engine.fading and int(engine.m["end_ns"][0]) == now:
@@ -192,14 +192,14 @@ class Simulation:
     def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
         if at_ns < self._time_ns:
-            raise ValueError(f"kick at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
+            raise ValueError(f"impulse at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
         self._resolve_due()
         add_impulse(self._impulses, Impulse(at_ns, axial_impulse, angular_impulse))
         self._engine.invalidate_next_event()
         self._resolve_consequences()
 
     def set_disk(self, disk: Disk) -> None:
-        """Change parameters of disk and contact now; the jump of the energy is booked."""
+        """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
         self._resolve_due()
         self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._engine.change_disk(disk, self._report_speed)

@@ -1,4 +1,4 @@
-"""Entry points from Python: advance a state, halt it at an instant, act on it, look at it."""
+"""Entry points from Python: advance a state, stop it at an instant, apply inputs, observe it."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def advance(
 def advance_to(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, open_row: Rows, ns: int
 ) -> int:
-    """Carry the state to a whole nanosecond before its next event, for an input; returns rows."""
+    """Propagate the state to an input at ns, before its next event; returns rows."""
     s = state[0]
     if seconds_between(s.ns, s.sub, ns, 0.0) > 0.0:
         d = seconds_between(s.ns, s.sub, ns, 0.0)
@@ -128,7 +128,7 @@ def classify_after_input(state: Record, motion: Record, disk: Record) -> None:
 
 @entry(types.void(STATE, MOTION, DISK, DISK, LEDGER))
 def change_disk(state: Record, motion: Record, disk: Record, new: Record, ledger: Ledger) -> None:
-    """Book the jump of the energy of a halted state where parameters change."""
+    """Enter the jump of the energy where parameters change."""
     s = state[0]
     jet = axial_jet(motion[0], s.sine, s.cosine, elapsed(motion[0], s.ns, s.sub))
     x, v = jet[0] + s.gap, jet[1] + s.u

@@ -1,9 +1,9 @@
 """The executables: wiring only.
 
-An executable is the module of its name in its room (`executables.py` says which); the files beside
-it are its parts. Imports between the rooms point down only:
+An executable is the module of its name in its package (`executables.py` says which); the files
+beside it are its parts. Imports between the packages point down only:
 
-| room | executables | may import |
+| package | executables | may import |
 |---|---|---|
 | `demo` | `demo` | `replay`, `shared` |
 | `replay` | `replay` | `bags`, `shared` |
@@ -12,5 +12,5 @@ it are its parts. Imports between the rooms point down only:
 | `recorder` | `recorder` | `shared` |
 | `live` | `perform`, `echo_impacts` | `shared` |
 | `simulator` | `simulator` | `shared` |
-| `shared` | what several rooms need | |
+| `shared` | what several packages share | |
 """

@@ -1,7 +1,7 @@
 """Bifurcation diagrams: phases of impact over a parameter, mean speed and exponent beneath.
 
 The phases are drawn as a density: each column is one value of the parameter, and the darkness of a
-cell tells how many of its impacts fell there, so that bands and orbits of many impacts keep their
+cell shows how many of its impacts fell there, so that bands and orbits of many impacts keep their
 inner structure. The raster is at the resolution of the page, all else is vectors.
 """
 

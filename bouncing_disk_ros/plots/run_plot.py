@@ -120,7 +120,7 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     """Next-collision section; the first impacts have their number."""
     rows = record.rows
     x, y = rows["x"].astype(float), rows["y"].astype(float)
-    for i in range(len(rows) - 1):  # the short way round the circle of phases
+    for i in range(len(rows) - 1):  # by the shortest angular distance
         step = (x[i + 1] - x[i] + 0.5) % 1.0 - 0.5
         for begin, end in ((x[i], x[i] + step), (x[i + 1] - step, x[i + 1])):
             axes.plot((begin, end), y[i : i + 2], color=GREY, lw=0.7, zorder=2)

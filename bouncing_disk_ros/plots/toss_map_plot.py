@@ -1,6 +1,6 @@
 """Maps of single tosses over phase lag and amplitude angle, after the paper's Fig. 2a-c.
 
-Colours are told apart by colour-blind people too. Only the colours are drawn as an image: text,
+Colour-blind people can distinguish the colours. Only the colours are drawn as an image: text,
 lines and marks stay vectors in PDF and SVG.
 """
 

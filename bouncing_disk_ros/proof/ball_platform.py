@@ -15,7 +15,7 @@ from bouncing_disk_ros.proof.exact_records import State
 
 NS = 1_000_000_000
 WIDE = 0.5
-"""Over a piece of more than twice so much (rad) the phase tells nothing that is worth it."""
+"""Over a piece of more than twice this (rad), bounds from the phase are as wide as global ones."""
 
 
 def seconds(state: State, ns: int, sub: float = 0.0) -> arb:

@@ -12,7 +12,7 @@ from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
 def end_of(event: Event) -> float:
     """Seconds from the clock of the state before to the event, or to where none has come."""
-    if event.kind is not Kind.CARRIED:
+    if event.kind is not Kind.PROPAGATED:
         return event.delay
     if event.after is not None:
         return float(seconds(event.before, event.after.ns, event.after.sub))

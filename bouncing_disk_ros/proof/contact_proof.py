@@ -51,7 +51,7 @@ def prove_contact(event: Event) -> Verdict:
     platform = platform_of(event.motion, event.before)
     conditions = list(_conditions(event, platform))
     ends = [c for c in conditions if c.ends_with is event.kind and c.value in (0.0, event.value)]
-    if not ends and event.kind is not Kind.CARRIED:
+    if not ends and event.kind is not Kind.PROPAGATED:
         return Verdict(Outcome.REFUTED, f"{event.kind} cannot end {event.before.phase.name}")
     verdicts = [_prove(condition, event, condition in ends) for condition in conditions]
     if event.before.phase is Phase.STICKING:

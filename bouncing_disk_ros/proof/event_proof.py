@@ -39,7 +39,7 @@ def prove(event: Event) -> Verdict:
     if not _is_finite(event):
         return Verdict(Outcome.REFUTED, f"{event.kind} with a number that is not finite")
     with ctx.workprec(precision_for(event)):
-        if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.CARRIED):
+        if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.PROPAGATED):
             return prove_flight(event)
         if event.before.phase is not Phase.FLIGHT:
             return prove_contact(event)

@@ -98,7 +98,7 @@ class TracedEngine(Engine):
         return used, True
 
     def advance_to(self, time_ns: int, rows: Rows) -> None:
-        """Carry the state to time_ns."""
+        """Propagate the state to time_ns."""
         before = state_of(self.state)
         super().advance_to(time_ns, rows)
         reached = self.last.after if self.last is not None else None
@@ -111,7 +111,7 @@ class TracedEngine(Engine):
     def _keep(
         self, before: State, kind: int, delay: float, value: float, boundary_ns: int | None
     ) -> None:
-        name = _KINDS.get(kind, Kind.CARRIED)
+        name = _KINDS.get(kind, Kind.PROPAGATED)
         if name is Kind.CHATTER and value == STILLED:
             name = Kind.STILL
         motion, disk, after = motion_of(self.m), disk_of(self.k), state_of(self.state)
@@ -149,4 +149,4 @@ def trace(
     if is_end and delay > 0.0 and not engine.in_chatter:
         motion, disk = motion_of(engine.m), disk_of(engine.k)
         inherited = engine.inherited(before)
-        yield Event(Kind.CARRIED, before, motion, disk, delay, 0.0, None, until_ns, inherited)
+        yield Event(Kind.PROPAGATED, before, motion, disk, delay, 0.0, None, until_ns, inherited)

@@ -21,7 +21,7 @@ class Kind(StrEnum):
     SLIP_ENDS = "slip ends"
     CHATTER = "chatter completed"
     STILL = "bounce without duration"
-    CARRIED = "no event until"  # an input, an end of a cross-fade, the end of the trace
+    PROPAGATED = "no event until"  # an input, an end of a cross-fade, the end of the trace
 
 
 class State(NamedTuple):

@@ -29,7 +29,7 @@ def prove_flight(event: Event) -> Verdict:
         return worst([_prove_impact(gap, event), clock])
     end = end_of(event)
     free = _free_until(gap, event, end * (1.0 - 4.0 * HALF_ULP))
-    return worst([verdict_of(free, gap, end, "gap"), _prove_carried(gap, event, end), clock])
+    return worst([verdict_of(free, gap, end, "gap"), _prove_propagated(gap, event, end), clock])
 
 
 def _free_until(gap: Watched, event: Event, end: float) -> Finding:
@@ -73,7 +73,7 @@ def prove_crossing(watched: Watched, after: float, name: str) -> Verdict:
     return Verdict(Outcome.REFUTED if refuted else Outcome.UNDECIDED, reason, slack)
 
 
-def _prove_carried(gap: Watched, event: Event, end: float) -> Verdict:
+def _prove_propagated(gap: Watched, event: Event, end: float) -> Verdict:
     """Gap and velocity of the state at the end are those of the flight, to rounding."""
     after = event.after
     if after is None:

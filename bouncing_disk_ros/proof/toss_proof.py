@@ -1,8 +1,8 @@
 """Proof of single tosses: sticking and sliding on a steady platform until it falls away.
 
-The referee rides along by itself: each stretch of contact ends at the first zero, enclosed in a
-ball, of what can end it, and the next begins there. Speed, delay and both works of the toss are
-compared with those that are reported.
+The referee follows the contact by itself: each stretch of contact ends at the first zero, enclosed
+in a ball, of what can end it, and the next begins there. Speed, delay and both works of the toss
+are compared with those that are reported.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class _TossProof:
         self.pieces = 0
 
     def verdict(self) -> Verdict:
-        """Ride to the separation, and compare."""
+        """Follow the contact to the separation, and compare."""
         leave = self._separation()
         load = load_of(self.platform, self.disk)
         at_start = load.jet(arb(0))[0]
@@ -206,7 +206,7 @@ class _TossProof:
         return Verdict(Outcome.REFUTED, reason, 0.0, self.pieces)
 
     def _compare(self, code: int, leave: arb) -> Verdict:
-        """The reported numbers with those of the ride."""
+        """Compare the reported numbers with those found here."""
         expected = self._expect(code)
         if expected.outcome is not Outcome.PROVED:
             return expected

@@ -1,1 +1,1 @@
-"""The only door between ROS messages and the rest of the package."""
+"""Conversions between ROS messages and the rest of the package; only here are both known."""

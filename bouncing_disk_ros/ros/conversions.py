@@ -32,7 +32,7 @@ MOTION_COLUMNS = (*MOTION_NAMES, "forcing_phase", "cycles", "simulated_time")
 
 _ROW_LIMITS = {"index": 2.0**53, "time": 1e10, "kind": len(ImpactKind)}
 LAST_STAMP_NS = 2**31 * NS - 1
-"""The last stamp a message can carry; a free run may pass it."""
+"""The last stamp a message can hold; a free run may pass it."""
 LARGEST = 1e18
 """The largest number that makes sense in platform/motion (cycles of a century at 10 MHz: 3e16)."""
 
@@ -68,7 +68,7 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
 
 
 def impulse_to_msg(request: ImpulseRequest) -> WrenchStamped:
-    """A kick as the message of disk/impulse."""
+    """An impulse as the message of disk/impulse."""
     msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns), frame_id=WORLD_FRAME))
     force, torque = msg.wrench.force, msg.wrench.torque
     force.x, force.y, force.z = request.force

@@ -1,7 +1,7 @@
 """Subscriptions that give serialized messages, and count those that did not arrive.
 
 The middleware drops messages in silence when a reader's queue is full; its event of lost messages
-says nothing of that. What tells is the number that each publisher gives its messages.
+says nothing of that. The numbers that each publisher gives its messages do.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class LostMessages:
 
 
 class NumberedSubscription:
-    """Hears a topic; `take` is given each message as bytes, and `lost` counts the others."""
+    """Subscribes to a topic; `take` gets each message as bytes, `lost` counts the others."""
 
     def __init__(
         self, node: Node, kind: type[Any], topic: str, qos: Qos, take: Callable[[bytes], object]

@@ -65,7 +65,7 @@ class _Guard:
             if error := self._unfit(request):
                 return self._refused(request, error)
             return self._callback(request, response)
-        except Exception as error:  # noqa: BLE001 (whatever it is: told, counted, answered)
+        except Exception as error:  # noqa: BLE001 (whatever it is: logged, counted, answered)
             why = str(error).partition(", at /")[0]
             given = f"a request that ended in {type(error).__name__}"
             wrong = InputError(self._field, given, "one that can be carried out", why)
@@ -106,7 +106,7 @@ class _Guard:
 
 
 class _Answer:
-    """Sends an answer; one that cannot be sent (its client is gone) is told and counted."""
+    """Sends an answer; one that cannot be sent (its client is gone) is logged and counted."""
 
     def __init__(self, service: Service, refuse: Refuse) -> None:
         self._send, self._refuse = service.send_response, refuse

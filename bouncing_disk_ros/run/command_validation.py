@@ -1,4 +1,4 @@
-"""Rulings on commands: what was asked, at which clock, becomes an accepted input or an InputError.
+"""Validation of commands: a request becomes an accepted input or an InputError.
 
 Pure functions: nothing changes here. Times are whole nanoseconds; a stamp of 0 means now.
 """
@@ -41,7 +41,7 @@ class ProgrammeRequest(NamedTuple):
 
 
 class ImpulseRequest(NamedTuple):
-    """A kick as it was asked: forces and torques about x, y, z hold impulses."""
+    """A requested impulse: forces and torques about x, y, z hold impulses."""
 
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
@@ -126,7 +126,7 @@ def schedule_programme(
 
 
 def accept_impulse(request: ImpulseRequest, instant: Instant) -> tuple[int, float, float]:
-    """An accepted kick: instant, axial impulse (N·s), angular impulse (N·m·s)."""
+    """Validate and schedule an impulse: instant, axial impulse (N·s), angular impulse (N·m·s)."""
     validate_impulse(request)
     return schedule_impulse(request, instant)
 

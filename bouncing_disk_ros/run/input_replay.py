@@ -21,7 +21,7 @@ from bouncing_disk_ros.run.time_map import NS
 
 EVENTS_PER_SLICE = 2000
 """Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a
-watch are heard."""
+watch are handled."""
 
 EVENTS_BEHIND = 100_000
 """Events that may lie between the state of a snapshot and its time: some tenths of a second."""

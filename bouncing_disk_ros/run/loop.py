@@ -23,7 +23,7 @@ MAX_SAMPLES = 100
 """Samples (and speeds) handed over on the way to an instant, before the loop goes on without them;
 what is due until it has caught up, or its slice ends, is counted."""
 BUDGET_NS = 20_000_000
-"""Wall time of one slice: between slices services, commands and signals are heard."""
+"""Wall time of one slice: between slices services, commands and signals are handled."""
 
 
 class Sink(Protocol):

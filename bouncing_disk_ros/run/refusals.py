@@ -26,7 +26,7 @@ class RefusalLog:
     """Logs refusals. The reason is the field at fault, whatever its index.
 
     `log` takes a line, `clock` gives seconds of the steady clock. Call `flush` once a second, so
-    that what is counted is told even when nothing more comes.
+    that what is counted is logged even when nothing more comes.
     """
 
     def __init__(

@@ -178,7 +178,7 @@ def state_difference(
         while advance_slice(copy, replayed.time_ns + 1)[1]:
             pass
     for (name, first), (_, second) in zip(*(state_values(copy) for copy in copies), strict=True):
-        if repr(first) != repr(second):  # tells −0.0 from 0.0, unlike ==
+        if repr(first) != repr(second):  # distinguishes −0.0 from 0.0, unlike ==
             return name, first, second
     return None
 

@@ -99,7 +99,7 @@ class Pair:
     def __init__(
         self, first: Simulation, second: Simulation, end_ns: int, watch: Callable[[int], object]
     ) -> None:
-        """They will go to end_ns; `watch` hears the simulated time after each slice of work."""
+        """They will go to end_ns; `watch` is given the simulated time after each slice of work."""
         self.first, self.second = first, second
         self.start_ns = self.time_ns = first.time_ns
         self._watch = watch

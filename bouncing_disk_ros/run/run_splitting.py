@@ -1,7 +1,7 @@
 """A record of several runs, one after the other, split into its runs.
 
 A simulator that was started again, or configured anew, begins with record 0 and row 0. Records and
-rows come on two topics, in no order among each other; when each was sent tells which belong
+rows come on two topics, in no order among each other; the times of sending show which belong
 together.
 """
 

@@ -63,7 +63,7 @@ class Session:
     """Applies inputs to a simulation and records each, in the order applied.
 
     Rows of impacts gather in `rows` until `take_rows` fetches them. Everything given here has been
-    accepted already: the rulings and the parameter table stand before it.
+    validated already (run.command_validation, parameters).
     """
 
     def __init__(
@@ -175,7 +175,7 @@ class Session:
         self._submit(act, target=target)
 
     def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
-        """An accepted kick at an instant not before `input_ns`."""
+        """An accepted impulse at an instant not before `input_ns`."""
 
         def act() -> None:
             now = self.time_ns

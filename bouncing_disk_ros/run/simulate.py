@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -48,6 +49,7 @@ def simulate(
     *,
     programme: Sequence[Point] = (),
     impulses: Sequence[ImpulseRow] = (),
+    kicks: Sequence[ImpulseRow] = (),
     sample_rate: float | None = None,
     preset: str = "",
     **values: Value,
@@ -56,7 +58,7 @@ def simulate(
 
     `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
     out keep the value of the point before. `impulses`: (time in s, axial impulse in N·s, angular
-    impulse in N·m·s). `sample_rate` in Hz; None takes no samples. `preset` and further keywords
+    impulse in N·m·s); `kicks` is their name of version 0.1.0. `sample_rate` in Hz; None takes no samples. `preset` and further keywords
     are parameters of the table (see docs/parameters.md).
 
     Raises InputError on anything that the simulator node would refuse, FailedError where the state
@@ -65,6 +67,9 @@ def simulate(
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]
     """
+    if kicks:
+        warnings.warn("simulate: kicks is now impulses", DeprecationWarning, stacklevel=2)
+        impulses = [*impulses, *kicks]
     whole = parameters.complete({**(load_preset(preset) if preset else {}), **values})
     end = _instant("duration", duration)
     records: list[Record] = []
@@ -73,9 +78,9 @@ def simulate(
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
     for at, axial, angular in sorted(impulses, key=lambda impulse: impulse[0]):
-        request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="kicks")
+        request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(request, arrival)
-        session.apply_impulse(_instant("kicks time", at), axial, angular)
+        session.apply_impulse(_instant("impulses time", at), axial, angular)
     samples = _run(session, end, sample_rate)
     return Result(join_rows(session.take_rows()), samples, records, whole)
 
@@ -90,7 +95,7 @@ def _instant(field: str, seconds: float) -> int:
 def _points(
     programme: Sequence[Point], arrival: Instant, latest: Motion
 ) -> tuple[tuple[int, Motion], ...]:
-    """Each point judged by the rulings of platform/command, one after the other."""
+    """Each point validated as on platform/command, one after the other."""
     accepted: list[tuple[int, Motion]] = []
     for i, (at, values) in enumerate(programme):
         point = PointRequest(tuple(values.values()), _instant(f"programme[{i}] time", at))

@@ -1,6 +1,6 @@
 """The study `bifurcation`: attractors along one parameter (paper, Fig. 3).
 
-One attractor is followed from value to value, or the same starts are carried at each value, which
+One attractor is followed from value to value, or the same starts are followed at each value, which
 shows all that coexist.
 """
 
@@ -145,11 +145,11 @@ class Bifurcation(Study):
                 cloud, "float64", "pi g/omega", "relative velocity before impact", "w_A"
             ),
             "angular_velocity": Field(cloud, "float64", speed, "speed before impact", "α̇/(ωΦ)"),
-            "contact": Field(cloud, "uint8", "1", "whether it rode on the platform before", fill=0),
+            "contact": Field(cloud, "uint8", "1", "whether it was in contact before", fill=0),
             "mean_speed": Field(line, "float64", speed, "mean speed in time"),
             "mean_speed_per_impact": Field(line, "float64", speed, "mean speed of the impacts"),
             "lyapunov_exponent": Field(line, "float64", "1", "Lyapunov exponent per impact", "λ"),
-            "contacts": Field(line, "float64", "1", "rides on the platform per impact"),
+            "contacts": Field(line, "float64", "1", "phases of contact per impact"),
             "state": Field((*line, "number"), "float64", "1", "state after the last impact"),
         }
 
@@ -168,7 +168,7 @@ class Bifurcation(Study):
         return {name: int(self.parameters[name]) for name in ("settling", "measured", "kept")}
 
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
-        """Carry the starts, or follow on from the state of the region before."""
+        """Follow the starts, or go on from the state of the region before."""
         values = self.axes["value"].values[region.slices["value"]].astype(float)
         if self._starts:
             whole = from_starts(self.section(), self.axis, values, self._starts, **self._counts)

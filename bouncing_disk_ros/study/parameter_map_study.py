@@ -115,7 +115,7 @@ class ParameterMap(Study):
             "mean_speed_change": Field(
                 dims, "float64", speed, "change of the mean speed between the halves measured"
             ),
-            "contacts": Field(dims, "float64", "1", "rides on the platform per impact"),
+            "contacts": Field(dims, "float64", "1", "phases of contact per impact"),
         }  # fmt: skip
 
     @property

@@ -166,11 +166,11 @@ def _toss(folder: Path) -> list[Row]:
     where = f"single toss, map {LAGS} × {ANGLES}"
     rows = [row(PART, f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
     values = list(times["lanes"] / times["scalar rides"])
-    rows.append(row(PART, f"lanes / scalar rides of the core, {where}", "×", values))
+    rows.append(row(PART, f"lanes / scalar core, {where}", "×", values))
     if peer is not None:
         lanes, scalar = (list(times[k] / times["scalar C"]) for k in ("lanes", "scalar rides"))
         rows.append(row(PART, f"lanes / scalar C, {where}", "×", lanes, Aim(at_most=0.3)))
-        rows.append(row(PART, f"scalar rides of the core / scalar C, {where}", "×", scalar))
+        rows.append(row(PART, f"scalar core / scalar C, {where}", "×", scalar))
     return rows
 
 

@@ -105,7 +105,7 @@ def measure_starts(start: Starter, fresh: Callable[[], Path]) -> list[Row]:
         found = [one_start(start, cache) for cache in caches]
         published, heard, cpu = zip(*found, strict=True)
         rows.append(row("cold start", f"{what}, to the first publication", "s", published, aim))
-        rows.append(row("cold start", f"{what}, to the first state heard by a peer", "s", heard))
+        rows.append(row("cold start", f"{what}, to the first state received by a peer", "s", heard))
         rows.append(row("cold start", f"{what}, CPU time used until then", "s", cpu))
     return rows
 
@@ -138,7 +138,7 @@ def at_rate(start: Starter, rate: float) -> list[Row]:
     reached = median(float(report["real_time_factor reached"]) for report in reports)
     rows += [
         row("CPU", f"of one core, {rate:g} Hz", "%", [100.0 * used / elapsed]),
-        row("CPU", f"states heard in a second, {rate:g} Hz", "1/s", [states / elapsed]),
+        row("CPU", f"states received in a second, {rate:g} Hz", "1/s", [states / elapsed]),
         row("CPU", f"real-time factor reached, {rate:g} Hz", "1", [reached]),
     ]
     return rows

@@ -103,7 +103,7 @@ def test_topics_are_echoed_and_commanded_and_ctrl_c_ends_it(simulator: Process) 
     ask(r"- 0.035\n +- 1.25", *ECHO, "/platform/motion")
     impulse = "{wrench: {force: {z: 0.05}}}"
     ros2(*PUBLISH, "/disk/impulse", "geometry_msgs/msg/WrenchStamped", impulse)
-    ask("work_kicks .J.\n +value: '-?[0-9.e-]*[1-9]", *ECHO, "/diagnostics")
+    ask("work_impulses .J.\n +value: '-?[0-9.e-]*[1-9]", *ECHO, "/diagnostics")
     ros2(*PUBLISH, "/disk/impulse", "geometry_msgs/msg/WrenchStamped", "{wrench: {force: {x: 1}}}")
     simulator.wait_for("refused: disk/impulse wrench.force.x: got 1.0, allowed: 0")
     simulator.send(signal.SIGINT)

@@ -65,7 +65,7 @@ class Attractors(NamedTuple):
 
 
 def separation(first: Floats, second: Floats) -> Floats:
-    """Largest difference of τ (the short way round) and w of each state (n, 2) and its partner."""
+    """Largest difference of τ (angular distance) and w of each state (n, 2) and its partner."""
     phase = np.abs(wrap_to_pi(first[:, 0] - second[:, 0]))
     return np.maximum(phase, np.abs(first[:, 1] - second[:, 1]))
 

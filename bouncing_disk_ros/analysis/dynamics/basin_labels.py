@@ -46,7 +46,7 @@ class LabelRule(NamedTuple):
 
 
 class Basins(NamedTuple):
-    """What became of each start; arrays (n,) in the order given."""
+    """The result of each start; arrays (n,) in the order given."""
 
     label: Labels  # index into the attractors, or UNRESOLVED
     impacts: NDArray[np.int32]  # until it was clear, those that confirmed it included

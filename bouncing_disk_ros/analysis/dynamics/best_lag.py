@@ -56,7 +56,7 @@ def mean_speed(
 def best_lag(
     found: Attractor, axial_forcing: float, restitution: float, angular_forcing: float
 ) -> BestLag:
-    """The phase lag with the largest mean speed: a look around the circle, then a golden section.
+    """The phase lag with the largest mean speed: a search around the circle, then a golden section.
 
     The speed changes its sign with θ by half a turn, so the largest is also the most negative one's
     mirror image. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.

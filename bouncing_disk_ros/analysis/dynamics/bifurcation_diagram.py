@@ -48,11 +48,11 @@ class Branch(NamedTuple):
     forcing_phase: Array  # (n, m, kept) τ of the last impacts, rad
     axial_impact_velocity: Array  # (n, m, kept) w_A/(πg/ω)
     angular_velocity: Array  # (n, m, kept) α̇/(ωΦ) just before
-    contact: NDArray[np.bool_]  # (n, m, kept) whether the disk rode on the platform before
+    contact: NDArray[np.bool_]  # (n, m, kept) whether the disk was in contact before
     mean_speed: Array  # (n, m) mean of α̇/(ωΦ) in time, over the impacts measured
     mean_speed_per_impact: Array  # (n, m) the mean of α̇/(ωΦ) at the impacts
     lyapunov_exponent: Array  # (n, m) of the axial part, per impact; −inf with contact
-    contacts: Array  # (n, m) rides on the platform per impact
+    contacts: Array  # (n, m) phases of contact per impact
     ends: Array  # (n, m, 5) the last state, from which another chunk goes on
 
     @property
@@ -123,10 +123,10 @@ def from_starts(
 ) -> Branch:
     """The attractors that the same starts reach at each value; arguments as in `follow`.
 
-    All trajectories are carried together in lanes, on so many threads
+    All trajectories are iterated together in lanes, on so many threads
     (`collision_map.lanes.attractor_lanes`): a trajectory has the same bits with any other values
     and starts and any `workers`, but roundings other than those of `follow`. In chaos these grow:
-    such trajectories agree in their means alone, as well as impacts measured tell them.
+    such trajectories agree in their means alone, to the precision of the impacts measured.
     """
     from bouncing_disk_ros.collision_map.lanes.attractor_lanes import (
         measure_attractors,  # loads kernels

@@ -1,6 +1,6 @@
 """How tangled the boundary of basins is: basin entropy, uncertainty exponent, box dimension.
 
-All three look at a map of labels (rows, columns), strip by strip, and count squares of k × k
+All three read a map of labels (rows, columns) in blocks of rows, and count squares of k × k
 pixels, or pairs of pixels k apart, for several k. Sources: A. Daza et al., "Basin entropy" (Sci.
 Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E. Ott, J. Yorke, "Final state sensitivity" (Phys.
 Lett. A 99, 415, 1983).

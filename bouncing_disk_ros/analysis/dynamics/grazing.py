@@ -78,7 +78,7 @@ def orbit_end(orbit: PeriodicOrbit, axis: str, limit: float) -> OrbitEnd:
     """
     check_axis(axis)
     if orbit.contacts:
-        raise InputError("orbit", f"{orbit.contacts} rides on the platform", "an orbit of flights")
+        raise InputError("orbit", f"{orbit.contacts} phases of contact", "an orbit of flights")
     value = getattr(orbit.map, axis)
     if not math.isfinite(limit) or limit == value:
         raise InputError("limit", limit, f"a finite number other than the orbit's {value:g}")

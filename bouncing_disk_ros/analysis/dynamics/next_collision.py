@@ -47,7 +47,7 @@ class Impacts(NamedTuple):
     angular_velocity: Array  # α̇/(ωΦ) just before, which is that of the flight
     delay: Array  # phase since the impact before, rad
     turned: Array  # angle of the disk since the impact before, in Φ
-    contact: NDArray[np.bool_]  # whether the disk rode on the platform since the impact before
+    contact: NDArray[np.bool_]  # whether the disk was in contact since the impact before
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class NextCollisionMap:
         return total
 
     def _push(self, tau: float, w: float) -> float:
-        """Impulse over m from an impact through chatter and ride to separation, by momentum."""
+        """Impulse over m from an impact through chatter and contact to separation, by momentum."""
         leave = math.asin(1.0 / (math.pi * self.axial_forcing))
         climb = self.axial_forcing * (math.cos(leave) - math.cos(tau)) - w
         return climb + (leave - tau) % math.tau / math.pi

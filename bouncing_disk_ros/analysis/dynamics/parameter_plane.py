@@ -1,6 +1,6 @@
 """What a disk settles on over planes of parameters: kind, period, Lyapunov exponent, speed.
 
-One start for each point, carried in lanes. Dimensionless, as in `next_collision`.
+One start for each point, iterated in lanes. Dimensionless, as in `next_collision`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Settled(NamedTuple):
     lyapunov_exponent: Floats  # of the axial part, per impact; −inf with contact, nan at rest
     mean_speed: Floats  # mean of α̇/(ωΦ) in time over the last half measured; nan at rest
     mean_speed_change: Floats  # from the first half measured to the last one
-    contacts: Floats  # rides on the platform per impact
+    contacts: Floats  # phases of contact per impact
 
 
 def check_start(start: str) -> None:
@@ -88,7 +88,7 @@ def start_states(
 
 
 def settle_states(parameters: Floats, states: Floats, settling: int, measured: int) -> Settled:
-    """Carry each state (n, 5) on at its parameters (n, 4) and tell what it is on.
+    """Iterate each state (n, 5) at its parameters (n, 4) and classify its attractor.
 
     `settling` impacts are left out, `measured` ≥ 2 KEPT are looked at. In this order:
 
@@ -144,7 +144,7 @@ def _repetition(rows: Floats) -> Ints:
     found = np.zeros(len(rows), np.int32)
     for period in range(1, LONGEST + 1):
         some = np.flatnonzero(found == 0)
-        for length in (1, LONGEST):  # one impact tells most that do not repeat
+        for length in (1, LONGEST):  # one impact is enough for most that do not repeat
             now, then = np.s_[some, -length:], np.s_[some, -length - period : -period]
             turn = np.abs(wrap_to_pi(tau[now] - tau[then]))
             near = (turn <= SAME) & (np.abs(w[now] - w[then]) <= SAME)

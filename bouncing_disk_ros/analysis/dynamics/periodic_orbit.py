@@ -25,7 +25,7 @@ class PeriodicOrbit(NamedTuple):
     axial_impact_velocity: Array  # (n,) w_A/(πg/ω)
     angular_impact_velocity: Array  # (n,) w_T/(ωΦ); nan without friction, which leaves it open
     mean_speed: float  # mean of α̇/(ωΦ) in time
-    contacts: int  # rides on the platform in one repetition
+    contacts: int  # phases of contact in one repetition
     trace: float  # of the derivatives of τ and w_A over one repetition
     determinant: float  # of the same: ε²ⁿ, or 0 with contact
     angular_multiplier: float  # of w_T: 0 where some impact sticks, 1 where all slip; nan
@@ -171,7 +171,8 @@ def _rotation(
             low = middle
         else:
             high = middle
-    # where an impact or a ride sticks, the speed is that of the platform: one repetition finds it
+    # where an impact or a contact sticks, the speed is that of the platform: one repetition finds
+    # it
     speed = _repetition(section, phases, speeds, high)[0]
     _, slips, turned, lasted = _repetition(section, phases, speeds, speed)
     nearby = _repetition(section, phases, speeds, speed + 1e-7)[0]

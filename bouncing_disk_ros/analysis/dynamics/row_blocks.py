@@ -1,4 +1,4 @@
-"""Maps too large for memory: taken strip by strip, or thinned."""
+"""Maps too large for memory: read in blocks of rows, or downsampled."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def mean_speeds(
 def _carry(
     tau: Floats, w: Floats, speed: Floats, given: tuple[float, float, float, float], impacts: int
 ) -> Floats:
-    """Carry states on; the mean speed on the way, nan where contact lasts for good."""
+    """Iterate states; the mean speed on the way, nan where contact lasts for good."""
     n = len(tau)
     gamma, epsilon, theta, angular = (np.full(n, v) for v in given)
     counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))

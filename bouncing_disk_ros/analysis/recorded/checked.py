@@ -1,4 +1,4 @@
-"""What a run is heard to say, checked before it counts: rows of impacts, samples, motions.
+"""What arrives from a run, checked before it counts: rows of impacts, samples, motions.
 
 Everything here comes from outside (a topic, a bag) and raises InputError where it cannot be what a
 simulator publishes.

@@ -1,4 +1,4 @@
-"""Energy books of impacts, from their rows alone, beside the books that the simulator reports."""
+"""Energy losses of impacts from their rows alone, compared with the simulator's energy ledger."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
 
 
 class LedgerCheck(NamedTuple):
-    """Losses in impacts over one stretch: what the simulator booked, and what the rows give."""
+    """Losses in impacts over one stretch: by the simulator's ledger, and by the rows."""
 
     begin: float  # simulated s
     end: float
     rows: int
     summed: int  # rows of several impacts among them
     missing: int  # rows lost in between
-    start_axial: float  # in the books at `begin`, J
+    start_axial: float  # in the ledger at `begin`, J
     start_friction: float
     ledger_axial: float  # since then, J
     ledger_friction: float
@@ -58,9 +58,9 @@ def check_ledger(
     changes: Sequence[Change],
     disks: Sequence[tuple[float, Disk]],
 ) -> LedgerCheck | None:
-    """Compare over the longest stretch at the end in which the books and the disk stay the same.
+    """Compare over the longest stretch at the end in which the ledger and the disk stay the same.
 
-    The books count from the start or the last reset, and so does the stretch where the rows do;
+    The ledger counts from the start or the last reset, and so does the stretch where the rows do;
     else it begins with the first report after the last change of parameters. None: no reports, no
     rows, or the disk is unknown.
     """

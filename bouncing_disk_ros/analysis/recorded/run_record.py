@@ -19,7 +19,7 @@ NS = 1_000_000_000
 SETTLED_SECONDS = 2.0
 """The rotor speed of the summary is the mean over this long at the end."""
 UNKNOWN_DISK = Disk(*[math.nan] * len(Disk._fields))
-"""Stands for a disk whose parameters were not heard: what follows from them is nan."""
+"""Stands for a disk whose parameters are unknown: what follows from them is nan."""
 
 
 class State(NamedTuple):
@@ -45,20 +45,20 @@ class Health(NamedTuple):
     skipped: int = 0  # samples of joint_states left out, since the start
     refused: int = 0  # inputs, since the start
     asked: str = ""  # real-time factor, in words
-    energy: Energy | None = None  # books since the start or the last reset, J
+    energy: Energy | None = None  # ledger since the start or the last reset, J
 
 
 class Change(NamedTuple):
     """An input that drives the disk on otherwise than before; motions are kept by themselves."""
 
     time: float  # simulated, s
-    what: str  # "kick", "reset" or "parameters"
+    what: str  # "impulse", "reset" or "parameters"
     detail: str = ""  # in words
 
 
 @dataclass
 class RunRecord:
-    """Everything heard, in the order of arrival; times are simulated seconds."""
+    """Everything that arrived, in order; times are simulated seconds."""
 
     disk: Disk
     states: list[State] = field(default_factory=list)
@@ -67,7 +67,7 @@ class RunRecord:
     health: list[Health] = field(default_factory=list)
     chunks: list[NDArray[np.void]] = field(default_factory=list)
     lost: int = 0  # rows of impacts
-    inputs: int = 0  # motions, kicks, parameter changes and resets that the simulator accepted
+    inputs: int = 0  # motions, impulses, parameter changes and resets that the simulator accepted
     changes: list[Change] = field(default_factory=list)
     disks: list[tuple[float, Disk]] = field(default_factory=list)  # time from which it is known
 
@@ -99,7 +99,7 @@ def joined_rows(chunks: Iterable[NDArray[np.void]]) -> NDArray[np.void]:
 
 
 class Summary(NamedTuple):
-    """What a run amounts to; nan or None where nothing was heard."""
+    """What a run amounts to; nan or None where nothing arrived."""
 
     impacts: int  # single impacts, those counted in a row included
     lost: int

@@ -1,6 +1,7 @@
 """A run in segments: stretches of time in which nothing drives the disk on otherwise.
 
-A segment has one steady platform motion and one set of disk parameters, and holds no kick or reset.
+A segment has one steady platform motion and one set of disk parameters, and holds no impulse or
+reset.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def segments_of(
 ) -> list[Segment]:
     """The segments of a run between two times (s), in order; those without a duration left out.
 
-    Without `motions` the platform's motion counts as unknown and unchanged. What was not heard of
+    Without `motions` the platform's motion counts as unknown and unchanged. What did not arrive of
     before its first mention counts as it was then.
     """
     segments = []
@@ -84,5 +85,5 @@ def _words(change: Change) -> str:
 
 
 def known(disk: Disk) -> bool:
-    """Whether the parameters of a disk were heard."""
+    """Whether the parameters of a disk are known."""
     return not math.isnan(disk.mass)

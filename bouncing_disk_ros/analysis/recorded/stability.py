@@ -34,7 +34,7 @@ ROUNDING_GROWTH = -math.log(np.finfo(float).eps)
 """An orbit that stays near an unstable cycle leaves it before errors have grown e to this, 36: more
 growth than that, kept up, is no slow departure."""
 CONTINUED = 20_000
-"""Impacts by which the map carries an orbit on before it is called chaotic."""
+"""Impacts by which an orbit is continued before it is called chaotic."""
 BATCHES = 20
 _STUDENT = 2.093024  # 97.5 % of Student's t with BATCHES − 1 degrees of freedom
 
@@ -53,7 +53,7 @@ def path_of(rows: NDArray[np.void], motion: Motion, disk: Disk) -> Path:
     """The impacts at the end of rows (IMPACT_DTYPE) that follow the map of `motion` and `disk`.
 
     It begins after the last gap in the index, row of summed impacts, or flight that does not fit
-    (a kick, another motion, another restitution, errors of measurement); shape (0,) or more.
+    (an impulse, another motion, another restitution, errors of measurement); shape (0,) or more.
     """
     axial_forcing, e = axial_forcing_of(motion, disk), disk.restitution
     tau = rows["forcing_phase"]
@@ -113,9 +113,9 @@ def chaos_of(path: Path) -> Estimate | None:
 
     Evidence is asked for three times: along the recorded impacts the exponent is positive beyond
     its uncertainty (95 %, by batches); in each half of them errors grow by more than a departure
-    from an unstable cycle could show (`ROUNDING_GROWTH`); and the map carries the orbit on for
+    from an unstable cycle could show (`ROUNDING_GROWTH`); and the map continues the orbit for
     `CONTINUED` impacts, in each quarter of which the same holds and no contact occurs. A chaotic
-    transient that is longer still cannot be told from an attractor.
+    transient that is longer still cannot be distinguished from an attractor.
     """
     growth = log_growth(jacobians(path)) if len(path.tau) > 2 * BATCHES else np.zeros(0)
     if not _grows(growth, 2):

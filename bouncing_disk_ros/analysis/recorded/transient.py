@@ -27,7 +27,7 @@ from bouncing_disk_ros.analysis.recorded.curves import (
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 
 LEAST = 8
-"""Fewer times tell nothing."""
+"""Fewer times show nothing."""
 MOST = 2000
 """More points are averaged in groups first."""
 FEW = 30

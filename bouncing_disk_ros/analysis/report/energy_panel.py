@@ -1,4 +1,4 @@
-"""The panel of the energy books: as the simulator reports them, and as the impacts give them."""
+"""The panel of the energy ledger: as the simulator reports them, and as the impacts give them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def time_range(report: Report) -> tuple[float, float]:
 
 
 def energy_panel(report: Report, most: int) -> Panel:
-    """Books over time; rings are the losses recomputed from the impacts."""
+    """The ledger over time; rings are the losses recomputed from the impacts."""
     health = [row for row in report.record.health if row.energy is not None]
     drawn, note = [], ""
     times = np.array([row.simulated for row in health])
@@ -63,5 +63,5 @@ def energy_panel(report: Report, most: int) -> Panel:
                 )
             )
         note += "Rings: losses recomputed from the impacts. "
-    return Panel("Energy books", "simulated time t (s)", "energy E (J)", drawn, note,
+    return Panel("Energy ledger", "simulated time t (s)", "energy E (J)", drawn, note,
                  x_range=time_range(report))  # fmt: skip

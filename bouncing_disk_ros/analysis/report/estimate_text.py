@@ -8,7 +8,7 @@ from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 
 FEWEST = 3
-"""A straight line through fewer points tells of no rate."""
+"""A straight line through fewer points gives no rate."""
 Pairs = list[tuple[str, str]]
 
 

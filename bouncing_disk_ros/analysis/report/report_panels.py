@@ -1,4 +1,4 @@
-"""The figures of a report as panels: series with their labels, thinned where there are too many."""
+"""The figures of a report as panels: series with labels, downsampled where too long."""
 
 from __future__ import annotations
 

@@ -11,17 +11,17 @@ from bouncing_disk_ros.parsing import read_json
 
 
 def energy(report: Report) -> Pairs:
-    """The books of the simulator, and what the impacts give."""
+    """The simulator's energy ledger, and what the impacts give."""
     found: Pairs = []
     last = next((h for h in reversed(report.record.health) if h.energy), None)
     if last is None or last.energy is None:
-        found.append(("books of the simulator", _no_diagnostics(report)))
+        found.append(("energy ledger of the simulator", _no_diagnostics(report)))
     else:
         e = last.energy
         found += [
-            ("books at", f"{last.simulated:.3f} s, since the start or the last reset"),
+            ("ledger at", f"{last.simulated:.3f} s, since the start or the last reset"),
             ("work of the platform", f"{e.work_axial:.6g} J axial, {e.work_angular:.6g} J angular"),
-            ("work of kicks, parameters", f"{e.work_impulses:.4g} J, {e.work_parameters:.4g} J"),
+            ("work of impulses, parameters", f"{e.work_impulses:.4g} J, {e.work_parameters:.4g} J"),
             (
                 "loss in impacts",
                 (f"{e.loss_impact_axial:.6g} J axial, {e.loss_impact_friction:.6g} J friction"),
@@ -53,10 +53,13 @@ def _checked(report: Report) -> Pairs:
             "recomputed from",
             (f"{check.rows} rows, {check.begin:.3f} s to {check.end:.3f} s{rest}{summed}"),
         ),
-        ("axial loss in them", f"{check.rows_axial:.6g} J, booked {check.ledger_axial:.6g} J"),
+        (
+            "axial loss in them",
+            f"{check.rows_axial:.6g} J, ledger {check.ledger_axial:.6g} J",
+        ),
         (
             "friction loss in them",
-            (f"{check.rows_friction:.6g} J, booked {check.ledger_friction:.6g} J"),
+            (f"{check.rows_friction:.6g} J, ledger {check.ledger_friction:.6g} J"),
         ),
     ]
 

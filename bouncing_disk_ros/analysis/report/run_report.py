@@ -58,13 +58,13 @@ class Source:
     missing: tuple[str, ...] = ()  # topics of a simulator that are not in the bag
     notes: Mapping[str, str] | None = None  # of the recorder
     remarks: tuple[str, ...] = ()  # damage
-    limits: tuple[str, ...] = ()  # what was left out or thinned on reading
+    limits: tuple[str, ...] = ()  # what was left out or downsampled on reading
     is_cut: bool = False  # only the times asked for were read
 
     def absence(self, *topics: str) -> str:
         """Why nothing of these topics (if named) is there, in words that follow "is"."""
         if self.is_cut and not (topics and {*topics} <= {*self.missing}):
-            return "not heard within these times"
+            return "no messages within these times"
         return ABSENT
 
 
@@ -147,7 +147,7 @@ def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Repor
 
 
 def _span(record: RunRecord, rows: Rows) -> tuple[float, float]:
-    """The first and the last instant heard of, simulated s; the end lies just behind it."""
+    """The first and the last instant known, simulated s; the end lies just behind it."""
     times = [float(rows["time"][place]) for place in (0, -1) if len(rows)]
     for series in (record.states, record.speeds):
         times += [float(series[place][0]) for place in (0, -1) if series]

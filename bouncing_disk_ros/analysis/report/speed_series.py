@@ -21,7 +21,7 @@ MOST_POINTS = 5000
 
 
 class Speeds:
-    """The rotor speeds heard in a run, in the order of their times."""
+    """The rotor speeds received from a run, in the order of their times."""
 
     def __init__(self, record: RunRecord) -> None:
         states = [(state.time, state.angular_velocity) for state in record.states]
@@ -30,7 +30,7 @@ class Speeds:
     def of(self, segment: Segment, own: Rows) -> tuple[Column, Column]:
         """Times (s) and rotor speeds (rad/s) of a segment: just after impacts, or samples.
 
-        Samples where the impacts are few, or where the disk rides on the platform in between.
+        Samples where the impacts are few, or where the disk is in contact in between.
         """
         flights = bool(np.all(own["kind"] == ImpactKind.IMPACT))
         if (flights and len(own) >= LEAST) or not len(self._states):

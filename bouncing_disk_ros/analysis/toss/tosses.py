@@ -1,8 +1,8 @@
 """Single tosses: how fast and how efficiently a platform motion throws the disk (paper, Fig. 2).
 
-The disk starts on the platform and rides it, sticking and sliding, until the platform falls away
+The disk starts in contact, sticking and sliding, until the platform falls away
 from under it (eq. 3). All motions have the same arc amplitude c = √(A² + (a_e Φ)²) and are told
-apart by the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The rides
+apart by the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The tosses
 are computed by the core (collision_map.single_toss; many in lanes, collision_map.lanes.toss_lanes).
 SI units, angles in rad.
 
@@ -41,8 +41,8 @@ CODES = {
     single_toss.TOSS_UNRESOLVED: "more phases of contact than allowed",
 }
 """How a toss ended: the meaning of each code."""
-_FEW = 10  # smaller tables ride one after the other: lanes take as long for one row as for ten
-_EVENTS = 1000  # phases of contact before separation; a ride from rest has three or four
+_FEW = 10  # smaller tables are computed one by one: lanes take as long for one row as for ten
+_EVENTS = 1000  # phases of contact before separation; from rest there are three or four
 
 
 class TossSetting(NamedTuple):
@@ -58,7 +58,7 @@ PAPER = TossSetting()
 
 
 class Pixels(NamedTuple):
-    """Rides of `toss_pixels`, one element each; nan where the disk did not leave."""
+    """Tosses of `toss_pixels`, one element each; nan where the disk did not leave."""
 
     airborne_speed: Floats  # (n,) α̇ at the first separation, rad/s
     delay: Floats  # (n,) from the start to the separation, s
@@ -80,7 +80,7 @@ class Toss(NamedTuple):
 
 
 def toss_pixels(starts: Floats, frequency: float, disk: Disk, events: int | None = None) -> Pixels:
-    """Rides to the first separation, one for each row of `starts` (n, 5).
+    """Tosses to the first separation, one for each row of `starts` (n, 5).
 
     Columns: A (m), Φ (rad), θ (rad), τ at the start (rad, in [0, 2π)), absolute α̇ there (rad/s);
     not checked. With `events` they are ridden one after the other, at most so many phases of

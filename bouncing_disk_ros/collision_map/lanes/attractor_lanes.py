@@ -184,7 +184,7 @@ def _rest(job: int, states: Any, out: Any, results: Any) -> None:
 
 @lane
 def _service(z: Any, i: int, data: Any) -> bool:
-    """See to a lane that asks; whether its trajectory is done."""
+    """Serve a lane that needs the scalar map; whether its trajectory is done."""
     if z[IMPACTS_LEFT + i] > 0.0 and _step(z, i, data.out):
         _rest(int(z[TRAJECTORY + i]), data.states, data.out, data.results)
         return True

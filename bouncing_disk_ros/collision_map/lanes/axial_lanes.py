@@ -94,7 +94,7 @@ def iterate_axial(
     *,
     workers: int = 1,
 ) -> None:
-    """Carry trajectories `impacts` impacts on, on so many threads; the same for any number of them.
+    """Iterate trajectories `impacts` times, on so many threads; the same for any number of them.
 
     tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
     forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed

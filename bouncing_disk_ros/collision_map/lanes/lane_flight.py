@@ -1,4 +1,4 @@
-"""The flights of all lanes, without a branch: launch, look at the gap, polish, land (see `lanes`).
+"""The flights of all lanes, without a branch: launch, search, refine, land (see `lane_table`).
 
 Loops of a few dozen instructions: the processor works on several turns of such a loop at once. All
 that a loop reads is read before the first choice, and choices are selections (`chosen`, `&`, `|`):
@@ -145,7 +145,7 @@ def launch_lanes(z: Scratch) -> int:
 
 @lane
 def search_step(z: Scratch) -> None:
-    """A look at the gap: a step to the root if one is proven ahead, else a step that is safe.
+    """One search step: to the root if one is proven ahead, else a step that is safe.
 
     LANDED: whether one is ahead, near enough for `refine_roots`; STEP: the way from DELAY to it,
     which is not yet added; T0 to T3: gap and derivatives at DELAY.

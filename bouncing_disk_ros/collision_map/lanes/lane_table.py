@@ -8,18 +8,18 @@ complete, contact, a search that is long) is left to `axial_map.next_impact`, on
 
 A lane is a trajectory between two impacts. Its numbers are in one array of float64, field after
 field (one array with constant offsets: the compiler must see that the fields do not overlap). A
-round is `launch` for the lanes that have just had an impact, a look at the gap for all, `polish`
-for those that see one root ahead, and `land` for those that have found it; the others keep their
-delay and look again in the next round, so no lane waits for another. A lane that is done is given
-the next trajectory at once. Most flights take one round: the first delay is certified as all others
-are, and ends shortly before the impact.
+round is `launch_lanes` for the lanes that have just had an impact, `search_step` for all,
+`refine_roots` for those that see one root ahead, and `land_lanes` for those that have found it; the
+others keep their delay and search on in the next round, so no lane waits for another. A lane that
+is done is given the next trajectory at once. Most flights take one round: the first delay is
+certified as all others are, and ends shortly before the impact.
 
 The compiler cuts the lanes into vectors of the width that the processor has (NUMBA_CPU_NAME is
-honoured, numba's cache tells processors apart). Of 16, 32, 64 and 128 lanes, 64 were the best or no
-further from it than the measurement, with vectors of 2, 4 and 8 numbers: fewer leave vectors of 8
-idle between loops (16 took 1.6 times as long), more gain nothing. Each trajectory is computed from
-its own numbers by the same instructions in any lane: it has the same bits in any order, company,
-number of lanes and number of threads, and on all processors with fused multiply-add (AVX2,
+honoured, numba's cache distinguishes processors). Of 16, 32, 64 and 128 lanes, 64 were the best or
+no further from it than the measurement, with vectors of 2, 4 and 8 numbers: fewer leave vectors of
+8 idle between loops (16 took 1.6 times as long), more gain nothing. Each trajectory is computed
+from its own numbers by the same instructions in any lane: it has the same bits in any order,
+company, number of lanes and number of threads, and on all processors with fused multiply-add (AVX2,
 AVX-512); without it (SSE) sums differ by their rounding.
 """
 
@@ -113,7 +113,7 @@ def scratch(fields: int) -> NDArray[np.float64]:
 def in_slices(work: Callable[[slice], object], n: int, workers: int) -> None:
     """Do `work` on all of range(n) by slices, on threads of their own if workers > 1.
 
-    Work that releases the GIL, writes to its slice alone and looks at nothing else of what is
+    Work that releases the GIL, writes to its slice alone and reads nothing else of what is
     written gives the same results for any number of workers. The slices are smaller than the shares
     of the workers, for starts differ in cost. The first error is raised.
     """

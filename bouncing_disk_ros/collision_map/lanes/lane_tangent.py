@@ -78,7 +78,7 @@ def grow_tangents(z: Any) -> None:
 
 @lane
 def grow_tangent(z: Any, i: int, tau: float, w: float, delay: float) -> None:
-    """The vector of a lane that the scalar map has carried from (τ, w) over one flight."""
+    """The vector of a lane that the scalar map has taken from (τ, w) over one flight."""
     t = flight_tangent(tau, w, delay, z[W + i], z[FORCING + i], z[RESTITUTION + i])
     x, y, power = _carried(t, z[TANGENT_X + i], z[TANGENT_Y + i], z[TANGENT_POWER + i])
     z[TANGENT_X + i], z[TANGENT_Y + i], z[TANGENT_POWER + i] = x, y, power

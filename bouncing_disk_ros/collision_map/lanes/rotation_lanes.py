@@ -1,8 +1,8 @@
 """Iterate the next-collision map with rotation for many trajectories at once.
 
 Units of collision_map/rotation_map.py. The axial lanes do not know of the rotation: one loop more
-carries the speed of the disk from impact to impact. A lane whose chatter may be complete is carried
-on by `collision_map.next_collision`.
+carries the speed of the disk from impact to impact. A lane whose chatter may be complete is
+continued by `collision_map.next_collision`.
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ def iterate_rotation(
     *,
     workers: int = 1,
 ) -> None:
-    """Carry trajectories `impacts` impacts on, on so many threads; the same for any number of them.
+    """Iterate trajectories `impacts` times, on so many threads; the same for any number of them.
 
     tau, w, speed (n,): states (τ, w, α̇/(ωΦ)) just before an impact, replaced by the final ones;
     nan where contact lasts for good. forcing, restitution, phase_lag, angular_forcing (n,): Γ, ε, θ

@@ -1,4 +1,4 @@
-"""The rounds of the lanes: whoever asks is seen to, all others fly on."""
+"""The scheduler of the lanes: those that need the scalar map get it, all others fly on."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from bouncing_disk_ros.collision_map.lanes.lane_table import (
 
 
 @lane
-def run_lanes(z: Scratch, n: int, attend: Any, begin: Any, land: Any, data: Any) -> None:
-    """Carry n trajectories through the lanes; one that is done makes room for the next.
+def run_lanes(z: Scratch, n: int, service: Any, assign: Any, on_landing: Any, data: Any) -> None:
+    """Run n trajectories in the lanes; when one is done its lane gets the next.
 
-    Compiled for the three functions that it is given: attend(z, i, data) sees to a lane that asks
-    and returns whether its trajectory is done; begin(z, i, job, data) gives it the next one;
-    land(z, data) is the impact of the lanes that have landed, and what is summed up there.
+    Compiled for the three functions that it is given: service(z, i, data) does by the scalar map
+    what a lane needs and returns whether its trajectory is done; assign(z, i, job, data) gives it
+    the next one; on_landing(z, data) is the impact of the lanes that have landed, and what is
+    summed up there.
     """
     todo = done = 0
     for i in range(LANES):
@@ -37,14 +38,14 @@ def run_lanes(z: Scratch, n: int, attend: Any, begin: Any, land: Any, data: Any)
                 if z[NEEDS_SCALAR + i] <= 0.0:
                     continue
                 if z[TRAJECTORY + i] >= 0.0:
-                    if not attend(z, i, data):
+                    if not service(z, i, data):
                         continue
                     done += 1
                 if todo == n:
                     park_lane(z, i)
                     continue
-                begin(z, i, todo, data)
+                assign(z, i, todo, data)
                 todo += 1
         search_step(z)
         refine_roots(z)
-        land(z, data)
+        on_landing(z, data)

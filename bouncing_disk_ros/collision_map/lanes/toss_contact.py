@@ -85,7 +85,7 @@ def friction_work(z: Any, i: int, fall: float, x: float, s: float, c: float) -> 
 
 @lane
 def advance_sticking(z: Any, fall: float) -> None:
-    """Carry the lanes that stick to where they slip out, or to the separation."""
+    """Advance the lanes that stick to where they slip out, or to the separation."""
     for i in range(LANES):
         x, end = z[TOSS_X + i], z[TOSS_END + i]
         one, other = (
@@ -160,7 +160,7 @@ def find_falling_piece(z: Any, fall: float) -> int:
 
 @lane
 def search_zero(z: Any, fall: float) -> int:
-    """Two looks at the zeros of slips; how many lanes have not found theirs."""
+    """Two search steps for the zeros of slips; how many lanes have not found theirs."""
     for i in range(LANES):
         z[TOSS_TURN_SINE + i], z[TOSS_TURN_COSINE + i], _, _ = lane_turn(z[TOSS_REACHED + i])
     for i in range(LANES):
@@ -196,7 +196,7 @@ def search_zero(z: Any, fall: float) -> int:
 
 @lane
 def advance_slip(z: Any, fall: float) -> int:
-    """Carry the lanes that slip to the end of it; how many have a phase of contact to come."""
+    """Advance the lanes that slip to the end of it; how many have a phase of contact to come."""
     wanted = 0
     for i in range(LANES):
         x, s, c, sign = z[TOSS_X + i], z[TOSS_SINE + i], z[TOSS_COSINE + i], z[TOSS_SIGN + i]

@@ -1,7 +1,7 @@
 """Many single tosses: in lanes where they are usual, by `single_toss.toss_each` where they are not.
 
-What each ride needs before and after its lane is computed in the lanes too: over whole tables, in
-numpy, that took longer than the rides.
+What each toss needs before and after its lane is computed in the lanes too: over whole tables, in
+numpy, that took longer than the tosses.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ from bouncing_disk_ros.core.engine import disk_record
 from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
 from bouncing_disk_ros.core.model import Disk
 
-_LEFT_TO_SCALAR = -2  # code of a ride that `single_toss.toss_each` is to do
+_LEFT_TO_SCALAR = -2  # code of a toss that `single_toss.toss_each` is to do
 _LARGEST_LAG = 1e6  # rad: what `lane_turn` takes
-_SLIPS = 20  # of one ride; from rest there are two or three
+_SLIPS = 20  # of one toss; from rest there are two or three
 _SEARCHES = 3
 _TABLE, _CODES = types.float64[:, ::1], types.int8[::1]
 
@@ -164,7 +164,7 @@ def _toss_lanes(
     out: Any,
     codes: Any,
 ) -> None:
-    """Write the rides of all rows of starts."""
+    """Write the tosses of all rows of starts."""
     down, row = grip * fall, 0
     while row < len(starts):
         filled, row = _fill(z, usual, fall, starts, row, out, codes)

@@ -1,11 +1,11 @@
 """Field table of single tosses in lanes: what a lane holds, and how a toss begins.
 
-Units and formulas of a slip are those of `lanes.toss_slip`; `lanes.toss_contact` carries the lanes
-from phase to phase of contact. Sixty-four rides begin and end together: neighbours in a map have as
-many phases, and a ride that has left the platform earlier than others of its company is not touched
-any more, so that its bits do not depend on them. What is rare is left to `single_toss.toss_each`:
-an event within 1e-6 of separation, a decision that hangs on 1e-9 of what it compares, a root not
-found soon.
+Units and formulas of a slip are those of `lanes.toss_slip`; `lanes.toss_contact` advances the lanes
+from phase to phase of contact. Sixty-four tosses begin and end together: neighbours in a map have
+as many phases, and a toss that has left the platform earlier than others of its company is not
+touched any more, so that its bits do not depend on them. What is rare is left to
+`single_toss.toss_each`: an event within 1e-6 of separation, a decision that hangs on 1e-9 of what
+it compares, a root not found soon.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The bag of the demonstration: room for it, and what is made of it at the end."""
+"""The bag of the demonstration: its folder, and the report on it at the end."""
 
 from __future__ import annotations
 

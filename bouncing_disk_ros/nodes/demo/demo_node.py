@@ -1,4 +1,4 @@
-"""The node of `demo`: starts simulator, performer and recorder, watches, tells, and draws."""
+"""The node of `demo`: starts simulator, performer and recorder, prints what happens, and draws."""
 
 from __future__ import annotations
 

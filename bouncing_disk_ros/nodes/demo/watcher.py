@@ -1,4 +1,4 @@
-"""A node that hears everything a simulator says and keeps it as a `RunRecord`."""
+"""A node that subscribes to all topics of a simulator and builds a `RunRecord`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TYPES = {
 
 
 class DemoWatcher(Node):
-    """Keeps what it hears in `record`; times are simulated seconds."""
+    """Builds `record` from what arrives; times are simulated seconds."""
 
     def __init__(self, name: str, disk: Disk) -> None:
         super().__init__(name)

@@ -1,4 +1,4 @@
-"""The executable `perform`: publish a programme of platform motions and see it carried out."""
+"""The executable `perform`: publish a programme of platform motions, wait for its end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.run.programmes import load_programme, programme_names
 
 _ABOUT = """Publish a programme of platform motions on platform/command as one message, wait until
-the platform has carried it out, and end."""
+the platform has followed it, and end."""
 _EXAMPLE = "ros2 run bouncing_disk_ros perform first_toss_to_period_1"
 
 _SPECS = (

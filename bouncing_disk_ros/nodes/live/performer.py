@@ -118,7 +118,7 @@ class Performer(Node):
             if answer is not None:
                 return dict(zip(ASKED, answer, strict=True))
         if not stop.asked:
-            self.get_logger().warning(f"{name} does not tell its parameters: taking real time")
+            self.get_logger().warning(f"{name} does not give its parameters: taking real time")
         return settings
 
     def _simulator(self) -> str:

@@ -111,7 +111,7 @@ class RunParameters:
         """Do something with another node's name or answer, which may be anything."""
         try:
             action()
-        except Exception as error:  # noqa: BLE001 (told, and the recording goes on)
+        except Exception as error:  # noqa: BLE001 (reported, and the recording goes on)
             self._warn_once(
                 f"the parameters of {cut(name)} are not attached: {cut(str(error), 300)}"
             )

@@ -41,7 +41,7 @@ Put = Callable[["RecordedTopic", bytes, int, int, int], bool | None]
 
 
 class RecordedTopic:
-    """Hears one topic and counts what it did not hear.
+    """Subscribes to one topic and counts the messages that did not arrive.
 
     `put` takes each message; `publishers` asks the graph who publishes. `qos` is what the topic is
     known to have before there is a publisher.
@@ -114,7 +114,7 @@ class RecordedTopic:
         )  # fmt: skip  (the default ones complain of a publisher that `follow` will match)
 
     def destroy(self) -> None:
-        """Hear no more."""
+        """End the subscription."""
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None

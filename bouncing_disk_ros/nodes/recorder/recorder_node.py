@@ -1,4 +1,4 @@
-"""The recorder as a node: finds topics, puts what it hears into a bag, says what was lost."""
+"""The recorder as a node: finds topics, writes their messages to a bag, reports losses."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Recorder(Node):
         self._attach("versions.yaml", YAML, versions(version))
         mine = own_parameters(self.get_fully_qualified_name(), self._values)
         self._attach("recorder.yaml", YAML, mine)
-        for name, topic in self._selection.known.items():  # heard from their first message on
+        for name, topic in self._selection.known.items():  # recorded from their first message on
             self._hear(name, topic.type)
         inputs = self.resolve_topic_name("disk/inputs")
         self._run_parameters = RunParameters(self, inputs, self._attach, self._presets)
@@ -139,7 +139,7 @@ class Recorder(Node):
         writer = self._recording.writer
         self._recording.do(lambda: writer.add_topic(topic.name, topic.type, qos, type_hash))
         self._repeat(topic, len(infos))
-        self.get_logger().info(f"hearing {topic.name} ({topic.type})")
+        self.get_logger().info(f"subscribed to {topic.name} ({topic.type})")
 
     def _repeat(self, topic: RecordedTopic, publishers: int) -> None:
         """Have later files of the bag begin with what is latched on a topic."""
@@ -203,7 +203,8 @@ class Recorder(Node):
     def record(self, stop: Stop) -> int:
         """Record until a signal comes or nothing more can be written; the exit code.
 
-        When the disk or an error ended it, that is told at once; what is in the bag can be read.
+        When the disk or an error ended it, that is reported at once; what is in the bag can be
+        read.
         """
         try:
             self._spin_until(lambda: stop.asked or self._recording.error is not None)

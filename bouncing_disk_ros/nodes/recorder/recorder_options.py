@@ -86,7 +86,7 @@ class Selection:
         default = not (given or self._all or self._regex)
         own = {resolve(name): topic for name, topic in TOPICS.items()}
         # a sender that waits for one listener must not find the recorder and leave before the
-        # simulator hears it; and every command that was accepted is in disk/inputs
+        # simulator receives it; and every command that was accepted is in disk/inputs
         usual = {name for name, topic in own.items() if topic.direction is Direction.OUT}
         self._names = usual if default else {_resolved(name, resolve) for name in given}
         self.known = {name: topic for name, topic in own.items() if self.wants(name)}

@@ -1,4 +1,4 @@
-"""What a recorder tells of itself: losses as notes of the bag, a line, /diagnostics, a summary."""
+"""Status of a recorder: losses as notes of the bag, a line, /diagnostics, a summary."""
 
 from __future__ import annotations
 

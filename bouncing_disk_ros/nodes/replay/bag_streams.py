@@ -47,7 +47,7 @@ class Recorded:
             self.impacts = beside
         self.impacts = self._found(IMPACTS, "--impacts", self.impacts, namespace)
         if not self.bag.topics[self.inputs].count:
-            hint = "The recorder must hear the simulator: its record is latched."
+            hint = "Record with the simulator running: its record of inputs is latched."
             raise InputError(self.inputs, "no messages", "a bag that holds some", hint)
         for name in (self.inputs, self.impacts):
             self.bag.check_installed(name)

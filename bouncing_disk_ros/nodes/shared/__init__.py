@@ -1,1 +1,1 @@
-"""What executables of several rooms need: start, options, figure kinds, what topics say."""
+"""What executables of several packages share: start, options, figure kinds, run records."""

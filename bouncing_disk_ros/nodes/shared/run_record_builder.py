@@ -131,7 +131,7 @@ class RunRecordBuilder:
                     self.record.changes.append(Change(time, kind, _shown(record["values"])))
             case "impulse":
                 detail = f"{record['axial_impulse']:g} N·s, {record['angular_impulse']:g} N·m·s"
-                self.record.changes.append(Change(record["at_ns"] / NS, "kick", detail))
+                self.record.changes.append(Change(record["at_ns"] / NS, "impulse", detail))
             case "reset":
                 self.record.changes.append(Change(time, kind))
 
@@ -171,7 +171,7 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
     try:
         clock, energy, inputs = tasks["real time"], tasks["energy"], tasks.get("inputs", {})
         reported = [float(tasks[task][key]) for task, key in _REPORTED]
-        ledger = [float(energy.get(f"{name} (J)", "nan")) for name in Energy._fields]
+        ledger = [_joules(energy, name) for name in Energy._fields]
         behind = float(clock.get("behind (s)", "nan"))
         counts = int(clock.get("samples skipped", 0)), int(inputs.get("refused", 0))
     except (KeyError, ValueError):
@@ -185,6 +185,12 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
         stamp, simulated, p50, p99, largest, residual, words.startswith("running"), behind,
         *counts, asked if asked.isprintable() else "?", Energy(*ledger),
     )  # fmt: skip
+
+
+def _joules(energy: Mapping[str, str], name: str) -> float:
+    """An entry of the energy ledger; version 0.1.0 called one of them otherwise."""
+    before = "work_kicks (J)" if name == "work_impulses" else ""
+    return float(energy.get(f"{name} (J)", energy.get(before, "nan")))
 
 
 def _shown(values: Mapping[str, Any]) -> str:

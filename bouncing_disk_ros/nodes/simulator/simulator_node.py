@@ -93,7 +93,7 @@ class SimulatorNode(LifecycleNode):
             self._refuse_second_clock()
         except InputError as error:
             self._error = error
-            if not self._starting:  # else whoever starts it is told
+            if not self._starting:  # else the caller gets the error
                 self.get_logger().error(error.line)
             return FAILURE
         return self._transition(self._make_run, state)

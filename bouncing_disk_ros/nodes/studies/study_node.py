@@ -1,4 +1,4 @@
-"""The node of every study: computes in a thread, tells its progress, shows and keeps the result."""
+"""The node of every study: computes in a thread, reports progress, shows and stores the result."""
 
 from __future__ import annotations
 

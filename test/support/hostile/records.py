@@ -112,8 +112,8 @@ SNAPSHOTS: dict[str, Callable[[Fields], Fields]] = {
     "far away": lambda first: {
         "time_ns": 4 * 10**18, "state": {**first["state"], "time_ns": 4 * 10**18}
     },
-    "a million kicks": _in_state(impulses=[[5, 0.0, 0.0]] * 110_000),
-    "held rows of words": _in_state(paused=["row"]),
+    "a million impulses": _in_state(kicks=[[5, 0.0, 0.0]] * 110_000),
+    "held rows of words": _in_state(held=["row"]),
 }  # fmt: skip
 for _name, _change in SNAPSHOTS.items():
     enter_snapshot(_name, _change)

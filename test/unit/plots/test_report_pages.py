@@ -22,7 +22,7 @@ from support.recorded import period_one_bag
 
 PANELS = (
     "Rotor speed", "Forcing phase of the impacts", "Next-collision section", "Return map",
-    "Energy books", "Real time: lateness of the simulator's ticks",
+    "Energy ledger", "Real time: lateness of the simulator's ticks",
 )  # fmt: skip
 TABLES = (
     "Segments of steady motion", "Recording", "Segment 1", "Orbit", "Rotor speed",

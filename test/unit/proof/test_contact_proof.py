@@ -45,7 +45,7 @@ def both(kind: Kind) -> list[Event]:
 
 
 def test_all_events_of_contact_are_proved() -> None:
-    for kind in (*NAMES, Kind.IMPACT, Kind.CARRIED):
+    for kind in (*NAMES, Kind.IMPACT, Kind.PROPAGATED):
         for event in events(TOSSED, kind) + events(SHAKEN, kind, fade=TOSSED):
             verdict = prove(event)
             assert verdict.outcome is Outcome.PROVED, (event, verdict)
@@ -66,7 +66,9 @@ def test_an_event_that_is_passed_over_is_refuted(kind: Kind) -> None:
     """Nothing is said to come until some time after it."""
     for event in both(kind):
         later = math.ceil(event.before.ns + 1.2 * event.delay * NS) + 1000
-        verdict = prove(event._replace(kind=Kind.CARRIED, boundary_ns=later, after=None, value=0.0))
+        verdict = prove(
+            event._replace(kind=Kind.PROPAGATED, boundary_ns=later, after=None, value=0.0)
+        )
         assert verdict.outcome is Outcome.REFUTED, (event, verdict)
         assert NAMES[kind] in verdict.reason
 
@@ -82,7 +84,7 @@ def test_slips_of_the_wrong_sign_are_refuted() -> None:
 def test_sticking_where_the_disk_slides_is_refuted() -> None:
     for event in both(Kind.SLIP_ENDS):
         before = event.before._replace(phase=Phase.STICKING)
-        carried = event._replace(kind=Kind.CARRIED, before=before)
+        carried = event._replace(kind=Kind.PROPAGATED, before=before)
         assert prove(carried).outcome is Outcome.REFUTED
 
 
@@ -90,14 +92,14 @@ def test_sliding_where_the_disk_sticks_is_refuted() -> None:
     for event in both(Kind.SLIP):
         for sign in (1.0, -1.0):
             before = event.before._replace(phase=Phase.SLIDING, slip_sign=sign)
-            carried = event._replace(kind=Kind.CARRIED, before=before)
+            carried = event._replace(kind=Kind.PROPAGATED, before=before)
             assert prove(carried).outcome is Outcome.REFUTED
 
 
 def test_flight_where_the_platform_presses_is_refuted() -> None:
     for event in both(Kind.SLIP):
         before = event.before._replace(phase=Phase.FLIGHT)
-        verdict = prove(event._replace(kind=Kind.CARRIED, before=before))
+        verdict = prove(event._replace(kind=Kind.PROPAGATED, before=before))
         assert verdict.outcome is Outcome.REFUTED
         assert "gap" in verdict.reason
 

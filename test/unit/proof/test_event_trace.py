@@ -46,12 +46,12 @@ def test_events_follow_each_other(slice_events: int) -> None:
     events = list(trace(run(), 4 * NS, slice_events))
     assert events == list(trace(run(), 4 * NS))
     assert {event.kind for event in events} >= {
-        Kind.IMPACT, Kind.SEPARATION, Kind.SLIP_ENDS, Kind.CHATTER, Kind.CARRIED
+        Kind.IMPACT, Kind.SEPARATION, Kind.SLIP_ENDS, Kind.CHATTER, Kind.PROPAGATED
     }  # fmt: skip
     for event, following in itertools.pairwise(events):
         assert event.after is not None
         assert _instant(event.after) == _instant(following.before)
-        if event.kind is not Kind.CARRIED:  # no input between the two
+        if event.kind is not Kind.PROPAGATED:  # no input between the two
             assert event.after == following.before
     last = events[-1]
     assert last.after is None or last.after.ns >= 4 * NS or last.kind is Kind.CHATTER
@@ -85,7 +85,7 @@ def test_inputs_between_traces_are_events_boundaries() -> None:
     made.apply_impulse(NS // 2, 1.0, 0.0)
     then = list(trace(made, NS, is_end=False))
     carried = next(event for event in (*first, *then) if event.after and event.after.ns == NS // 2)
-    assert carried.kind is Kind.CARRIED
+    assert carried.kind is Kind.PROPAGATED
     assert carried.boundary_ns == NS // 2
 
 

@@ -53,7 +53,7 @@ def test_the_disk_that_fell_through_is_refuted() -> None:
     tau = 0.9047641082604492
     u = -1.8546770207731322 - motion.a * math.tau * motion.f * math.cos(tau)
     state = FREE._replace(gap=0.031169516410861017, u=u, tau=tau)
-    event = Event(Kind.CARRIED, state, motion, DISK, 0.5, 0.0, None, 500_000_000)
+    event = Event(Kind.PROPAGATED, state, motion, DISK, 0.5, 0.0, None, 500_000_000)
     verdict = prove(event)
     assert verdict.outcome is Outcome.REFUTED
     assert "the gap is -" in verdict.reason
@@ -149,7 +149,7 @@ def test_a_graze_within_rounding_is_undecided(shift: float, outcome: Outcome) ->
     x, v = motion.a - DISK.g * t * t / 2 + shift, DISK.g * t
     s, s1 = motion.a * math.sin(tau), motion.a * omega * math.cos(tau)
     state = FREE._replace(tau=tau, gap=x - s, u=v - s1)
-    verdict = prove(Event(Kind.CARRIED, state, motion, DISK, 0.15, 0.0, None, 150_000_000))
+    verdict = prove(Event(Kind.PROPAGATED, state, motion, DISK, 0.15, 0.0, None, 150_000_000))
     assert verdict.outcome is outcome
     assert ("graze" in verdict.reason) == (outcome is Outcome.UNDECIDED)
     assert 0.0 < verdict.tolerance < 1e-13

@@ -21,7 +21,7 @@ from support.driven import Driven
 SECONDS = 10.0
 STORY: dict[str, Any] = {
     "programme": [(1.0, {"axial_amplitude": 0.05}), (3.0, {"frequency": 3.5})],
-    "kicks": [(4.0, 0.05, 0.001)],
+    "impulses": [(4.0, 0.05, 0.001)],
 }
 
 

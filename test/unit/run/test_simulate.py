@@ -121,8 +121,8 @@ def test_names_left_out_keep_the_value_of_the_point_before() -> None:
             {"programme": [(1.0, {"frequency": 1.0}), (1.0, {"frequency": 2.0})]},
             r"programme\[1\] time: got '1.0 s', allowed: strictly increasing",
         ),
-        ({"kicks": [(1.0, math.inf, 0.0)]}, "kicks wrench.force.z: got inf"),
-        ({"kicks": [(-1.0, 1.0, 0.0)]}, "kicks time: got -1.0"),
+        ({"impulses": [(1.0, math.inf, 0.0)]}, "impulses wrench.force.z: got inf"),
+        ({"impulses": [(-1.0, 1.0, 0.0)]}, "impulses time: got -1.0"),
     ],
 )
 def test_wrong_calls_are_refused(arguments: dict[str, object], message: str) -> None:
@@ -159,3 +159,10 @@ def test_a_preset_file_of_one_s_own_works(tmp_path: Path) -> None:
 def test_a_missing_preset_file_is_refused() -> None:
     with pytest.raises(InputError, match=r"preset: got './none.yaml', allowed: a readable"):
         load_preset("./none.yaml")
+
+
+def test_the_name_of_version_0_1_still_works() -> None:
+    given = [(0.2, 0.05, 0.001)]
+    with pytest.warns(DeprecationWarning, match="kicks is now impulses"):
+        before = simulate(1.0, kicks=given)
+    assert before.impacts.tobytes() == simulate(1.0, impulses=given).impacts.tobytes()

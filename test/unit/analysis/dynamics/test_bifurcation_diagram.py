@@ -190,8 +190,8 @@ def test_every_parameter_can_be_followed(axis: str) -> None:
 
 
 def test_faults_are_said() -> None:
-    with pytest.raises(InputError, match=r"axis: got 'forcin'.*Did you mean forcing\?"):
-        follow(PAPER, "forcin", VALUES)
+    with pytest.raises(InputError, match=r"axis: got 'axial_forcin'.*Did you mean axial_forcing\?"):
+        follow(PAPER, "axial_forcin", VALUES)
     with pytest.raises(InputError, match="values: got 'none'"):
         follow(PAPER, "axial_forcing", np.zeros(0))
     with pytest.raises(InputError, match=r"restitution: got 1\.5"):

@@ -163,7 +163,9 @@ def test_roots_are_found_to_rounding() -> None:
 
 def test_faults_are_said() -> None:
     orbit = fixed_point(0.45, 0.5)
-    with pytest.raises(InputError, match="axis: got 'phase_lag', allowed: forcing or restitution"):
+    with pytest.raises(
+        InputError, match="axis: got 'phase_lag', allowed: axial_forcing or restitution"
+    ):
         period_doublings(orbit, "phase_lag", 1.0)
     with pytest.raises(InputError, match=r"limit: got 0\.45"):
         period_doublings(orbit, "axial_forcing", 0.45)

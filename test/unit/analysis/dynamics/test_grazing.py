@@ -92,5 +92,5 @@ def test_faults_are_said() -> None:
     rides = np.flatnonzero(after.contact)
     start = MapState(*(float(a[rides[-1]]) for a in after[:3]))
     orbit = periodic_orbit(section, start, int(rides[-1] - rides[-2]))
-    with pytest.raises(InputError, match="orbit: got '1 rides"):
+    with pytest.raises(InputError, match="orbit: got '1 phases of contact"):
         orbit_end(orbit, "axial_forcing", 0.5)

@@ -1,4 +1,4 @@
-"""The summary of a run: figures from what was heard, nothing made up where nothing was heard."""
+"""The summary of a run: figures from what was heard, nothing made up where nothing arrived."""
 
 from __future__ import annotations
 

@@ -47,9 +47,9 @@ def test_a_bag_begun_within_a_fade() -> None:
     assert [(row.begin, row.end) for row in found] == [(5.0, 9.0)]
 
 
-@pytest.mark.parametrize("what", ["kick", "reset"])
+@pytest.mark.parametrize("what", ["impulse", "reset"])
 def test_a_kick_and_a_reset_begin_a_segment(what: str) -> None:
-    changes = [Change(2.0, what, "so"), Change(4.5, "kick")]  # the second falls into the fade
+    changes = [Change(2.0, what, "so"), Change(4.5, "impulse")]  # the second falls into the fade
     found = segments_of(0.0, 9.0, MOTIONS, changes, [(0.0, SOFT)])
     assert [(row.begin, row.end, row.began_by) for row in found] == [
         (0.0, 2.0, "start"), (2.0, 4.0, f"{what} (so)"), (5.0, 9.0, "change of motion"),

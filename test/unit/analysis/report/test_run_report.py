@@ -300,7 +300,7 @@ def test_thinned_series_say_so(settled: Report) -> None:
 
 def test_many_segments_are_listed_in_part() -> None:
     record = heard(session_of(), 10.0)
-    record.changes += [Change(0.2 * number, "kick") for number in range(1, 50)]
+    record.changes += [Change(0.2 * number, "impulse") for number in range(1, 50)]
     report = report_of(record, Source("a"))
     assert len(report.segments) == 50
     text = "\n".join(lines(report))

@@ -173,7 +173,7 @@ def left_to_the_stepper(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         left.append(len(table))
         one_by_one(table, *arguments)
 
-    monkeypatch.setattr(single_toss, "rides", rides)
+    monkeypatch.setattr(single_toss, "toss_each", rides)
     return left
 
 

@@ -107,7 +107,7 @@ def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
     assert run.record.rows["time"].max() < 6.0
     assert [report.simulated for report in run.record.health] == [3.0, 4.0, 5.0]
     assert run.source.limits == ("all before 3 s and from 6 s on, as asked",)
-    assert run.source.absence("/diagnostics") == "not heard within these times"
+    assert run.source.absence("/diagnostics") == "no messages within these times"
     assert run.source.absence("disk/phase") == "not in this bag"  # of a topic that is missing
     assert read(folder).source.absence("/diagnostics") == "not in this bag"
 
@@ -182,7 +182,7 @@ def test_changes_are_heard(tmp_path: Path) -> None:
         )
     record = read(tmp_path / "run").record
     times = [(change.what, round(change.time, 6)) for change in record.changes]
-    assert times == [("parameters", 2.0), ("kick", 3.0), ("reset", 4.0)]
+    assert times == [("parameters", 2.0), ("impulse", 3.0), ("reset", 4.0)]
     assert [disk.restitution for _, disk in record.disks] == [0.5, 0.4]
     assert record.motions[-1].target == Motion(0.04, 0.1, 3.0, 0.0)
     assert record.inputs == 5
