@@ -58,8 +58,8 @@ def simulate(
 
     `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
     out keep the value of the point before. `impulses`: (time in s, axial impulse in N·s, angular
-    impulse in N·m·s); `kicks` is their name of version 0.1.0. `sample_rate` in Hz; None takes no samples. `preset` and further keywords
-    are parameters of the table (see docs/parameters.md).
+    impulse in N·m·s); `kicks` is their name of version 0.1.0. `sample_rate` in Hz; None takes no
+    samples. `preset` and further keywords are parameters of the table (see docs/parameters.md).
 
     Raises InputError on anything that the simulator node would refuse, FailedError where the state
     leaves the range of numbers.

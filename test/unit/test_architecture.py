@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -203,6 +204,25 @@ def test_files_are_short(file: Path) -> None:
 @pytest.mark.parametrize("file", FILES, ids=identify)
 def test_every_file_says_what_it_is(file: Path) -> None:
     assert ast.get_docstring(ast.parse(file.read_text("utf-8")))
+
+
+def test_no_two_modules_have_the_same_name() -> None:
+    stems = Counter(f.stem for f in FILES if f.stem not in {"__init__", "__main__"})
+    assert [stem for stem, count in stems.items() if count > 1] == []
+
+
+def test_constants_of_the_kernels_cannot_be_confused() -> None:
+    """No name stands for two offsets: what is imported from the wrong table fails at import."""
+    homes: dict[str, list[str]] = {}
+    for file in FILES:
+        if room(file) in MAP:
+            for node in ast.parse(file.read_text("utf-8")).body:
+                targets = node.targets if isinstance(node, ast.Assign) else []
+                for name in (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)):
+                    if name.id.isupper() and not name.id.startswith("_"):
+                        homes.setdefault(name.id, []).append(identify(file))
+    assert {name: files for name, files in homes.items() if len(files) > 1} == {}
+    assert len(homes) > 80
 
 
 def test_every_folder_is_a_package_that_gets_installed() -> None:

@@ -31,12 +31,17 @@ from bouncing_disk_ros.collision_map.lanes.toss_contact import (
 from bouncing_disk_ros.collision_map.lanes.toss_table import (
     CLOSE,
     TOSS_AHEAD,
+    TOSS_AMPLITUDE,
     TOSS_BEGUN,
     TOSS_DONE,
     TOSS_END_SINE,
     TOSS_FIELDS,
     TOSS_JOB,
     TOSS_LAG,
+    TOSS_RESULT_DELAY,
+    TOSS_RESULT_SPEED,
+    TOSS_RESULT_WORK_ANGULAR,
+    TOSS_RESULT_WORK_AXIAL,
     TOSS_RISE,
     TOSS_SPEED,
     TOSS_STATUS,
@@ -102,7 +107,7 @@ def _fill(
             starts[row, single_toss.START_PHASE_LAG],
         )
         if usual and amplitude > fall * (1.0 + CLOSE) and abs(lag) < _LARGEST_LAG:
-            z[TOSS_RISE + filled], z[TOSS_LAG + filled] = amplitude, lag
+            z[TOSS_AMPLITUDE + filled], z[TOSS_LAG + filled] = amplitude, lag
             z[TOSS_TURNING + filled] = starts[row, single_toss.START_ANGULAR_AMPLITUDE]
             z[TOSS_X + filled] = starts[row, single_toss.START_FORCING_PHASE]
             z[TOSS_SPEED + filled] = starts[row, single_toss.START_ANGULAR_SPEED]
@@ -128,16 +133,18 @@ def _write(z: Any, filled: int, grip: float, fall: float, units: Any, out: Any, 
         speed = amplitude * omega
         # the disk rises and gains the platform's velocity
         rises = weight * amplitude * (s - begun)
-        z[TOSS_SPEED + i] = omega * separation_speed(z, i, grip * fall)
-        z[TOSS_X + i] = z[TOSS_AHEAD + i] / omega
-        z[TOSS_RISE + i] = rises + 0.5 * mass * speed * speed * (begun - s) * (begun + s)
-        z[TOSS_WORK + i] = inertia * omega * omega * z[TOSS_WORK + i]
+        z[TOSS_RESULT_SPEED + i] = omega * separation_speed(z, i, grip * fall)
+        z[TOSS_RESULT_DELAY + i] = z[TOSS_AHEAD + i] / omega
+        z[TOSS_RESULT_WORK_AXIAL + i] = rises + 0.5 * mass * speed * speed * (begun - s) * (
+            begun + s
+        )
+        z[TOSS_RESULT_WORK_ANGULAR + i] = inertia * omega * omega * z[TOSS_WORK + i]
     for i in range(filled):
         row, ask = int(z[TOSS_JOB + i]), z[TOSS_STATUS + i]
-        out[row, single_toss.RESULT_AIRBORNE_SPEED] = z[TOSS_SPEED + i]
-        out[row, single_toss.RESULT_DELAY] = z[TOSS_X + i]
-        out[row, single_toss.RESULT_WORK_AXIAL] = z[TOSS_RISE + i]
-        out[row, single_toss.RESULT_WORK_ANGULAR] = z[TOSS_WORK + i]
+        out[row, single_toss.RESULT_AIRBORNE_SPEED] = z[TOSS_RESULT_SPEED + i]
+        out[row, single_toss.RESULT_DELAY] = z[TOSS_RESULT_DELAY + i]
+        out[row, single_toss.RESULT_WORK_AXIAL] = z[TOSS_RESULT_WORK_AXIAL + i]
+        out[row, single_toss.RESULT_WORK_ANGULAR] = z[TOSS_RESULT_WORK_ANGULAR + i]
         codes[row] = single_toss.TOSS_SLID if ask == TOSS_DONE else single_toss.TOSS_STUCK
         if ask != TOSS_DONE and ask != TOSS_STAYS_STUCK:
             codes[row] = _LEFT_TO_SCALAR

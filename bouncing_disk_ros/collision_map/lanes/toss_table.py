@@ -18,9 +18,9 @@ from bouncing_disk_ros.collision_map.lanes.lane_table import LANES, lane
 from bouncing_disk_ros.collision_map.lanes.toss_slip import lane_angle
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 
-TOSS_X = 0 * LANES  # phase of the last event; at first of the start
+TOSS_X = 0 * LANES  # phase of the last event, the start being the first
 TOSS_SPEED = 1 * LANES  # α̇ at the start
-TOSS_RISE = 2 * LANES  # γA; at first A
+TOSS_RISE = 2 * LANES  # γA
 TOSS_TURNING = 3 * LANES  # Φ
 TOSS_LAG = 4 * LANES
 TOSS_JOB = 5 * LANES  # row, −1: none
@@ -54,7 +54,13 @@ TOSS_HALF = 31 * LANES
 TOSS_DEPTH = 32 * LANES
 TOSS_ROOT = 33 * LANES  # √(R² − fall²); 0: it falls always
 TOSS_MINUS = 7 * LANES
-TOSS_FIELDS = 41
+TOSS_AMPLITUDE = 41 * LANES  # A
+# what the separation finds, in SI units
+TOSS_RESULT_SPEED = 42 * LANES
+TOSS_RESULT_DELAY = 43 * LANES
+TOSS_RESULT_WORK_AXIAL = 44 * LANES
+TOSS_RESULT_WORK_ANGULAR = 45 * LANES
+TOSS_FIELDS = 46
 
 CLOSE = 1e-6  # rad before separation
 NARROW = 1e-9  # of what a decision compares
@@ -81,7 +87,7 @@ def begin_tosses(z: Any, height: float, grip: float, omega: float) -> None:
         z[TOSS_LAG_SINE + i] = s if lag >= 0.0 else -s
         z[TOSS_LAG_COSINE + i] = c
     for i in range(LANES):
-        amplitude = z[TOSS_RISE + i]
+        amplitude = z[TOSS_AMPLITUDE + i]
         s = height / amplitude
         c = math.sqrt((1.0 - s) * (1.0 + s))
         end = lane_angle(s, c)
