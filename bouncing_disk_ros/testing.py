@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from rclpy.context import Context
     from rclpy.node import Node
 
-    from bouncing_disk_ros.core.model import Motion, Sample
+    from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.core.model import Motion, Sample
 
 PATIENCE = 10.0
 """Longest wait for a condition, s."""
@@ -109,13 +110,13 @@ class SteppedSimulator:
 
     def advance(self, seconds: float) -> None:
         """Simulate for a time, at once."""
-        self._run.advance_to(self._run.session.time_ns + round(seconds * 1e9))
+        self._run.advance_to(self._run.session.time_ns + round(seconds * NS))
 
     def command(self, after: float = 0.0, **values: float) -> bool:
         """Command the platform: `values` reached `after` seconds from now; False when refused."""
         from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 
-        point = PointRequest(tuple(values.values()), round(after * 1e9))
+        point = PointRequest(tuple(values.values()), round(after * NS))
         return self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
 
     def apply_impulse(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
@@ -137,7 +138,7 @@ class SteppedSimulator:
     @property
     def time(self) -> float:
         """Simulated time, s."""
-        return self._run.session.time_ns / 1e9
+        return self._run.session.time_ns / NS
 
     @property
     def state(self) -> Sample:

@@ -18,6 +18,7 @@ from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.message_type import MessageType, message_type
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.units import NS
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 _TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
@@ -115,7 +116,7 @@ def _getter(message: Any, name: str, names: Sequence[str]) -> Callable[[Any], An
 
     def nanoseconds(message: Any) -> int:
         time = get(message)
-        return int(time.sec) * 1_000_000_000 + int(time.nanosec)
+        return int(time.sec) * NS + int(time.nanosec)
 
     return nanoseconds
 

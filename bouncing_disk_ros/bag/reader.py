@@ -30,6 +30,7 @@ from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.bag.summary import Block
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.topics import IMPACT_LAYOUT
+from bouncing_disk_ros.units import NS
 
 
 class Bag:
@@ -91,7 +92,7 @@ class Bag:
 
     def info(self) -> str:
         """A summary for people."""
-        span = (self.end_ns - self.start_ns) / 1e9
+        span = (self.end_ns - self.start_ns) / NS
         files = f"{len(self._sources)} file(s)"
         lines = [f"{self.path}: {self.message_count} messages in {span:.3f} s, {files}"]
         width = max((len(name) for name in self.topics), default=0)

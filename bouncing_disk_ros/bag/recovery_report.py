@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bouncing_disk_ros.bag.pieces import Damage
+from bouncing_disk_ros.units import NS
 
 MOST_LINES = 200
 """Damages that are listed one by one."""
@@ -47,7 +48,7 @@ def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
         return f"{name}: {damage.reason}"
     span = ""
     if damage.span_ns is not None:
-        first, last = (time / 1e9 for time in damage.span_ns)
+        first, last = (time / NS for time in damage.span_ns)
         span = f", received between {first:.3f} and {last:.3f} s"
     counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
     nothing_known = "what was there" if damage.holds_messages else "no messages"

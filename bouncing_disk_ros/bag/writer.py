@@ -26,6 +26,7 @@ from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicR
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.writer_options import Options, WriteError, write_error
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.units import NS
 
 
 class Writer:
@@ -166,7 +167,7 @@ class Writer:
         file = self._open_file()
         if file.start_ns is not None:
             limit = self.options.max_duration
-            too_long = limit > 0 and log_time_ns - file.start_ns >= limit * 1e9
+            too_long = limit > 0 and log_time_ns - file.start_ns >= limit * NS
             if too_long or 0 < self.options.max_size <= file.size:
                 self.split()
         return self._open_file()

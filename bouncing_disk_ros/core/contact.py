@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
+_ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
 LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
 Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
 NO_SLIP = (0.0, 0.0, 0.0, 0.0)
@@ -186,7 +187,7 @@ def stick_fails(
         return Search(math.inf, horizon, 0), 0.0
     within = horizon
     if motion.kind == STEADY:
-        within = min(horizon, 1.0625 * period_of(motion))
+        within = min(horizon, _ONE_PERIOD * period_of(motion))
     up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, within)
     down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, up.reached)
     steps = up.steps + down.steps
@@ -221,13 +222,13 @@ def slip_ends(
             return never, skip
     turns = Search(0.0, 0.0, 0)
     if w == 0.0:
-        reach = min(horizon, 1.0625 * period_of(motion)) if motion.kind == STEADY else horizon
+        reach = min(horizon, _ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
         turns = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
         if turns.zero == math.inf:
             return (never if turns.reached >= reach else turns), 0
     if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
         # higher after each period: now or never
-        within = min(horizon, turns.zero + 1.0625 * period_of(motion))
+        within = min(horizon, turns.zero + _ONE_PERIOD * period_of(motion))
     end = first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, turns.zero, within)
     reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
     return Search(end.zero, reached, turns.steps + end.steps), 0

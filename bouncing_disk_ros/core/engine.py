@@ -12,13 +12,13 @@ from bouncing_disk_ros.core import checkpoint, platform, stepper
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
-    DISK_DTYPE,
     FADE,
     FLIGHT,
     LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
     UNKNOWN,
+    disk_record,
 )
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -35,27 +35,6 @@ _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
-
-
-def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
-    """The disk as the kernels read it, with what follows from it."""
-    k = np.zeros(1, DISK_DTYPE)
-    inertia = disk.mass * disk.gyration_radius**2
-    k["mass"], k["restitution"], k["friction"] = disk.mass, disk.restitution, disk.friction
-    k["inertia"] = inertia
-    k["weight"] = disk.mass * disk.gravity + disk.preload
-    k["g"] = disk.gravity + disk.preload / disk.mass
-    k["grip"] = disk.friction * disk.friction_radius / disk.gyration_radius**2
-    k["load_torque"], k["lag"] = disk.load_torque, disk.load_torque / inertia
-    k["report_speed"] = report_speed
-    return k
-
-
-def join_rows(parts: Rows) -> NDArray[np.void]:
-    """One array of all rows; np.concatenate would drop the padding that the layout has."""
-    if len(parts) == 1:
-        return parts[0]
-    return np.frombuffer(bytearray(b"".join(p.tobytes() for p in parts)), IMPACT_DTYPE)
 
 
 class Engine:

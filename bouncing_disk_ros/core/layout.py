@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import from_dtype, types
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import Disk
 
 FLIGHT, STICKING, SLIDING = 0, 1, 2  # model.Phase as plain integers, for the kernels
 STEADY, FADE = 0, 1
@@ -116,3 +119,18 @@ STATE = from_dtype(STATE_DTYPE)[::1]
 MOTION = from_dtype(MOTION_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
 LEDGER = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out
+
+
+def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
+    """The disk as the kernels read it, with what follows from it."""
+    record = np.zeros(1, DISK_DTYPE)
+    inertia = disk.mass * disk.gyration_radius**2
+    record["mass"], record["restitution"] = disk.mass, disk.restitution
+    record["friction"] = disk.friction
+    record["inertia"] = inertia
+    record["weight"] = disk.mass * disk.gravity + disk.preload
+    record["g"] = disk.gravity + disk.preload / disk.mass
+    record["grip"] = disk.friction * disk.friction_radius / disk.gyration_radius**2
+    record["load_torque"], record["lag"] = disk.load_torque, disk.load_torque / inertia
+    record["report_speed"] = report_speed
+    return record

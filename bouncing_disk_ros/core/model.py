@@ -7,10 +7,12 @@ Symbols are those of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class SimulationError(RuntimeError):
@@ -153,3 +155,13 @@ which it ended. Where x, y or z would pass LARGEST_FLOAT32, they stand at it: a 
 
 LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
 """The largest finite float32; what is stored as one is held within ± this."""
+
+
+def join_rows(parts: Iterable[NDArray[np.void]]) -> NDArray[np.void]:
+    """One array of all rows; np.concatenate would drop the padding that the layout has."""
+    parts = list(parts)
+    if len(parts) == 1:
+        return parts[0]
+    raw = np.dtype((np.void, IMPACT_DTYPE.itemsize))
+    rows = [np.ascontiguousarray(part).view(raw) for part in parts]
+    return np.concatenate([np.zeros(0, raw), *rows]).view(IMPACT_DTYPE)

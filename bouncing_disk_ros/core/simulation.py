@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, platform
-from bouncing_disk_ros.core.engine import Engine, Rows, join_rows
+from bouncing_disk_ros.core.engine import Engine, Rows
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -21,6 +21,7 @@ from bouncing_disk_ros.core.model import (
     MotionInForce,
     Sample,
     SimulationError,
+    join_rows,
 )
 from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
-from bouncing_disk_ros.analysis.recorded.run_record import NS
 from bouncing_disk_ros.plots.run_plot import SETTINGS
 from bouncing_disk_ros.plots.style import BLUE, GREY, VERMILION, new_figure
+from bouncing_disk_ros.units import NS
 
 STYLES = (
     {"color": BLUE, "ls": "-", "marker": "o"},

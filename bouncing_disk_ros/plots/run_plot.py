@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.recorded.run_record import NS, RunRecord
+from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from bouncing_disk_ros.units import NS
 
 SETTINGS = {"fontsize": 11}
 TOSS_SECONDS = (0.7, 3.3)

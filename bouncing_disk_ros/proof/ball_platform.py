@@ -12,8 +12,8 @@ from typing import NamedTuple, Protocol
 from flint import arb
 
 from bouncing_disk_ros.proof.exact_records import State
+from bouncing_disk_ros.units import NS
 
-NS = 1_000_000_000
 WIDE = 0.5
 """Over a piece of more than twice this (rad), bounds from the phase are as wide as global ones."""
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from flint import arb
 
-from bouncing_disk_ros.proof.ball_platform import NS, Platform, interval, seconds
+from bouncing_disk_ros.proof.ball_platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS
 from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
+from bouncing_disk_ros.units import NS
 
 
 def end_of(event: Event) -> float:

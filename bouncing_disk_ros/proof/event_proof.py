@@ -7,13 +7,13 @@ import math
 from flint import ctx
 
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.proof.ball_platform import NS
 from bouncing_disk_ros.proof.chatter_proof import prove_chatter, prove_still
 from bouncing_disk_ros.proof.clock_proof import end_of
 from bouncing_disk_ros.proof.contact_proof import prove_contact
 from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.flight_proof import prove_flight
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
+from bouncing_disk_ros.units import NS
 
 _LEAST_PRECISION = 128
 

@@ -12,8 +12,9 @@ import math
 
 from flint import acb, acb_series, arb
 
-from bouncing_disk_ros.proof.ball_platform import NS, WIDE, Cancelled, Oscillation, Platform
+from bouncing_disk_ros.proof.ball_platform import WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.exact_records import MotionRecord, State
+from bouncing_disk_ros.units import NS
 
 _ORDERS = 5
 Series = list[arb]

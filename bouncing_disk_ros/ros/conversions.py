@@ -21,8 +21,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, ProgrammeRequest
-from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, MOTION_NAMES, WORLD_FRAME
+from bouncing_disk_ros.units import NS
 
 _FIELD_TYPES = {"f4": PointField.FLOAT32, "f8": PointField.FLOAT64, "u4": PointField.UINT32,
                 "u1": PointField.UINT8}  # fmt: skip

@@ -24,8 +24,8 @@ from bouncing_disk_ros.run.command_validation import (
     ProgrammeRequest,
     too_many,
 )
-from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import NS
 
 _HEAD = 4
 """Bytes before the content, which name the encoding; alignment counts from their end."""

@@ -15,8 +15,9 @@ from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
-from bouncing_disk_ros.run.time_map import FAR_NS, NS, TimeMap, scaled
+from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, scaled
 from bouncing_disk_ros.topics import MOTION_NAMES, MOTION_UNITS
+from bouncing_disk_ros.units import NS
 
 MAX_IMPULSE = 1e12
 """Largest impulse accepted, N·s or N·m·s: beyond it the numbers mean nothing."""

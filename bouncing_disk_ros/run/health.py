@@ -11,7 +11,7 @@ import numpy as np
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 LAG_WARN = 0.1
 LAG_ERROR = 1.0

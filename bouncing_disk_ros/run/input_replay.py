@@ -10,14 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bouncing_disk_ros
-from bouncing_disk_ros.core.engine import (
-    join_rows as join_rows,  # re-exported for readers of records
-)
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import KINDS, Record
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 EVENTS_PER_SLICE = 2000
 """Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a

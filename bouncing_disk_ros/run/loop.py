@@ -13,11 +13,11 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.core.model import Sample, join_rows
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
-from bouncing_disk_ros.run.time_map import NS, Grid
+from bouncing_disk_ros.run.time_map import Grid
 from bouncing_disk_ros.topics import MAX_ROWS
+from bouncing_disk_ros.units import NS
 
 MAX_SAMPLES = 100
 """Samples (and speeds) handed over on the way to an instant, before the loop goes on without them;

@@ -27,9 +27,10 @@ from bouncing_disk_ros.run.command_validation import (
     ProgrammeRequest,
     accept_programme,
 )
-from bouncing_disk_ros.run.time_map import FAR_NS, NS, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
 from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import NS
 
 KEYS = ("description", "align", "points")
 

@@ -14,7 +14,8 @@ from bouncing_disk_ros import limits, parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.command_validation import MAX_IMPULSE
-from bouncing_disk_ros.run.time_map import FAR_NS, NS
+from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
 Check = Callable[[Mapping[str, Any]], Record]

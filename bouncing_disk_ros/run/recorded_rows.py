@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.time_map import FAR_NS, NS
+from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
 _NAMES = IMPACT_DTYPE.names or ()

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.core.model import Sample, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.run.input_replay import advance_slice
 from bouncing_disk_ros.run.recorded_rows import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
-from bouncing_disk_ros.run.time_map import NS, nanoseconds
+from bouncing_disk_ros.run.time_map import nanoseconds
+from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
 MAX_ROWS = 20_000

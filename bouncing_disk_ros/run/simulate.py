@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Motion, Sample
+from bouncing_disk_ros.core.model import Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import (
@@ -26,6 +25,7 @@ from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.units import NS
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
 SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
@@ -87,7 +87,7 @@ def simulate(
 
 def _instant(field: str, seconds: float) -> int:
     number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
-    if not number or not 0.0 <= seconds <= FAR_NS / 1e9:
+    if not number or not 0.0 <= seconds <= FAR_NS / NS:
         raise InputError(field, seconds, "a finite number of seconds >= 0")
     return nanoseconds(seconds)
 

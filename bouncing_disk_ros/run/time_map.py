@@ -6,7 +6,8 @@ import functools
 from dataclasses import dataclass
 from fractions import Fraction
 
-NS = 1_000_000_000
+from bouncing_disk_ros.units import NS
+
 FAR_NS = 4 * 10**18
 """No instant of simulated time lies beyond this (126 years): it fits 64 bits with room to spare."""
 

@@ -12,8 +12,7 @@ from bench.c_reference import CReference, CTosses
 from bouncing_disk_ros.analysis.toss.tosses import LOWEST, PAPER, amplitudes
 from bouncing_disk_ros.collision_map import single_toss
 from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
-from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
 
 LAGS, ANGLES = 400, 250
 AGREEMENT = 1e-10  # of the largest speed, delay and work; roundings are magnified near a graze

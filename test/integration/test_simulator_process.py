@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 from support.processes import Process, Starter
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench

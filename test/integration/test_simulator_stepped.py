@@ -17,8 +17,8 @@ from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.conversions import time_to_ns
 from bouncing_disk_ros.run import input_replay
-from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.testing import SteppedSimulator
+from bouncing_disk_ros.units import NS
 from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]

@@ -14,7 +14,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import NS, TimeMap
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
 
 WALL_NS = 1_700_000_000 * NS
 """ROS time at simulated time 0."""

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.model import Motion, join_rows
 from bouncing_disk_ros.run import input_records as records_of
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
 Rows = NDArray[np.void]
@@ -61,7 +60,7 @@ class Driven:
     def flush(self) -> None:
         gathered = self.session.take_rows()
         if gathered:
-            rows = input_replay.join_rows(gathered)
+            rows = join_rows(gathered)
             for first in range(0, len(rows), 3):
                 self.sent += 1
                 self.rows.append((self.sent, rows[first : first + 3]))

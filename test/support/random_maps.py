@@ -13,7 +13,7 @@ from bouncing_disk_ros.collision_map.lanes.axial_lanes import (
     iterate_axial,
 )
 from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
-from bouncing_disk_ros.core.engine import disk_record
+from bouncing_disk_ros.core.layout import disk_record
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.proof.event_trace import disk_of
 from bouncing_disk_ros.proof.exact_records import MotionRecord

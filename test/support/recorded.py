@@ -11,7 +11,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from bouncing_disk_ros import bag, parameters
-from bouncing_disk_ros.core.engine import join_rows
+from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.run.health import Health, Reading, Status

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
-from bouncing_disk_ros.run.input_replay import join_rows, replay
+from bouncing_disk_ros.run.input_replay import replay
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.processes import PATIENCE
 

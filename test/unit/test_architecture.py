@@ -34,6 +34,7 @@ TABLES = {
     "regular_file",
     "study_tables",
     "topics",
+    "units",
 }
 ANALYSIS = {"analysis"} | {
     f"analysis.{room}" for room in ("dynamics", "toss", "recorded", "report")
@@ -45,7 +46,7 @@ MAY_IMPORT = {
     "core": {"core"},
     "collision_map": {"collision_map", "core"},
     "collision_map.lanes": {"collision_map.lanes", "collision_map", "core"},
-    "proof": {"proof", "core"},
+    "proof": {"proof", "core", "units"},
     "analysis": {"analysis", "core"} | TABLES,
     "analysis.dynamics": {"analysis.dynamics", "analysis", *MAP, "core"} | TABLES,
     "analysis.toss": {"analysis.toss", "analysis", *MAP, "core"} | TABLES,

@@ -16,11 +16,11 @@ from typing import NamedTuple
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.units import NS
 
 Programme = Sequence[tuple[float, Motion]]
 """Motions with the times (s) at which they are reached, strictly increasing."""
 
-NS = 1_000_000_000
 PERIODS_TO_SETTLE = 30
 """Periods after the last command in which an orbit must have settled."""
 HELICAL = math.tan(0.2457 * math.pi)

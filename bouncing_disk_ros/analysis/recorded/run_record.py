@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Energy, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Disk, Energy, Motion, MotionInForce, join_rows
+from bouncing_disk_ros.units import NS
 
-NS = 1_000_000_000
 SETTLED_SECONDS = 2.0
 """The rotor speed of the summary is the mean over this long at the end."""
 UNKNOWN_DISK = Disk(*[math.nan] * len(Disk._fields))
@@ -74,7 +73,7 @@ class RunRecord:
     @property
     def rows(self) -> NDArray[np.void]:
         """All impacts, IMPACT_DTYPE."""
-        return joined_rows(self.chunks)
+        return join_rows(self.chunks)
 
     @property
     def motion(self) -> Motion | None:
@@ -89,13 +88,6 @@ class RunRecord:
         rows = self.rows
         steady_since = self.motions[-1].end_ns / NS if self.motions else math.inf
         return orbit_of(rows[rows["time"] >= steady_since])
-
-
-def joined_rows(chunks: Iterable[NDArray[np.void]]) -> NDArray[np.void]:
-    """Arrays of IMPACT_DTYPE as one, byte for byte (np.concatenate alone changes the layout)."""
-    raw = np.dtype((np.void, IMPACT_DTYPE.itemsize))
-    parts = [np.ascontiguousarray(chunk).view(raw) for chunk in chunks]
-    return np.concatenate([np.zeros(0, raw), *parts]).view(IMPACT_DTYPE)
 
 
 class Summary(NamedTuple):

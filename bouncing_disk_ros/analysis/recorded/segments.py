@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.run_record import NS, UNKNOWN_DISK, Change
+from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, Change
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.units import NS
 
 
 class Segment(NamedTuple):

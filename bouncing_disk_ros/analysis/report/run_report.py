@@ -20,11 +20,11 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
 )
 from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
-from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord, joined_rows
+from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
 from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
 from bouncing_disk_ros.analysis.report.speed_series import Speeds
-from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.core.model import Disk, join_rows
 from bouncing_disk_ros.errors import InputError
 
 ABSENT = "not in this bag"
@@ -189,7 +189,7 @@ def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimat
     disk = segments[shown].disk
     parts = [segment for segment in segments if _alike(segment.disk, disk)]
     taken = [(segment, segment.of(rows)) for segment in parts]
-    own = joined_rows(part for _, part in taken)[-MOST_ESTIMATED:]
+    own = join_rows(part for _, part in taken)[-MOST_ESTIMATED:]
     velocities = np.concatenate(
         [
             np.full(len(part), math.nan)

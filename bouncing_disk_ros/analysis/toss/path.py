@@ -21,8 +21,7 @@ from bouncing_disk_ros.analysis.toss.tosses import (
 from bouncing_disk_ros.core.model import InitialState, Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-
-NS = 1_000_000_000
+from bouncing_disk_ros.units import NS
 
 FIG_1_ANGLE = math.pi / 4
 FIG_1_LAGS = (-math.pi / 2, -math.pi / 4, 0.0)

@@ -19,8 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.collision_map import single_toss
 from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
-from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, complete, spec_of

@@ -52,8 +52,7 @@ from bouncing_disk_ros.collision_map.lanes.toss_table import (
     begin_tosses,
 )
 from bouncing_disk_ros.core.arithmetic import TWO_PI
-from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
 from bouncing_disk_ros.core.model import Disk
 
 _LEFT_TO_SCALAR = -2  # code of a toss that `single_toss.toss_each` is to do

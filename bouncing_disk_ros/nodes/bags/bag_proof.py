@@ -15,13 +15,13 @@ from bouncing_disk_ros.nodes.bags.simulators import choose, is_there
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.run_splitting import Run, Runs
+from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.proof.proof_count import ProofCount
 
 INPUTS, IMPACTS = "disk/inputs", "disk/impacts"
-_NS = 1e9
 
 
 def prove_bag(given: argparse.Namespace) -> int:
@@ -107,7 +107,7 @@ class _Prover:
                 self._simulation = restored(record)
                 self._versions.add(str(record.get("version", "")))
                 if math.isnan(self._begun):
-                    self._begun = self._simulation.time_ns / _NS
+                    self._begun = self._simulation.time_ns / NS
         if self._simulation is not None:
             yield from self._prove(_last_ns(run, self._simulation.time_ns), is_end=True)
         self._simulation = None
@@ -119,14 +119,14 @@ class _Prover:
 
         assert self._simulation is not None
         for event in trace(self._simulation, until_ns, is_end=is_end):
-            self._reached = event.before.ns / _NS
+            self._reached = event.before.ns / NS
             if self._is_wanted(self._reached):
                 self.tally.take(event, prove(event))
             else:
                 self.tally.leave_out()
             self._events += 1
             yield self._reached
-        self._reached = until_ns / _NS
+        self._reached = until_ns / NS
 
     def _is_wanted(self, time: float) -> bool:
         begin, end = (vars(self._given)[name] for name in ("from", "to"))
@@ -155,5 +155,5 @@ def _last_ns(run: Run, reached_ns: int) -> int:
     for rows in run.rows:
         times = rows["time"][-1:]
         if len(times) and math.isfinite(times[0]):
-            last = max(last, math.floor(float(times[0]) * _NS))
+            last = max(last, math.floor(float(times[0]) * NS))
     return last

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.run_record import joined_rows
+from bouncing_disk_ros.core.model import join_rows
 
 T = TypeVar("T")
 _JOIN, _JOIN_ROWS = 4096, 65536
@@ -71,7 +71,7 @@ class Bounded:
         self._fresh_rows += len(rows)
         self._fresh += 1
         if self._fresh >= _JOIN or self._fresh_rows >= _JOIN_ROWS:
-            chunks[-self._fresh :] = [joined_rows(chunks[-self._fresh :])]
+            chunks[-self._fresh :] = [join_rows(chunks[-self._fresh :])]
             self._fresh = self._fresh_rows = 0
             while self._held - len(chunks[0]) >= self._most:
                 self._held -= len(chunks[0])

@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.bag.loss import SequenceLoss
+from bouncing_disk_ros.units import NS
 
-WINDOW_NS = 1_000_000_000
+WINDOW_NS = NS
 """Messages of one node come at most so much later than others that were sent after them."""
 _OVERHEAD = 400
 """Bytes that a message takes besides its content."""

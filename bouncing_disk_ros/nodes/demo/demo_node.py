@@ -21,7 +21,7 @@ from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 PRESET = "pizza_multiple_toss"
 PROGRAMME = "first_toss_to_period_1"

@@ -20,8 +20,9 @@ from bouncing_disk_ros.ros.conversions import msg_to_motion, programme_to_msg, t
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import load_programme, start_of
-from bouncing_disk_ros.run.time_map import NS, TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds, scaled
 from bouncing_disk_ros.topics import TOPICS
+from bouncing_disk_ros.units import NS
 
 ASKED = ("real_time_factor", "crossfade_duration", "publish_clock")
 """Parameters of the simulator that decide when a stamp acts."""

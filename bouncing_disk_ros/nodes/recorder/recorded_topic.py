@@ -30,6 +30,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.conversions import impacts_from_msg
 from bouncing_disk_ros.run.input_records import from_json
 from bouncing_disk_ros.topics import Qos
+from bouncing_disk_ros.units import NS
 
 BEST_EFFORT_DEPTH = 1000
 LARGEST_INDEX = 2.0**53
@@ -208,7 +209,7 @@ def offered(info: Any) -> OfferedQos:
     profile = info.qos_profile
 
     def split(duration: Any) -> tuple[int, int]:
-        return divmod(int(duration.nanoseconds), 1_000_000_000)
+        return divmod(int(duration.nanoseconds), NS)
 
     return OfferedQos(
         history=HistoryPolicy(profile.history).name.lower(),

@@ -16,6 +16,7 @@ from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
+from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros import bag
@@ -125,14 +126,14 @@ def _replayed(opened: bag.Bag, recorded: Recorded) -> ReplayedBag:
     from bouncing_disk_ros.nodes.replay.bag_streams import replay_bag
 
     start, end = opened.start_ns, opened.end_ns
-    with tqdm(total=round((end - start) / 1e9, 1), unit="s", desc="replay", leave=False,
+    with tqdm(total=round((end - start) / NS, 1), unit="s", desc="replay", leave=False,
               disable=None, file=sys.stderr) as bar:  # fmt: skip
 
         def heard(time_ns: int) -> None:
-            bar.update(max(0.0, (time_ns - start) / 1e9 - bar.n))
+            bar.update(max(0.0, (time_ns - start) / NS - bar.n))
 
         def reached(time_ns: int) -> None:
-            bar.set_postfix_str(f"simulated {time_ns / 1e9:.1f} s", refresh=False)
+            bar.set_postfix_str(f"simulated {time_ns / NS:.1f} s", refresh=False)
             bar.update(0)
 
         return replay_bag(recorded, heard, reached)

@@ -11,7 +11,7 @@ from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.run.changed_run import Changes, what_if
 from bouncing_disk_ros.run.run_pair import Trace
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 
 def compare(

@@ -28,7 +28,8 @@ from bouncing_disk_ros.ros.conversions import (
     time_to_ns,
 )
 from bouncing_disk_ros.run.input_records import Record, from_json
-from bouncing_disk_ros.run.time_map import NS, TimeMap
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
 
 _SHOWN = 100
 """Letters of a text of another node that are shown, at most."""

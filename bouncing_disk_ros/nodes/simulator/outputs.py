@@ -18,8 +18,9 @@ from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import NS, TimeMap
+from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
+from bouncing_disk_ros.units import NS
 
 
 class Outputs:

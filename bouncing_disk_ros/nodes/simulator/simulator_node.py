@@ -24,7 +24,8 @@ from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, star
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import NS, nanoseconds
+from bouncing_disk_ros.run.time_map import nanoseconds
+from bouncing_disk_ros.units import NS
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 TICK_SECONDS = (0.001, 0.01)

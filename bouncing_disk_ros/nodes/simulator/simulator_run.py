@@ -15,7 +15,8 @@ from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, NS, TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.units import NS
 
 _STEP_NS = 100_000_000
 """Wall time after which the answer to a long `~/step` does not wait for its end."""

@@ -20,6 +20,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.units import NS
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
 
@@ -71,7 +72,7 @@ def last_steady(record: RunRecord, path: str) -> Segment:
     rows = record.rows
     times = [float(rows["time"][-1])] if len(rows) else []
     times += [time for time, _ in record.speeds[-1:]] + [time for time, _ in record.disks[-1:]]
-    times += [motion.begin_ns / 1e9 for motion in record.motions]
+    times += [motion.begin_ns / NS for motion in record.motions]
     end = math.nextafter(max(times, default=0.0), math.inf)
     found = segments_of(0.0, end, record.motions, record.changes, record.disks)
     steady = [one for one in found if one.motion is not None and known(one.disk)]

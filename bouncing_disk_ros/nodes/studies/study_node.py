@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import os
 import sys
 import threading
@@ -35,10 +36,8 @@ from bouncing_disk_ros.study_tables import COMMON, LISTS
 from bouncing_disk_ros.topics import Qos
 
 _LATCHED = Qos(1, latched=True)
-FOREVER = 1e9
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
-"""Seconds; the waits of a study end by what they wait for, or by a signal."""
 FIGURE_DPI = 160
 
 
@@ -92,7 +91,7 @@ class StudyNode(Node):
         worker.start()
         with Bar(self._tool.name) as bar:
             timer = self.create_timer(0.2, lambda: self._report_progress(bar))
-            if not wait_for(self, stop, lambda: not worker.is_alive(), FOREVER):
+            if not wait_for(self, stop, lambda: not worker.is_alive(), math.inf):
                 print(f"{self._tool.name}: stopping when the parts at work are done",
                       file=sys.stderr, flush=True)  # fmt: skip
             worker.join()  # a signal: what is at work is finished and kept
@@ -115,7 +114,7 @@ class StudyNode(Node):
         self._show(self._result)
         if self._options["hold"]:
             print(f"{self._tool.name}: holding the topics until Ctrl-C", flush=True)
-            wait_for(self, stop, lambda: False, FOREVER)
+            wait_for(self, stop, lambda: False, math.inf)
         return ExitCode.DONE
 
     def _compute(self, stop: Stop) -> None:

@@ -11,7 +11,7 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
 from bouncing_disk_ros.plots.comparison_plot import two_runs_picture
 from bouncing_disk_ros.run.changed_run import changes_of, what_if
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 
 def picture(**change: float) -> tuple[Figure, float | None]:

@@ -7,8 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_trace import TracedEngine, trace
 from bouncing_disk_ros.proof.exact_records import Event, Kind

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
-from bouncing_disk_ros.core.engine import disk_record
+from bouncing_disk_ros.core.layout import disk_record
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.proof.event_trace import disk_of
 from bouncing_disk_ros.proof.exact_records import MotionRecord

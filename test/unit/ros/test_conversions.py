@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Phase, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros import conversions as c
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 NAN, INF = math.nan, math.inf
 finite = st.floats(allow_nan=False, allow_infinity=False)

@@ -27,8 +27,8 @@ from bouncing_disk_ros.ros.serialized import (
     value_from_bytes,
 )
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointRequest, ProgrammeRequest
-from bouncing_disk_ros.run.time_map import NS
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import NS
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)

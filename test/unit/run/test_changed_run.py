@@ -15,7 +15,7 @@ from bouncing_disk_ros.run.changed_run import changes_of, what_if
 from bouncing_disk_ros.run.replay_check import replay
 from bouncing_disk_ros.run.run_pair import DETAIL_PERIODS, MAX_ROWS, SAMPLES, SPEED_SECONDS
 from bouncing_disk_ros.run.simulate import Result
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 from support.driven import Driven
 
 SECONDS = 10.0

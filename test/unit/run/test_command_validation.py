@@ -19,7 +19,8 @@ from bouncing_disk_ros.run.command_validation import (
     accept_impulse,
     accept_programme,
 )
-from bouncing_disk_ros.run.time_map import NS, TimeMap
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
 
 WALL = 1_800_000_000 * NS
 NOW = 20 * NS + 1  # next unsimulated nanosecond

@@ -9,7 +9,7 @@ import pytest
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 10 + [1e-15, 1.0])
 FIRST = Reading(0, 0, 0, 0, 0, 0, BOOKS, "running", 1.0, 0)

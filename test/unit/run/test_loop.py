@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Sample
-from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.core.model import Motion, Sample, join_rows
 from bouncing_disk_ros.run.loop import MAX_SAMPLES, Loop, Steps
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, NS
+from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.units import NS
 
 
 class Heard:
@@ -76,7 +76,7 @@ def test_results_do_not_depend_on_the_ticks() -> None:
             loop.slice(min(until, 10 * NS))
             if until >= 10 * NS:
                 break
-        streams.append((input_replay.join_rows(heard.rows).tobytes(), heard.samples, heard.speeds))
+        streams.append((join_rows(heard.rows).tobytes(), heard.samples, heard.speeds))
     assert len(streams[0][0]) > 0
     assert streams[0] == streams[1] == streams[2]
 
@@ -97,10 +97,7 @@ def test_no_impact_is_lost_by_a_late_tick() -> None:
     steady, heard_steady = made()
     for tick in range(1, 2001):
         steady.slice(tick * 10**7)
-    assert (
-        input_replay.join_rows(heard_late.rows).tobytes()
-        == input_replay.join_rows(heard_steady.rows).tobytes()
-    )
+    assert join_rows(heard_late.rows).tobytes() == join_rows(heard_steady.rows).tobytes()
 
 
 def test_a_slice_ends_when_its_time_is_up_and_the_next_goes_on() -> None:
@@ -188,7 +185,7 @@ def test_many_rows_are_handed_over_in_between() -> None:
     loop, heard = made(frequency=40_000.0, axial_amplitude=1e-6, preload=1.1e4, mass=0.25)
     loop.slice(NS, budget_ns=60 * NS)
     assert len(heard.rows) > 1
-    index = input_replay.join_rows(heard.rows)["index"]
+    index = join_rows(heard.rows)["index"]
     assert np.array_equal(index, np.arange(len(index)))
 
 

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import simulate
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Phase
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Phase, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import from_json, to_json
-from bouncing_disk_ros.run.input_replay import join_rows
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.replay_check import replay
 from bouncing_disk_ros.run.run_splitting import Runs
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 from support.driven import Driven, Record, Rows, flipped
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 from support.driven import wild_input
 
 Record = dict[str, Any]
@@ -45,7 +45,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
 def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
     session, records = started()
     drive(session, seed)
-    rows = input_replay.join_rows(session.take_rows())
+    rows = join_rows(session.take_rows())
     assert len(rows) > 10
     again = input_replay.replay(through_json(records), until_ns=session.time_ns)
     assert again.tobytes() == rows.tobytes()
@@ -59,7 +59,7 @@ def test_a_record_begun_in_mid_run_reproduces_the_rest() -> None:
     session.take_rows()
     cut = len(records) - 1
     drive(session, 12)
-    rows = input_replay.join_rows(session.take_rows())
+    rows = join_rows(session.take_rows())
     assert rows["index"][0] == first
     again = input_replay.replay(through_json(records[cut:]), until_ns=session.time_ns)
     assert again.tobytes() == rows.tobytes()
@@ -156,10 +156,10 @@ def test_numbers_that_are_none_never_reach_the_record() -> None:
 
 def test_joined_rows_keep_the_layout() -> None:
     rows = [np.ones(2, IMPACT_DTYPE), np.zeros(1, IMPACT_DTYPE)]
-    joined = input_replay.join_rows(rows)
+    joined = join_rows(rows)
     assert joined.dtype == IMPACT_DTYPE
     assert list(joined["index"]) == [1.0, 1.0, 0.0]
-    assert len(input_replay.join_rows([])) == 0
+    assert len(join_rows([])) == 0
 
 
 # --- inputs whose instant takes long --------------------------------------------------------------
@@ -191,7 +191,7 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     assert kinds == ["parameters", "motion"]
     assert [record["time_ns"] for record in records[before:]] == [1, 2]
     again = input_replay.replay(through_json(records), until_ns=2)
-    assert again.tobytes() == input_replay.join_rows(session.take_rows()).tobytes()
+    assert again.tobytes() == join_rows(session.take_rows()).tobytes()
 
 
 def test_a_pause_waits_in_its_place() -> None:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.run.time_map import NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.units import NS
 
 WALL = 1_800_000_000 * NS
 times = st.integers(0, 10**16)

@@ -21,8 +21,7 @@ from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.report_text import lines
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.model import Motion, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.collision_map import single_toss
 from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.collision_map.lanes.toss_slip import lane_angle
-from bouncing_disk_ros.core.engine import disk_record
-from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
 from bouncing_disk_ros.core.model import Disk
 
 DOUGH = Disk(0.3, 0.5, 0.6, 0.12, 0.3 / math.sqrt(8.0), 10.0)

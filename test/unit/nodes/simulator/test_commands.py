@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.run.time_map import NS
+from bouncing_disk_ros.units import NS
 from support.commanded import WALL_NS, CommandedSession
 from support.wrong_commands import WRONG, trajectory, wrench
 
