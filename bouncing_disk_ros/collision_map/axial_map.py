@@ -52,12 +52,12 @@ def axial_motion(forcing: float) -> SteadyMotion:
 
 @kernel
 def landing(
-    motion: Record, s: float, c: float, jet: Jet, g: float, u: float, start: float
+    motion: Record, sine: float, cosine: float, jet: Jet, g: float, u: float, start: float
 ) -> tuple[float, float]:
     """Delay and w_A of the impact that ends a flight from the platform; nan if it is not found."""
     d, w = start, 1.0
     for _ in range(_SEARCHES):
-        d, w = first_impact(motion, 0.0, s, c, jet, g, 0.0, u, d, math.inf)
+        d, w = first_impact(motion, 0.0, sine, cosine, jet, g, 0.0, u, d, math.inf)
         if not w > 0.0:
             return d, w
     return math.nan, math.nan
@@ -65,11 +65,11 @@ def landing(
 
 @kernel
 def launched_impact(
-    motion: Record, disk: Record, tau: float, s: float, c: float, jet: Jet
+    motion: Record, disk: Record, tau: float, sine: float, cosine: float, jet: Jet
 ) -> tuple[float, float]:
     """Delay and w_A of the first impact after a launch with gap = 0 and u = 0 at τ (rule 2)."""
     start = load_returns(motion, disk, 0.0, tau, math.inf).zero
-    return landing(motion, s, c, jet, disk.g, 0.0, start)
+    return landing(motion, sine, cosine, jet, disk.g, 0.0, start)
 
 
 @kernel
@@ -87,8 +87,8 @@ def after_impact(
         if end == BOUNCES:
             return FLIES, tau, 0.0
         tau = phase_after(tau, waited)[1]
-        s, c = sincos(tau)
-        jet = axial_jet(motion, s, c, 0.0)
+        sine, cosine = sincos(tau)
+        jet = axial_jet(motion, sine, cosine, 0.0)
     if not load(motion, GRAVITY, jet)[1]:
         return MAP_IMPACT, tau, waited
     return (MAP_REST if never_leaves(motion, GRAVITY) else MAP_CONTACT), tau, waited
@@ -105,12 +105,12 @@ def next_impact(
     """
     motion = axial_motion(forcing)
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
-    s, c = sincos(tau)
-    jet = axial_jet(motion, s, c, 0.0)
+    sine, cosine = sincos(tau)
+    jet = axial_jet(motion, sine, cosine, 0.0)
     u = -restitution * w
     kind, at, waited = after_impact(motion, disk, tau, jet, u)
     if kind == FLIES:
-        d, w1 = landing(motion, s, c, jet, GRAVITY, u, 0.0)
+        d, w1 = landing(motion, sine, cosine, jet, GRAVITY, u, 0.0)
         return MAP_IMPACT, phase_after(tau, d)[1], w1, d
     if kind == MAP_REST:
         return MAP_REST, math.nan, math.nan, math.inf
@@ -118,9 +118,9 @@ def next_impact(
         leave = separation_phase(motion, GRAVITY)
         waited += wrapped(leave - at)
         at = leave
-    s, c = sincos(at)
-    jet = axial_jet(motion, s, c, 0.0)
-    d, w1 = launched_impact(motion, disk, at, s, c, jet)
+    sine, cosine = sincos(at)
+    jet = axial_jet(motion, sine, cosine, 0.0)
+    d, w1 = launched_impact(motion, disk, at, sine, cosine, jet)
     return kind, phase_after(at, d)[1], w1, waited + d
 
 

@@ -29,25 +29,25 @@ def flight_clearance(motion: Record, tau: float, u: float, d: float) -> float:
     least = math.inf
     if leave < 0.0:
         return least
-    s, c = sincos(tau)
+    sine, cosine = sincos(tau)
     begin = leave - tau
     while begin < d:
         end = min(begin + math.pi - 2.0 * leave, d)
         low = max(begin, 0.0)
         if (
             low < end
-            and gap_after(motion, 0.0, s, c, GRAVITY, 0.0, u, low)[1] < 0.0
-            and gap_after(motion, 0.0, s, c, GRAVITY, 0.0, u, end)[1] > 0.0
+            and gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, low)[1] < 0.0
+            and gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, end)[1] > 0.0
         ):
             high = end
             middle = 0.5 * (low + high)
             while low < middle < high:
-                if gap_after(motion, 0.0, s, c, GRAVITY, 0.0, u, middle)[1] < 0.0:
+                if gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, middle)[1] < 0.0:
                     low = middle
                 else:
                     high = middle
                 middle = 0.5 * (low + high)
-            least = min(least, gap_after(motion, 0.0, s, c, GRAVITY, 0.0, u, middle)[0])
+            least = min(least, gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, middle)[0])
         begin += TWO_PI
     return least
 

@@ -27,14 +27,14 @@ def flight_tangent(
     tau: float, w: float, d: float, w1: float, forcing: float, restitution: float
 ) -> Tangent:
     """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
-    s, c = sincos(tau)
-    return turned_tangent(s, c, sincos_excess(d), w, d, w1, forcing, restitution)
+    sine, cosine = sincos(tau)
+    return turned_tangent(sine, cosine, sincos_excess(d), w, d, w1, forcing, restitution)
 
 
 @kernel
 def turned_tangent(
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     turn: tuple[float, float, float, float],
     w: float,
     d: float,
@@ -44,17 +44,17 @@ def turned_tangent(
 ) -> Tangent:
     """`flight_tangent` where sin τ, cos τ and `sincos_excess` of d are known."""
     sx, cx, se, ce = turn
-    bend = forcing * (s * cx + c * sx) - GRAVITY  # h''(d)
-    d_tau = forcing * (c * ce - s * se) / w1
+    bend = forcing * (sine * cx + cosine * sx) - GRAVITY  # h''(d)
+    d_tau = forcing * (cosine * ce - sine * se) / w1
     d_u = -d / w1
-    d_forcing = (s * ce + c * se) / w1
+    d_forcing = (sine * ce + cosine * se) / w1
     return (
         1.0 + d_tau,
         -restitution * d_u,
-        forcing * (s * ce + c * sx) + bend * d_tau,
+        forcing * (sine * ce + cosine * sx) + bend * d_tau,
         -restitution * (1.0 + bend * d_u),
         d_forcing,
-        s * sx - c * ce + bend * d_forcing,
+        sine * sx - cosine * ce + bend * d_forcing,
         -w * d_u,
         -w * (1.0 + bend * d_u),
     )

@@ -122,27 +122,27 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
     Motion and disk are those of `map_motion` and `map_disk`; the arguments are not checked. The
     angle is turned between the two impacts. MAP_REST has nan for all but the kind and the delay.
     """
-    s, c = sincos(tau)
-    jet = axial_jet(motion, s, c, 0.0)
-    b = angular_jet(motion, s, c, 0.0)
+    sine, cosine = sincos(tau)
+    jet = axial_jet(motion, sine, cosine, 0.0)
+    b = angular_jet(motion, sine, cosine, 0.0)
     if w < 0.0:
         omega = speed_after(omega, b[1], disk.grip * ((1.0 + disk.restitution) * -w))
     u = -disk.restitution * w
     waited = turned = 0.0
     kind = MAP_IMPACT
     if u > 0.0:
-        end, waited, sign = chatter_verdict(motion, disk, 0.0, s, c, jet, u, omega)
+        end, waited, sign = chatter_verdict(motion, disk, 0.0, sine, cosine, jet, u, omega)
         if end == BOUNCES:
-            d, w1 = landing(motion, s, c, jet, disk.g, u, 0.0)
+            d, w1 = landing(motion, sine, cosine, jet, disk.g, u, 0.0)
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
         tau = phase_after(tau, waited)[1]
         if end == COMPLETES:
-            push = -gap_after(motion, 0.0, s, c, disk.g, 0.0, u, waited)[1]
+            push = -gap_after(motion, 0.0, sine, cosine, disk.g, 0.0, u, waited)[1]
             sums = chatter_sums(disk, jet, u)
-            s, c = sincos(tau)
-            b_end = angular_jet(motion, s, c, 0.0)
+            sine, cosine = sincos(tau)
+            b_end = angular_jet(motion, sine, cosine, 0.0)
             turned, omega = chatter_rotation(disk, sign, omega, b, b_end, push, sums, waited)
-            jet = axial_jet(motion, s, c, 0.0)
+            jet = axial_jet(motion, sine, cosine, 0.0)
     if load(motion, disk.g, jet)[1]:
         if separation_phase(motion, disk.g) < 0.0:
             return MAP_REST, math.nan, math.nan, math.nan, math.inf, math.nan
@@ -151,9 +151,9 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
         waited += d
         turned += angle
         tau = separation_phase(motion, disk.g)
-        s, c = sincos(tau)
-        jet = axial_jet(motion, s, c, 0.0)
-    d, w1 = launched_impact(motion, disk, tau, s, c, jet)
+        sine, cosine = sincos(tau)
+        jet = axial_jet(motion, sine, cosine, 0.0)
+    d, w1 = launched_impact(motion, disk, tau, sine, cosine, jet)
     return kind, phase_after(tau, d)[1], w1, omega, waited + d, turned + omega * d
 
 

@@ -93,9 +93,9 @@ _TABLE = types.Array(types.float64, 2, "C")
 def toss_each(
     starts: Record,
     frequency: float,
-    disk: Record,
+    disks: Record,
     events: int,
-    state: Record,
+    states: Record,
     ledger: Ledger,
     out: Record,
     codes: Record,
@@ -105,26 +105,26 @@ def toss_each(
     The disk starts on the platform, with the platform's axial velocity. `state` and `ledger` are
     work space. Without a separation a row of `out` is nan.
     """
-    k = disk[0]
-    s = state[0]
+    disk = disks[0]
+    state = states[0]
     for i in range(len(starts)):
         axial, angular = starts[i, START_AXIAL_AMPLITUDE], starts[i, START_ANGULAR_AMPLITUDE]
         lag = starts[i, START_PHASE_LAG]
         motion = steady_motion(axial, angular, frequency, TWO_PI * frequency, lag, *sincos(lag))
         ledger[:] = 0.0
-        set_clock(s, 0, 0.0, 0, starts[i, START_FORCING_PHASE])
-        s.turns, s.angle, s.omega = 0, 0.0, starts[i, START_ANGULAR_SPEED]
-        classify_contact(s, motion, k)
+        set_clock(state, 0, 0.0, 0, starts[i, START_FORCING_PHASE])
+        state.turns, state.angle, state.omega = 0, 0.0, starts[i, START_ANGULAR_SPEED]
+        classify_contact(state, motion, disk)
         delay = 0.0
-        if separation_phase(motion, k.g) < 0.0:
+        if separation_phase(motion, disk.g) < 0.0:
             code = TOSS_STAYS
-        elif s.phase == FLIGHT:
+        elif state.phase == FLIGHT:
             code = TOSS_NONE
         else:
-            code, delay = toss_once(s, motion, k, ledger, events)
+            code, delay = toss_once(state, motion, disk, ledger, events)
         codes[i] = code
         left = code in (TOSS_SLID, TOSS_STUCK, TOSS_NONE)
-        out[i, RESULT_AIRBORNE_SPEED] = s.omega if left else math.nan
+        out[i, RESULT_AIRBORNE_SPEED] = state.omega if left else math.nan
         out[i, RESULT_DELAY] = delay if left else math.nan
         out[i, RESULT_WORK_AXIAL] = ledger[0, W_AXIAL] + ledger[1, W_AXIAL] if left else math.nan
         out[i, RESULT_WORK_ANGULAR] = (

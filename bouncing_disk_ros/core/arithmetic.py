@@ -65,9 +65,9 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
 @kernel
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as the rounded sum and its exact error (Knuth)."""
-    s = a + b
-    t = s - a
-    return s, (a - (s - t)) + (b - t)
+    total = a + b
+    t = total - a
+    return total, (a - (total - t)) + (b - t)
 
 
 @kernel
@@ -86,8 +86,8 @@ def two_product(a: float, b: float) -> tuple[float, float]:
 @kernel
 def pair_sum(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Sum of two double-double numbers."""
-    s, e = two_sum(ah, bh)
-    return two_sum(s, e + (al + bl))
+    total, e = two_sum(ah, bh)
+    return two_sum(total, e + (al + bl))
 
 
 @kernel
@@ -108,22 +108,22 @@ def pair_quotient(ah: float, al: float, b: float) -> tuple[float, float]:
 @kernel
 def _reduced(x: float) -> tuple[float, int]:
     """Remainder of x after the nearest multiple k of π/2, |r| ≤ π/4, and k modulo 4."""
-    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
+    quadrant = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     if abs(x) < _FEW_TURNS:
-        r = ((x - k * HALF_PI_1) - k * HALF_PI_2) - k * HALF_PI_3
+        r = ((x - quadrant * HALF_PI_1) - quadrant * HALF_PI_2) - quadrant * HALF_PI_3
     else:  # the product x·2/π is rounded: k may be one off, which the second look puts right
-        r = _remainder(x, k)
-        k += 1.0 if r > _QUARTER_PI else (-1.0 if r < -_QUARTER_PI else 0.0)
-        r = _remainder(x, k)
-    return r, int(k) & 3
+        r = _remainder(x, quadrant)
+        quadrant += 1.0 if r > _QUARTER_PI else (-1.0 if r < -_QUARTER_PI else 0.0)
+        r = _remainder(x, quadrant)
+    return r, int(quadrant) & 3
 
 
 @kernel
-def _remainder(x: float, k: float) -> float:
+def _remainder(x: float, quadrant: float) -> float:
     """x − kπ/2, rounded once."""
-    p, e = two_product(k, _HALF_PI_HIGH)
+    p, e = two_product(quadrant, _HALF_PI_HIGH)
     high, low = two_sum(x - p, -e)
-    return high + (low - k * _HALF_PI_LOW)
+    return high + (low - quadrant * _HALF_PI_LOW)
 
 
 @kernel
@@ -173,9 +173,9 @@ def arcsine(c: float) -> float:
         1.5707288 + c * (-0.2121144 + c * (0.0742610 - c * 0.0187293))
     )
     for _ in range(3):
-        s, k = sincos(x)
-        if k > 1e-8:
-            x += (c - s) / k
+        sine, cosine = sincos(x)
+        if cosine > 1e-8:
+            x += (c - sine) / cosine
     return x
 
 

@@ -113,20 +113,20 @@ def first_zero(
     """
     d = begin
     over = bounds_from(motion, elapsed, d)
-    k = _curvature(which, over, disk)
+    curvature = _curvature(which, over, disk)
     touching = 1e-9  # rad
     for i in range(SEARCH_STEPS):
         if d > horizon:
             return Search(math.inf, horizon, i)
         if d >= over.until:
             over = bounds_from(motion, elapsed, d)
-            k = _curvature(which, over, disk)
+            curvature = _curvature(which, over, disk)
         f, f1 = watched(which, sign, motion, disk, elapsed, tau, slip, d)
         if f <= 0.0:
             if f1 < 0.0:
                 return Search(d, d, i)
             f = 0.0
-        if k == 0.0 and f1 >= 0.0:
+        if curvature == 0.0 and f1 >= 0.0:
             if over.until == math.inf:
                 return Search(math.inf, horizon, i)
             d = over.until
@@ -135,7 +135,7 @@ def first_zero(
             d += touching / motion.omega_max
             touching *= 2.0
             continue
-        step = parabola_root(f, f1, k)
+        step = parabola_root(f, f1, curvature)
         if f1 < 0.0 and step <= 4.0 * ROUNDING * (d + step):
             return Search(d + step, d + step, i)
         d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)
@@ -267,8 +267,8 @@ def slide(
     motion: Record,
     disk: Record,
     elapsed: float,
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     sign: float,
     omega: float,
     d: float,
@@ -277,7 +277,7 @@ def slide(
 
     s, c are sin τ, cos τ at the start; the integrals keep all their digits.
     """
-    fall = gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)
+    fall = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, d)
     pushed, q = -fall[0], -fall[1]
     turned = (omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed
     return turned, omega - (sign * disk.grip * q + disk.lag * d), pushed, q

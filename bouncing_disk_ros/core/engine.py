@@ -62,26 +62,32 @@ class Engine:
 
     def place(self, time_ns: int, initial: InitialState, motion: Motion) -> None:
         """Start in an initial state at time_ns; cycles and row index go on, the ledger is reset."""
-        s = self.state
+        state = self.state
         tau = initial.forcing_phase % TWO_PI
         tau = tau if tau < TWO_PI else 0.0
         cycles, before = self.clock
         cycles += 1 if tau < before else 0  # (cycles, phase) never falls
-        rows = int(s["rows"][0])
+        rows = int(state["rows"][0])
         self.m = platform.steady(motion, time_ns, cycles, tau)
-        s[:] = np.zeros(1, STATE_DTYPE)
-        s["ns"], s["cycles"], s["tau"], s["rows"], s["phase"] = time_ns, cycles, tau, rows, FLIGHT
-        s["sine"], s["cosine"] = sine_and_cosine(tau)
+        state[:] = np.zeros(1, STATE_DTYPE)
+        state["ns"], state["cycles"], state["tau"], state["rows"], state["phase"] = (
+            time_ns,
+            cycles,
+            tau,
+            rows,
+            FLIGHT,
+        )
+        state["sine"], state["cosine"] = sine_and_cosine(tau)
         turns = round(initial.angle / TWO_PI)
-        s["turns"], s["angle"] = turns, initial.angle - turns * TWO_PI
-        s["gap"], s["omega"] = initial.height, initial.angular_velocity
+        state["turns"], state["angle"] = turns, initial.angle - turns * TWO_PI
+        state["gap"], state["omega"] = initial.height, initial.angular_velocity
         if initial.axial_velocity is not None:
-            self._observe(s)
-            s["u"] = initial.axial_velocity - self._observed["s1"]
+            self._observe(state)
+            state["u"] = initial.axial_velocity - self._observed["s1"]
         self.resume()
         self._ledger[:] = 0.0
-        self._observe(s)
-        s["initial_energy"] = self._observed["energy"]
+        self._observe(state)
+        state["initial_energy"] = self._observed["energy"]
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
         """Resolve the events up to target_ns; the work done and whether the budget ran out.
@@ -110,9 +116,11 @@ class Engine:
                 return used, status == stepper.BEHIND
 
     def _fault(self) -> str:
-        s = self.state[0]
-        values = ", ".join(f"{n} {float(s[n])!r}" for n in ("gap", "u", "omega", "angle", "tau"))
-        return f"no next event after simulated time {int(s['ns'])} ns: {values}"
+        state = self.state[0]
+        values = ", ".join(
+            f"{n} {float(state[n])!r}" for n in ("gap", "u", "omega", "angle", "tau")
+        )
+        return f"no next event after simulated time {int(state['ns'])} ns: {values}"
 
     @property
     def in_chatter(self) -> bool:

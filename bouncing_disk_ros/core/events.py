@@ -101,8 +101,8 @@ def _after_flight(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
     start, steps = 0.0, 0
-    s, c = state.sine, state.cosine
-    jet = axial_jet(motion, s, c, since)
+    sine, cosine = state.sine, state.cosine
+    jet = axial_jet(motion, sine, cosine, since)
     if state.gap == 0.0:
         if state.u == 0.0:  # launched: no root before the platform can come back (rule 2)
             returns = load_returns(motion, disk, since, state.tau, horizon)
@@ -114,7 +114,9 @@ def _after_flight(
             if chatter.kind != NOTHING:
                 return chatter
     within = min(horizon, start + _LONGEST)
-    d, w, more = search_impact(motion, since, s, c, jet, disk.g, state.gap, state.u, start, within)
+    d, w, more = search_impact(
+        motion, since, sine, cosine, jet, disk.g, state.gap, state.u, start, within
+    )
     if w > 0.0:
         return _stopped(d, horizon, steps + more)
     if d > within or d == math.inf:

@@ -29,18 +29,18 @@ _BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 onc
 
 @kernel
 def steady_gap(
-    amplitude: float, w: float, s: float, c: float, g: float, gap: float, u: float, d: float
+    amplitude: float, w: float, sine: float, cosine: float, g: float, gap: float, u: float, d: float
 ) -> Jet:
     """Gap and its first four derivatives after d seconds; s, c are sin τ, cos τ at the start."""
-    return turned_gap(amplitude, w, s, c, g, gap, u, d, sincos_excess(w * d))
+    return turned_gap(amplitude, w, sine, cosine, g, gap, u, d, sincos_excess(w * d))
 
 
 @kernel
 def turned_gap(
     amplitude: float,
     w: float,
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     g: float,
     gap: float,
     u: float,
@@ -49,10 +49,10 @@ def turned_gap(
 ) -> Jet:
     """`steady_gap` where `sincos_excess` of the phase grown is known."""
     sx, cx, se, ce = turn
-    rise = amplitude * (s * ce + c * se)
-    slope = amplitude * w * (c * ce - s * sx)
-    pull = amplitude * w * w * (s * cx + c * sx)
-    jerk = amplitude * w * w * w * (c * cx - s * sx)
+    rise = amplitude * (sine * ce + cosine * se)
+    slope = amplitude * w * (cosine * ce - sine * sx)
+    pull = amplitude * w * w * (sine * cx + cosine * sx)
+    jerk = amplitude * w * w * w * (cosine * cx - sine * sx)
     return gap + (u - 0.5 * g * d) * d - rise, u - g * d - slope, pull - g, jerk, -w * w * pull
 
 
@@ -99,12 +99,19 @@ def fading_gap(
 
 @kernel
 def gap_after(
-    motion: Record, elapsed: float, s: float, c: float, g: float, gap: float, u: float, d: float
+    motion: Record,
+    elapsed: float,
+    sine: float,
+    cosine: float,
+    g: float,
+    gap: float,
+    u: float,
+    d: float,
 ) -> Jet:
     """Gap and its first four derivatives d seconds after sin τ = s, cos τ = c."""
     if motion.kind == STEADY:
-        return steady_gap(motion.a, motion.omega, s, c, g, gap, u, d)
-    return fading_gap(motion, elapsed, s, c, g, gap, u, d)
+        return steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
+    return fading_gap(motion, elapsed, sine, cosine, g, gap, u, d)
 
 
 @kernel
@@ -125,8 +132,8 @@ def above_platform(top: float, x: float, v: float, g: float) -> tuple[float, flo
 def first_impact(
     motion: Record,
     elapsed: float,
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     jet: Jet,
     g: float,
     gap: float,
@@ -135,7 +142,7 @@ def first_impact(
     horizon: float,
 ) -> tuple[float, float]:
     """`search_impact` without the number of its steps."""
-    d, w, _ = search_impact(motion, elapsed, s, c, jet, g, gap, u, start, horizon)
+    d, w, _ = search_impact(motion, elapsed, sine, cosine, jet, g, gap, u, start, horizon)
     return d, w
 
 
@@ -143,8 +150,8 @@ def first_impact(
 def search_impact(
     motion: Record,
     elapsed: float,
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     jet: Jet,
     g: float,
     gap: float,
@@ -164,12 +171,17 @@ def search_impact(
     begin, end = above_platform(motion.top, jet[0] + gap, jet[1] + u, g)
     d = start
     over = bounds_from(motion, elapsed, d)
-    k = g + over.s2
-    if start == 0.0 and gap == 0.0 and u > 0.0 and begin <= 2.0 * u / k < min(end, over.until):
+    curvature = g + over.s2
+    if (
+        start == 0.0
+        and gap == 0.0
+        and u > 0.0
+        and begin <= 2.0 * u / curvature < min(end, over.until)
+    ):
         d = end  # a safe step already ends above the platform
     h, h1, h2, h3, h4 = gap, u, -(g + jet[2]), -jet[3], -jet[4]
     if d > 0.0:
-        h, h1, h2, h3, h4 = gap_after(motion, elapsed, s, c, g, gap, u, d)
+        h, h1, h2, h3, h4 = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
     for i in range(SEARCH_STEPS):
         if d > horizon:
             return math.inf, 0.0, i
@@ -178,28 +190,35 @@ def search_impact(
         h = max(h, 0.0)
         if d >= over.until:
             over = bounds_from(motion, elapsed, d)
-            k = g + over.s2
-        if _proven(motion, elapsed, g, d, h, h1, k, over.until):
+            curvature = g + over.s2
+        if _proven(motion, elapsed, g, d, h, h1, curvature, over.until):
             jet = (h, h1, h2, h3, h4)
-            d, w = _impact_ahead(motion, elapsed, s, c, g, gap, u, d, jet, horizon)
+            d, w = _impact_ahead(motion, elapsed, sine, cosine, g, gap, u, d, jet, horizon)
             return d, w, i
         step = 1e-9 / motion.omega_max
         if h != 0.0 or h1 != 0.0:
-            step = safe_step(h, h1, -h2, k, over.s3)
+            step = safe_step(h, h1, -h2, curvature, over.s3)
         if h1 < 0.0 and step <= 4.0 * ROUNDING * d:
             return d + step, h1, i
         d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)
         d = end if begin <= d < end else d
-        h, h1, h2, h3, h4 = gap_after(motion, elapsed, s, c, g, gap, u, d)
+        h, h1, h2, h3, h4 = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
     return d, 1.0, SEARCH_STEPS
 
 
 @kernel
 def _proven(
-    motion: Record, elapsed: float, g: float, d: float, h: float, h1: float, k: float, until: float
+    motion: Record,
+    elapsed: float,
+    g: float,
+    d: float,
+    h: float,
+    h1: float,
+    curvature: float,
+    until: float,
 ) -> bool:
     """Whether `one_root_ahead` holds, with bounds over all of the stretch that it speaks of."""
-    if not one_root_ahead(h, h1, k):
+    if not one_root_ahead(h, h1, curvature):
         return False
     end = d - 2.0 * h / h1
     if end <= until:
@@ -224,8 +243,8 @@ def _step_within(jet: Jet, d: float, low: float, high: float) -> tuple[float, fl
 def _impact_ahead(
     motion: Record,
     elapsed: float,
-    s: float,
-    c: float,
+    sine: float,
+    cosine: float,
     g: float,
     gap: float,
     u: float,
@@ -250,7 +269,7 @@ def _impact_ahead(
         step, slope = _step_within(jet, d, low, high)
         d += step
         if d > horizon:
-            jet = gap_after(motion, elapsed, s, c, g, gap, u, horizon)
+            jet = gap_after(motion, elapsed, sine, cosine, g, gap, u, horizon)
             if jet[0] > 0.0:
                 return math.inf, 0.0
             d = high = horizon
@@ -261,7 +280,7 @@ def _impact_ahead(
         short = abs(jet[2] * step) < 1e-4 * fall and abs(jet[3]) * x < 2e-8 * fall
         if short and bound * x * x < 16.0 * ROUNDING * abs(slope):
             return d, slope
-        jet = gap_after(motion, elapsed, s, c, g, gap, u, d)
+        jet = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
         if jet[0] > 0.0:
             low = max(low, d)
         else:

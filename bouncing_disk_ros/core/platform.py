@@ -38,42 +38,44 @@ def blend_jet(x: float, duration: float) -> Jet:
 
 
 @kernel
-def _product_jet(z: Jet, s: float, c: float, q: Jet) -> Jet:
+def _product_jet(z: Jet, sine: float, cosine: float, q: Jet) -> Jet:
     """Derivatives of A sin χ from those of A (z) and of χ (q[1:]), with s = sin χ, c = cos χ."""
     _, q1, q2, q3, q4 = q
-    y1 = c * q1
-    y2 = c * q2 - s * q1 * q1
-    y3 = c * (q3 - q1 * q1 * q1) - 3.0 * s * q1 * q2
-    y4 = c * (q4 - 6.0 * q1 * q1 * q2) - s * (4.0 * q1 * q3 + 3.0 * q2 * q2 - q1 * q1 * q1 * q1)
+    y1 = cosine * q1
+    y2 = cosine * q2 - sine * q1 * q1
+    y3 = cosine * (q3 - q1 * q1 * q1) - 3.0 * sine * q1 * q2
+    y4 = cosine * (q4 - 6.0 * q1 * q1 * q2) - sine * (
+        4.0 * q1 * q3 + 3.0 * q2 * q2 - q1 * q1 * q1 * q1
+    )
     z0, z1, z2, z3, z4 = z
     return (
-        z0 * s,
-        z1 * s + z0 * y1,
-        z2 * s + 2.0 * z1 * y1 + z0 * y2,
-        z3 * s + 3.0 * (z2 * y1 + z1 * y2) + z0 * y3,
-        z4 * s + 4.0 * (z3 * y1 + z1 * y3) + 6.0 * z2 * y2 + z0 * y4,
+        z0 * sine,
+        z1 * sine + z0 * y1,
+        z2 * sine + 2.0 * z1 * y1 + z0 * y2,
+        z3 * sine + 3.0 * (z2 * y1 + z1 * y2) + z0 * y3,
+        z4 * sine + 4.0 * (z3 * y1 + z1 * y3) + 6.0 * z2 * y2 + z0 * y4,
     )
 
 
 @kernel
-def _steady_jet(amplitude: float, s: float, c: float, w: float) -> Jet:
-    z0 = amplitude * s
-    z1 = amplitude * w * c
+def _steady_jet(amplitude: float, sine: float, cosine: float, w: float) -> Jet:
+    z0 = amplitude * sine
+    z1 = amplitude * w * cosine
     w2 = w * w
     return z0, z1, -w2 * z0, -w2 * z1, w2 * w2 * z0
 
 
 @kernel
-def axial_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
+def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
     if motion.kind == STEADY:
-        return _steady_jet(motion.a, s, c, motion.omega)
+        return _steady_jet(motion.a, sine, cosine, motion.omega)
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
     d = motion.da
     z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
     w = TWO_PI * motion.df
     q = (0.0, TWO_PI * (motion.f + motion.df * b0), w * b1, w * b2, w * b3)
-    return _product_jet(z, s, c, q)
+    return _product_jet(z, sine, cosine, q)
 
 
 @kernel
@@ -169,7 +171,7 @@ def steady_motion(
 
 
 def _amplitude_bounds(begin: float, change: float, duration: float) -> tuple[float, ...]:
-    rates = (abs(change) * b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1))
+    rates = (abs(change) * b / duration**order for order, b in enumerate(_BLEND_BOUNDS, start=1))
     return (max(begin, begin + change), *rates)
 
 
@@ -193,7 +195,7 @@ def derive(m: NDArray[np.void]) -> None:
     """Fill in what follows from the other fields of a motion's record: bounds, ω, sin θ, cos θ."""
     r = m[0]
     duration = float(r["duration"]) if r["kind"] == FADE else math.inf
-    spread = [b / duration**k for k, b in enumerate(_BLEND_BOUNDS, start=1)]
+    spread = [b / duration**order for order, b in enumerate(_BLEND_BOUNDS, start=1)]
     w = TWO_PI * max(r["f"], r["f"] + r["df"])
     dw, dlag = TWO_PI * abs(r["df"]), abs(r["dlag"])
     a = _amplitude_bounds(float(r["a"]), float(r["da"]), duration)

@@ -62,8 +62,10 @@ def propagate(
     """Propagate a state by d seconds, to the clock given, without leaving its phase of motion."""
     before = elapsed(motion, state.ns, state.sub)
     if state.phase == FLIGHT:
-        s, c = state.sine, state.cosine
-        state.gap, state.u, _, _, _ = gap_after(motion, before, s, c, disk.g, state.gap, state.u, d)
+        sine_before, cosine_before = state.sine, state.cosine
+        state.gap, state.u, _, _, _ = gap_after(
+            motion, before, sine_before, cosine_before, disk.g, state.gap, state.u, d
+        )
         spin(state, disk, d)
     else:
         after = elapsed(motion, ns, sub)
@@ -79,8 +81,10 @@ def propagate(
             state.omega = b1[1]
         else:
             sign = state.slip_sign
-            s, c = state.sine, state.cosine
-            turned, omega, pushed, q = slide(motion, disk, before, s, c, sign, state.omega, d)
+            sine_before, cosine_before = state.sine, state.cosine
+            turned, omega, pushed, q = slide(
+                motion, disk, before, sine_before, cosine_before, sign, state.omega, d
+            )
             slip = state.omega - b0[1]
             add_axial_work(ledger, disk, s0, s1)
             add_sliding_work(

@@ -17,30 +17,30 @@ ROUNDING = 1.1102230246251565e-16  # 2⁻⁵³
 
 
 @kernel
-def parabola_quotient(h: float, h1: float, k: float) -> tuple[float, float]:
+def parabola_quotient(h: float, h1: float, curvature: float) -> tuple[float, float]:
     """Numerator and denominator of `parabola_root`."""
-    q = math.sqrt(h1 * h1 + 2.0 * k * h)
-    return (2.0 * h, q - h1) if h1 < 0.0 else (h1 + q, k)
+    q = math.sqrt(h1 * h1 + 2.0 * curvature * h)
+    return (2.0 * h, q - h1) if h1 < 0.0 else (h1 + q, curvature)
 
 
 @kernel
-def parabola_root(h: float, h1: float, k: float) -> float:
+def parabola_root(h: float, h1: float, curvature: float) -> float:
     """Positive root of h + h1 δ − k δ²/2; needs h ≥ 0 and k > 0, or k = 0 and h1 < 0."""
-    over, under = parabola_quotient(h, h1, k)
+    over, under = parabola_quotient(h, h1, curvature)
     return over / under
 
 
 @kernel
-def safe_step(h: float, h1: float, a: float, k: float, bound: float) -> float:
+def safe_step(h: float, h1: float, a: float, curvature: float, bound: float) -> float:
     """Largest proven step: h'' = −a now, h'' ≥ −k and |h'''| ≤ bound everywhere ahead."""
-    near = k
+    near = curvature
     if a > 0.0:
         reach = parabola_root(h, h1, a)
-        near = min(k, a + bound * reach / 3.0)
+        near = min(curvature, a + bound * reach / 3.0)
     elif h1 < 0.0:
-        near = min(k, max(a - bound * h / h1 / 3.0, 0.0))
+        near = min(curvature, max(a - bound * h / h1 / 3.0, 0.0))
     step = parabola_root(h, h1, near)
-    if h1 > 0.0 and near == k and bound > 0.0:
+    if h1 > 0.0 and near == curvature and bound > 0.0:
         # after a launch with next to no acceleration: half of h1 δ outweighs each of a δ²/2, bound
         # δ³/6
         rise = math.sqrt(3.0 * h1 / bound)
@@ -49,9 +49,9 @@ def safe_step(h: float, h1: float, a: float, k: float, bound: float) -> float:
 
 
 @kernel
-def one_root_ahead(h: float, h1: float, k: float) -> bool:
+def one_root_ahead(h: float, h1: float, curvature: float) -> bool:
     """Whether h ≥ 0 falls through zero just once within 2h/|h1|: |h''| ≤ k keeps h' < h1/2."""
-    return h1 < 0.0 and 4.0 * k * h <= h1 * h1
+    return h1 < 0.0 and 4.0 * curvature * h <= h1 * h1
 
 
 @kernel

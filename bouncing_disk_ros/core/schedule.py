@@ -63,4 +63,4 @@ def plan_fades(
 
 def add_impulse(impulses: list[Impulse], impulse: Impulse) -> None:
     """Queue an impulse behind those of the same instant."""
-    insort(impulses, impulse, key=lambda k: k.at_ns)
+    insort(impulses, impulse, key=lambda queued: queued.at_ns)

@@ -266,7 +266,7 @@ class Simulation:
             "start": list(self._start),
             "target": list(self._target),
             "pending": [[f.begin_ns, f.end_ns, list(f.target)] for f in self._pending],
-            "kicks": [list(k) for k in self._impulses],
+            "kicks": [list(impulse) for impulse in self._impulses],
             "held": [
                 checkpoint.plain(r[i : i + 1]) for r in self._unreported_rows for i in range(len(r))
             ],

@@ -49,11 +49,11 @@ class Watched:
 
     def jet(self, t: arb) -> list[arb]:
         """The value and its first derivatives, two at least, at a point or over a piece."""
-        k = [self._factor * z for z in self._oscillation.jet(t)[self._order :]]
-        k[0] += self._polynomial(t)
-        k[1] += self._c1 + 2 * self._c2 * t
-        k[2] += 2 * self._c2
-        return k
+        jet = [self._factor * z for z in self._oscillation.jet(t)[self._order :]]
+        jet[0] += self._polynomial(t)
+        jet[1] += self._c1 + 2 * self._c2 * t
+        jet[2] += 2 * self._c2
+        return jet
 
     def over(self, a: float, b: float) -> tuple[arb, arb, arb]:
         """The value from below, and the first two derivatives, over [a, b]."""

@@ -31,17 +31,17 @@ _KINDS = {
 
 def state_of(record: Any) -> State:
     """The numbers of a state record (layout.STATE_DTYPE)."""
-    s = record[0]
+    record = record[0]
     return State(
-        int(s["ns"]),
-        float(s["sub"]),
-        int(s["cycles"]),
-        float(s["tau"]),
-        Phase(int(s["phase"])),
-        float(s["slip_sign"]),
-        float(s["gap"]),
-        float(s["u"]),
-        float(s["omega"]),
+        int(record["ns"]),
+        float(record["sub"]),
+        int(record["cycles"]),
+        float(record["tau"]),
+        Phase(int(record["phase"])),
+        float(record["slip_sign"]),
+        float(record["gap"]),
+        float(record["u"]),
+        float(record["omega"]),
     )
 
 
@@ -55,8 +55,8 @@ def motion_of(record: Any) -> MotionRecord:
 
 def disk_of(record: Any) -> DiskRecord:
     """The numbers of a disk record (layout.DISK_DTYPE)."""
-    k = record[0]
-    return DiskRecord(*(float(k[name]) for name in DiskRecord._fields))
+    record = record[0]
+    return DiskRecord(*(float(record[name]) for name in DiskRecord._fields))
 
 
 class TracedEngine(Engine):

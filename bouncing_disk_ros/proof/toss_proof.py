@@ -118,7 +118,7 @@ class _TossProof:
     def _rule_4(self) -> float:
         """Whether a disk without slip sticks (0), or the sign with which it slides."""
         if self.disk.grip > 0.0:
-            margins = [margin_of(self.platform, self.disk, s) for s in (1.0, -1.0)]
+            margins = [margin_of(self.platform, self.disk, sign) for sign in (1.0, -1.0)]
             values = [margin.jet(arb(0))[0] for margin in margins]
             if any(
                 abs(value) <= margin.tolerance(0.0)

@@ -82,5 +82,5 @@ class Grid:
         self._k += 1
         self.next_ns = self._instant(self._k)
 
-    def _instant(self, k: int) -> int:
-        return round(k * self._period)
+    def _instant(self, index: int) -> int:
+        return round(index * self._period)

@@ -152,7 +152,9 @@ def _trajectory(taken: list[Sample], speed: float, delay: float, landing: float)
     }
     return TossTrajectory(
         time=np.array([sample.time_ns / NS for sample in taken]),
-        forcing_phase=np.array([s.forcing_phase + math.tau * s.cycles for s in taken]),
+        forcing_phase=np.array(
+            [sample.forcing_phase + math.tau * sample.cycles for sample in taken]
+        ),
         phase=np.array([sample.phase for sample in taken], np.int8),
         angle=np.array([sample.unwrapped_angle for sample in taken]),
         airborne_speed=speed,

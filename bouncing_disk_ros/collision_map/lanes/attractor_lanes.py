@@ -97,13 +97,13 @@ def _row(z: Any, i: int, kind: int, delay: float, turned: float, out: Any) -> No
     """Keep the impact that a lane has just had, if it is one of the last."""
     if not z[IMPACTS_LEFT + i] < z[_KEEP + i]:
         return
-    job, k = int(z[TRAJECTORY + i]), int(z[_KEEP + i] - z[IMPACTS_LEFT + i]) - 1
-    out[job, k, axial_map.ORBIT_TAU] = z[TAU + i]
-    out[job, k, axial_map.ORBIT_W] = z[W + i]
-    out[job, k, axial_map.ORBIT_DELAY] = delay
-    out[job, k, axial_map.ORBIT_KIND] = kind
-    out[job, k, ORBIT_SPEED] = z[DISK_SPEED + i]
-    out[job, k, ORBIT_TURNED] = turned
+    job, place = int(z[TRAJECTORY + i]), int(z[_KEEP + i] - z[IMPACTS_LEFT + i]) - 1
+    out[job, place, axial_map.ORBIT_TAU] = z[TAU + i]
+    out[job, place, axial_map.ORBIT_W] = z[W + i]
+    out[job, place, axial_map.ORBIT_DELAY] = delay
+    out[job, place, axial_map.ORBIT_KIND] = kind
+    out[job, place, ORBIT_SPEED] = z[DISK_SPEED + i]
+    out[job, place, ORBIT_TURNED] = turned
 
 
 @lane
@@ -161,8 +161,8 @@ def _finish(z: Any, i: int, measured: int, states: Any, results: Any) -> None:
     """Write what was measured, and the last state."""
     job = int(z[TRAJECTORY + i])
     growth = normalise(z, i)
-    for k, field in enumerate((TAU, W, DISK_SPEED, TANGENT_X, TANGENT_Y)):
-        states[job, k] = z[field + i]
+    for column, field in enumerate((TAU, W, DISK_SPEED, TANGENT_X, TANGENT_Y)):
+        states[job, column] = z[field + i]
     contacts = z[_CONTACTS + i]
     results[job, MEAN_PER_TIME] = z[TURNED_SUM + i] / z[TIME_SUM + i]
     results[job, MEAN_PER_IMPACT] = z[_SPEED_SUM + i] / measured
@@ -174,12 +174,12 @@ def _finish(z: Any, i: int, measured: int, states: Any, results: Any) -> None:
 @lane
 def _rest(job: int, states: Any, out: Any, results: Any) -> None:
     """What `attractor` says of a disk at rest for good."""
-    for k, number in enumerate(AT_REST):
-        states[job, k] = number
-        results[job, k] = math.nan
-    for k in range(out.shape[1]):
+    for i, number in enumerate(AT_REST):
+        states[job, i] = number
+        results[job, i] = math.nan
+    for i in range(out.shape[1]):
         for column in range(out.shape[2]):
-            out[job, k, column] = math.nan
+            out[job, i, column] = math.nan
 
 
 @lane

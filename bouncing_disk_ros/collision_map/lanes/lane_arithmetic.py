@@ -93,14 +93,18 @@ def lane_turn(x: float) -> tuple[float, float, float, float]:
     """`sincos_excess` for 0 ≤ x < 1e6 without a branch, to a rounding."""
     rounded = fused(x, TWO_OVER_PI, ROUNDER)
     quadrant = bits_of(rounded)  # modulo 4 in its last two bits
-    k = rounded - ROUNDER
-    small = k == 0.0
-    r = fused(-k, HALF_PI_3, fused(-k, HALF_PI_2, fused(-k, HALF_PI_1, x)))
+    quarters = rounded - ROUNDER
+    small = quarters == 0.0
+    r = fused(
+        -quarters,
+        HALF_PI_3,
+        fused(-quarters, HALF_PI_2, fused(-quarters, HALF_PI_1, x)),
+    )
     se, ce = lane_excesses(r)
-    s, c = bits_of(r + se), bits_of(1.0 + ce)
-    swap = (s ^ c) & -(quadrant & 1)
-    p = number_of(s ^ swap ^ ((quadrant & 2) << 62))
-    q = number_of(c ^ swap ^ (((quadrant + 1) & 2) << 62))
+    sine, cosine = bits_of(r + se), bits_of(1.0 + ce)
+    swap = (sine ^ cosine) & -(quadrant & 1)
+    p = number_of(sine ^ swap ^ ((quadrant & 2) << 62))
+    q = number_of(cosine ^ swap ^ (((quadrant + 1) & 2) << 62))
     return p, q, chosen(small, se, p - x), chosen(small, ce, q - 1.0)
 
 

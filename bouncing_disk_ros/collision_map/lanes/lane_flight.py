@@ -79,12 +79,12 @@ def _leave_platform(z: Scratch) -> None:
     BEGIN and END are `above_platform` on the safe side by more than rounding; END = −1: never.
     """
     for i in range(LANES):
-        s, c, _, _ = lane_turn(z[TAU + i])
+        sine, cosine, _, _ = lane_turn(z[TAU + i])
         f = z[FORCING + i]
-        z[SINE + i] = s
-        z[COSINE + i] = c
-        z[PULL + i] = f * s
-        z[JERK + i] = f * c
+        z[SINE + i] = sine
+        z[COSINE + i] = cosine
+        z[PULL + i] = f * sine
+        z[JERK + i] = f * cosine
     for i in range(LANES):
         v = z[JERK + i] + z[SPEED + i]
         q = fused(v, v, 2.0 * GRAVITY * fused(z[FORCING + i], -ROOM, z[PULL + i]))
@@ -154,16 +154,16 @@ def search_step(z: Scratch) -> None:
         sx, cx, se, ce = lane_turn(z[DELAY + i])
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = sx, cx, se, ce
     for i in range(LANES):
-        u, d, k = z[SPEED + i], z[DELAY + i], z[CURVATURE + i]
+        u, d, curvature = z[SPEED + i], z[DELAY + i], z[CURVATURE + i]
         turn = (z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i])
         jet = turned_gap(1.0, 1.0, z[PULL + i], z[JERK + i], GRAVITY, 0.0, u, d, turn)
         h, h1, h2, h3, _ = jet
         above = max(h, 0.0)
         fall = max(-h1, 0.0)
-        bent = (k + k) * above
+        bent = (curvature + curvature) * above
         # `one_root_ahead`, and h < 0.6 |h1|: the root is within 0.6 · 1.18 < π/4
-        ahead = bent + bent < fall * min(fall, 2.4 * k)
-        r = 1.0 / chosen(ahead, h1, k)
+        ahead = bent + bent < fall * min(fall, 2.4 * curvature)
+        r = 1.0 / chosen(ahead, h1, curvature)
         z[T0 + i], z[T1 + i], z[T2 + i], z[T3 + i] = h, h1, h2, h3
         z[STEP + i] = r
         z[SLOPE + i] = (

@@ -121,7 +121,7 @@ def in_slices(work: Callable[[slice], object], n: int, workers: int) -> None:
         work(slice(0, n))
         return
     size = max(4 * LANES, -(-n // (8 * workers)))
-    slices = [slice(k, min(k + size, n)) for k in range(0, n, size)]
+    slices = [slice(first, min(first + size, n)) for first in range(0, n, size)]
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(work, slices):
             pass
@@ -163,9 +163,9 @@ def park_lane(z: Scratch, i: int) -> None:
 @kernel
 def chatter_outcome(tau: float, w: float, forcing: float, restitution: float) -> int:
     """What the impact with (τ, w) leads to: a kind of `after_impact`."""
-    s, c = sincos(tau)
+    sine, cosine = sincos(tau)
     motion = axial_motion(forcing)
-    jet = axial_jet(motion, s, c, 0.0)
+    jet = axial_jet(motion, sine, cosine, 0.0)
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
     kind: int = after_impact(motion, disk, tau, jet, -restitution * w)[0]
     return kind

@@ -74,12 +74,12 @@ def turns_until(x: float, at: float) -> float:
 
 
 @lane
-def friction_work(z: Any, i: int, fall: float, x: float, s: float, c: float) -> float:
+def friction_work(z: Any, i: int, fall: float, x: float, sine: float, cosine: float) -> float:
     """∫γa β̇ dx = Φ γ[g/ω² sin(x + θ) + A(cos(2x + θ)/4 + x sin θ/2)]."""
     st, ct = z[TOSS_LAG_SINE + i], z[TOSS_LAG_COSINE + i]
-    sb, cb = s * ct + c * st, c * ct - s * st
+    sb, cb = sine * ct + cosine * st, cosine * ct - sine * st
     return z[TOSS_TURNING + i] * (
-        fall * sb + z[TOSS_RISE + i] * (0.25 * (c * cb - s * sb) + 0.5 * x * st)
+        fall * sb + z[TOSS_RISE + i] * (0.25 * (cosine * cb - sine * sb) + 0.5 * x * st)
     )
 
 
@@ -139,9 +139,9 @@ def find_falling_piece(z: Any, fall: float) -> int:
         depth, span = drive_field(z, TOSS_DEPTH, i, plus), drive_field(z, TOSS_SPAN, i, plus)
         centre = centre + TWO_PI * turns_until(x, centre + half)  # the first that ends beyond x
         level = start - fall * centre
-        c, s = z[TOSS_END_COSINE + i], z[TOSS_END_SINE + i]
-        spin = z[TOSS_TURNING + i] * (c * z[TOSS_LAG_COSINE + i] - s * z[TOSS_LAG_SINE + i])
-        last = start - fall * end - z[TOSS_RISE + i] * c - sign * spin
+        cosine, sine = z[TOSS_END_COSINE + i], z[TOSS_END_SINE + i]
+        spin = z[TOSS_TURNING + i] * (cosine * z[TOSS_LAG_COSINE + i] - sine * z[TOSS_LAG_SINE + i])
+        last = start - fall * end - z[TOSS_RISE + i] * cosine - sign * spin
         whole = centre + half <= end
         first = level <= depth if whole else last <= 0.0
         centre = centre if first else centre + TWO_PI
@@ -164,27 +164,27 @@ def search_zero(z: Any, fall: float) -> int:
     for i in range(LANES):
         z[TOSS_TURN_SINE + i], z[TOSS_TURN_COSINE + i], _, _ = lane_turn(z[TOSS_REACHED + i])
     for i in range(LANES):
-        plus, y, s, c = (
+        plus, y, sine, cosine = (
             z[TOSS_SIGN + i] > 0.0,
             z[TOSS_REACHED + i],
             z[TOSS_TURN_SINE + i],
             z[TOSS_TURN_COSINE + i],
         )
         span, half = drive_field(z, TOSS_SPAN, i, plus), drive_field(z, TOSS_HALF, i, plus)
-        step = bent_step(abs(z[TOSS_LEVEL + i]), fall, span, y, s, c)
+        step = bent_step(abs(z[TOSS_LEVEL + i]), fall, span, y, sine, cosine)
         z[TOSS_REACHED + i] = min(max(y + step, 0.0), half) if z[TOSS_FOUND + i] == 0.0 else y
     for i in range(LANES):
         z[TOSS_TURN_SINE + i], z[TOSS_TURN_COSINE + i], _, _ = lane_turn(z[TOSS_REACHED + i])
     wanted = 0
     for i in range(LANES):
-        plus, y, s, c = (
+        plus, y, sine, cosine = (
             z[TOSS_SIGN + i] > 0.0,
             z[TOSS_REACHED + i],
             z[TOSS_TURN_SINE + i],
             z[TOSS_TURN_COSINE + i],
         )
         step, exact = last_step(
-            abs(z[TOSS_LEVEL + i]), fall, drive_field(z, TOSS_SPAN, i, plus), y, s, c
+            abs(z[TOSS_LEVEL + i]), fall, drive_field(z, TOSS_SPAN, i, plus), y, sine, cosine
         )
         found, more = z[TOSS_FOUND + i], z[TOSS_MORE + i]
         looks = found == 0.0

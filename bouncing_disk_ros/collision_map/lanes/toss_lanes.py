@@ -72,13 +72,18 @@ def tosses(
 
     A row depends on its own start alone. Nothing is checked.
     """
-    k = disk_record(disk, 0.0)
-    n, omega, grip = len(starts), TWO_PI * frequency, float(k["grip"][0])
+    record = disk_record(disk, 0.0)
+    n, omega, grip = len(starts), TWO_PI * frequency, float(record["grip"][0])
     starts = np.ascontiguousarray(starts, np.float64)
     out, codes = np.empty((n, 4)), np.empty(n, np.int8)
-    fall = float(k["g"][0]) / omega**2
-    usual = bool(k["lag"][0] == 0.0 and grip > 0.0)
-    units = (omega, float(k["mass"][0]), float(k["weight"][0]), float(k["inertia"][0]))
+    fall = float(record["g"][0]) / omega**2
+    usual = bool(record["lag"][0] == 0.0 and grip > 0.0)
+    units = (
+        omega,
+        float(record["mass"][0]),
+        float(record["weight"][0]),
+        float(record["inertia"][0]),
+    )
 
     def work(part: slice) -> None:
         z = scratch(TOSS_FIELDS)
@@ -89,7 +94,9 @@ def tosses(
     if len(rest):
         state, ledger = np.zeros(1, STATE_DTYPE), np.zeros((2, len(LEDGER_FIELDS)))
         slow, slow_codes = np.empty((len(rest), 4)), np.empty(len(rest), np.int8)
-        single_toss.toss_each(starts[rest], frequency, k, 1000, state, ledger, slow, slow_codes)
+        single_toss.toss_each(
+            starts[rest], frequency, record, 1000, state, ledger, slow, slow_codes
+        )
         out[rest], codes[rest] = slow, slow_codes
     return out, codes
 
@@ -128,14 +135,14 @@ def _write(z: Any, filled: int, grip: float, fall: float, units: Any, out: Any, 
     """What the separation finds, in SI units."""
     omega, mass, weight, inertia = units
     for i in range(LANES):
-        amplitude, s, begun = z[TOSS_RISE + i] / grip, z[TOSS_END_SINE + i], z[TOSS_BEGUN + i]
+        amplitude, sine, begun = z[TOSS_RISE + i] / grip, z[TOSS_END_SINE + i], z[TOSS_BEGUN + i]
         speed = amplitude * omega
         # the disk rises and gains the platform's velocity
-        rises = weight * amplitude * (s - begun)
+        rises = weight * amplitude * (sine - begun)
         z[TOSS_RESULT_SPEED + i] = omega * separation_speed(z, i, grip * fall)
         z[TOSS_RESULT_DELAY + i] = z[TOSS_AHEAD + i] / omega
-        z[TOSS_RESULT_WORK_AXIAL + i] = rises + 0.5 * mass * speed * speed * (begun - s) * (
-            begun + s
+        z[TOSS_RESULT_WORK_AXIAL + i] = rises + 0.5 * mass * speed * speed * (begun - sine) * (
+            begun + sine
         )
         z[TOSS_RESULT_WORK_ANGULAR + i] = inertia * omega * omega * z[TOSS_WORK + i]
     for i in range(filled):

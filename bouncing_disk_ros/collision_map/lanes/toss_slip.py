@@ -69,13 +69,15 @@ def first_guess(above: float, half: float, depth: float) -> float:
 
 
 @lane
-def bent_step(above: float, fall: float, span: float, y: float, s: float, c: float) -> float:
+def bent_step(
+    above: float, fall: float, span: float, y: float, sine: float, cosine: float
+) -> float:
     """A step to the zero of above − fall y − R sin y; s, c are sin y, cos y.
 
     By the parabola, which has its zero near a fold too, then by what the parabola leaves out.
     """
-    h, h1 = above - fall * y - span * s, -fall - span * c
-    h2, h3 = span * s, span * c
+    h, h1 = above - fall * y - span * sine, -fall - span * cosine
+    h2, h3 = span * sine, span * cosine
     q = math.sqrt(max(h1 * h1 - 2.0 * h * h2, 0.0))
     d = 2.0 * h / max(q - h1, 1e-300)
     slope = h1 + d * (h2 + d * (0.5 * h3 - d * h2 * (1.0 / 6.0)))
@@ -85,20 +87,20 @@ def bent_step(above: float, fall: float, span: float, y: float, s: float, c: flo
 
 @lane
 def last_step(
-    above: float, fall: float, span: float, y: float, s: float, c: float
+    above: float, fall: float, span: float, y: float, sine: float, cosine: float
 ) -> tuple[float, bool]:
     """A step by the series of the inverse function, and whether it ends at the zero to rounding."""
-    h, h1 = above - fall * y - span * s, -fall - span * c
-    h2, h3 = span * s, span * c
+    h, h1 = above - fall * y - span * sine, -fall - span * cosine
+    h2, h3 = span * sine, span * cosine
     d = inverse_series((h, h1, h2, h3, -h2), 1.0 / h1)
-    k = fall + span
-    return d, k * abs(d) < _SHORT * min(-h1, k)
+    curvature = fall + span
+    return d, curvature * abs(d) < _SHORT * min(-h1, curvature)
 
 
 @lane
-def turned_by(s: float, c: float, d: float) -> tuple[float, float]:
+def turned_by(sine: float, cosine: float, d: float) -> tuple[float, float]:
     """Sine and cosine an angle |d| < 5e-4 on, to rounding."""
     dd = d * d
     sd = d - d * dd * (1.0 / 6.0 - dd * (1.0 / 120.0))
     cd = dd * (0.5 - dd * (1.0 / 24.0))
-    return s + (c * sd - s * cd), c - (s * sd + c * cd)
+    return sine + (cosine * sd - sine * cd), cosine - (sine * sd + cosine * cd)

@@ -79,37 +79,37 @@ def begin_tosses(z: Any, height: float, grip: float, omega: float) -> None:
     """Sines and cosines, the separation, both drives, and how contact begins; height is g/ω²."""
     fall = grip * height
     for i in range(LANES):
-        s, c, _, _ = lane_turn(z[TOSS_X + i])
-        z[TOSS_SINE + i], z[TOSS_COSINE + i], z[TOSS_BEGUN + i] = s, c, s
+        sine, cosine, _, _ = lane_turn(z[TOSS_X + i])
+        z[TOSS_SINE + i], z[TOSS_COSINE + i], z[TOSS_BEGUN + i] = sine, cosine, sine
     for i in range(LANES):
         lag = z[TOSS_LAG + i]
-        s, c, _, _ = lane_turn(abs(lag))
-        z[TOSS_LAG_SINE + i] = s if lag >= 0.0 else -s
-        z[TOSS_LAG_COSINE + i] = c
+        sine, cosine, _, _ = lane_turn(abs(lag))
+        z[TOSS_LAG_SINE + i] = sine if lag >= 0.0 else -sine
+        z[TOSS_LAG_COSINE + i] = cosine
     for i in range(LANES):
         amplitude = z[TOSS_AMPLITUDE + i]
-        s = height / amplitude
-        c = math.sqrt((1.0 - s) * (1.0 + s))
-        end = lane_angle(s, c)
+        sine = height / amplitude
+        cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+        end = lane_angle(sine, cosine)
         end = end if end > z[TOSS_X + i] else end + TWO_PI
         z[TOSS_RISE + i], z[TOSS_END + i], z[TOSS_AHEAD + i] = (
             grip * amplitude,
             end,
             end - z[TOSS_X + i],
         )
-        z[TOSS_END_SINE + i], z[TOSS_END_COSINE + i] = s, c
+        z[TOSS_END_SINE + i], z[TOSS_END_COSINE + i] = sine, cosine
     _drive(z, 0, fall)
     _drive(z, TOSS_MINUS, fall)
     for i in range(LANES):
-        s, c, st, ct = (
+        sine, cosine, st, ct = (
             z[TOSS_SINE + i],
             z[TOSS_COSINE + i],
             z[TOSS_LAG_SINE + i],
             z[TOSS_LAG_COSINE + i],
         )
         v, rise, turning = z[TOSS_SPEED + i] / omega, z[TOSS_RISE + i], z[TOSS_TURNING + i]
-        sb, cb = turning * (s * ct + c * st), turning * (c * ct - s * st)
-        load = fall - rise * s
+        sb, cb = turning * (sine * ct + cosine * st), turning * (cosine * ct - sine * st)
+        load = fall - rise * sine
         slip, need, least = v - cb, abs(sb), NARROW * (rise + turning)
         sticks = slip == 0.0 and need <= load
         up = sb > 0.0 if slip == 0.0 else slip > 0.0
@@ -118,7 +118,7 @@ def begin_tosses(z: Any, height: float, grip: float, omega: float) -> None:
         doubt = not loaded or (abs(slip) < least and abs(need - load) < least)
         z[TOSS_STICKS + i] = 1.0 if sticks else 0.0
         z[TOSS_SIGN + i] = sign
-        z[TOSS_START + i] = sign * v + fall * z[TOSS_X + i] + rise * c
+        z[TOSS_START + i] = sign * v + fall * z[TOSS_X + i] + rise * cosine
         z[TOSS_WORK + i] = 0.0
         z[TOSS_STATUS + i] = (
             TOSS_DONE if z[TOSS_JOB + i] < 0.0 else (TOSS_GIVEN_UP if doubt else 0.0)
