@@ -72,7 +72,7 @@ class NumberedSubscription:
     ) -> None:
         self.topic = topic
         self.lost = LostMessages(self._gids)
-        self._node, self._take = node, take
+        self._node, self.take = node, take
         self._subscription: Subscription = node.create_subscription(
             kind, topic, _Callback(self.on_message), profile_of(qos), raw=True,
             event_callbacks=SubscriptionEventCallbacks(),
@@ -85,7 +85,7 @@ class NumberedSubscription:
     def on_message(self, data: bytes, info: dict[str, Any]) -> None:
         """A message with what the middleware says of it."""
         self.lost.take(info["publication_sequence_number"])
-        self._take(data)
+        self.take(data)
 
 
 class _Callback:

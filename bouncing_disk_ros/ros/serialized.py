@@ -77,7 +77,7 @@ def _cut_off(field: str, data: bytes) -> InputError:
 
 
 # --- messages -------------------------------------------------------------------------------------
-def value_from_bytes(field: str, name: str, data: bytes) -> ProgrammeRequest:
+def value_from_bytes(name: str, field: str, data: bytes) -> ProgrammeRequest:
     """One value now (std_msgs/Float64 of platform/<name>) as the programme it stands for."""
     layouts = _opened(field, data)
     try:

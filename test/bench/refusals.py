@@ -70,7 +70,9 @@ def measure_cost() -> list[Row]:
     """From the middleware's take to the counted refusal, in the node itself."""
     simulator = SteppedSimulator(start_paused=False)
     try:
-        handlers = {one.topic: one.on_message for one in simulator.node.commands.subscriptions}
+        handlers = {
+            one.topic: one.on_message for one in simulator.node.commands.subscriptions.values()
+        }
         rows = []
         for name, topic, msg, aim in CASES:
             data = msg if isinstance(msg, bytes) else bytes(serialize_message(msg))

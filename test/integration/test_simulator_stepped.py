@@ -361,7 +361,7 @@ def test_the_clock_is_simulated_time_from_wall_time_on(make: Make) -> None:
         assert run is not None
 
         def clock() -> int:
-            run.show()  # /clock is best effort: publish it again until it is heard
+            run.publish_state()  # /clock is best effort: publish it again until it is heard
             msgs = peer.heard["/clock"]
             return time_to_ns(msgs[-1].clock) if msgs else 0
 

@@ -43,20 +43,20 @@ class CommandedSession:
         self.last: InputError | None = None
         self.session = Session(parameters.complete(values), self.records.append)
         node = cast("Node", NoNode())
-        self.commands = Commands(node, self._open, lambda: None, self._refuse)
+        self.commands = Commands(node, self)
 
-    def _open(self, _field: str) -> tuple[Session, Instant]:
+    def open_session(self, _field: str) -> tuple[Session, Instant]:
         times = TimeMap(0, 0, WALL_NS, 1.0, False)
         return self.session, Instant(self.session.input_ns, times, NS // 10)
 
-    def _refuse(self, error: InputError) -> None:
+    def publish_consequences(self) -> None:
+        """Nobody subscribes to anything."""
+
+    def refuse(self, error: InputError) -> None:
+        """Count a refused input, and keep the last one."""
         self.refused += 1
         self.last = error
 
     def take(self, topic: str, data: bytes) -> bool:
         """A message of a command topic; False when it was refused."""
-        if topic == "platform/command":
-            return self.commands.take_programme(data)
-        if topic == "disk/impulse":
-            return self.commands.take_impulse(data)
-        return self.commands.take_value(topic.removeprefix("platform/"), data)
+        return bool(self.commands.subscriptions[topic].take(data))

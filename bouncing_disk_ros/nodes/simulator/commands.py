@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any, Protocol
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
@@ -32,60 +33,53 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
 
 
-class Commands:
-    """Listens on the command topics from the start, so that an inactive node can say why not.
+class CommandNode(Protocol):
+    """What commands need of the simulator's node."""
 
-    `open_session` gives the session that accepts inputs now and the instant of arrival, or raises
-    InputError; it is asked only when everything else about a command is right. `applied` is called
-    after each accepted input, `refuse` with each InputError.
+    def open_session(self, field: str) -> tuple[Session, Instant]:
+        """The session that accepts inputs now, and the instant of arrival; else InputError."""
+
+    def publish_consequences(self) -> None:
+        """Publish what an accepted input has brought about."""
+
+    def refuse(self, error: InputError) -> None:
+        """Count and log a refused input."""
+
+
+class Commands:
+    """Subscribes to the command topics, validates what arrives and gives it to the session.
+
+    It subscribes from the start, so that an inactive node can say why it refuses. The session is
+    asked only when everything else about a command is right.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        open_session: Callable[[str], tuple[Session, Instant]],
-        applied: Callable[[], None],
-        refuse: Callable[[InputError], None],
-    ) -> None:
-        self._node, self._open = node, open_session
-        self._applied, self._refuse = applied, refuse
-        self.subscriptions: list[NumberedSubscription] = []
-        self._subscribe(JointTrajectory, "platform/command", self.take_programme)
-        self._subscribe(WrenchStamped, "disk/impulse", self.take_impulse)
+    def __init__(self, node: Node, target: CommandNode) -> None:
+        """Subscribe as `node`; `target` is the same node, or stands for it in tests."""
+        self._node, self._target = node, target
+        self.subscriptions: dict[str, NumberedSubscription] = {}
+        self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
+        self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes, self.apply_impulse)
         for name in MOTION_NAMES:
-            self._subscribe(Float64, f"platform/{name}", partial(self.take_value, name))
+            parse = partial(value_from_bytes, name)
+            self._subscribe(Float64, f"platform/{name}", parse, self.programme)
 
-    def _subscribe(self, kind: type, topic: str, take: Callable[[bytes], object]) -> None:
+    def _subscribe(
+        self,
+        kind: type,
+        topic: str,
+        parse: Callable[[str, bytes], Any],
+        accept: Callable[[Any], bool],
+    ) -> None:
+        def take(data: bytes) -> bool:
+            try:
+                request = parse(topic, data)
+            except InputError as error:
+                self._target.refuse(error)
+                return False
+            return accept(request)
+
         qos = TOPICS[topic].qos
-        self.subscriptions.append(NumberedSubscription(self._node, kind, topic, qos, take))
-
-    # --- serialized messages: False when refused --------------------------------------------------
-    def take_programme(self, data: bytes) -> bool:
-        """A message of platform/command."""
-        try:
-            request = programme_from_bytes("platform/command", data)
-        except InputError as error:
-            self._refuse(error)
-            return False
-        return self.programme(request)
-
-    def take_value(self, name: str, data: bytes) -> bool:
-        """A message of platform/<name>."""
-        try:
-            request = value_from_bytes(f"platform/{name}", name, data)
-        except InputError as error:
-            self._refuse(error)
-            return False
-        return self.programme(request)
-
-    def take_impulse(self, data: bytes) -> bool:
-        """A message of disk/impulse."""
-        try:
-            request = impulse_from_bytes("disk/impulse", data)
-        except InputError as error:
-            self._refuse(error)
-            return False
-        return self.apply_impulse(request)
+        self.subscriptions[topic] = NumberedSubscription(self._node, kind, topic, qos, take)
 
     # --- requests: False when refused -------------------------------------------------------------
     def programme(self, request: ProgrammeRequest) -> bool:
@@ -95,11 +89,11 @@ class Commands:
             session, instant = self._opened(request.field)
             points = schedule_programme(request, changes, instant, session.latest_target)
         except InputError as error:
-            self._refuse(error)
+            self._target.refuse(error)
             return False
         session.command(points)
         self._node.get_logger().debug(f"{request.field}: {describe(points)}")
-        self._applied()
+        self._target.publish_consequences()
         return True
 
     def apply_impulse(self, request: ImpulseRequest) -> bool:
@@ -109,15 +103,15 @@ class Commands:
             session, instant = self._opened(request.field)
             at_ns, axial, angular = schedule_impulse(request, instant)
         except InputError as error:
-            self._refuse(error)
+            self._target.refuse(error)
             return False
         session.apply_impulse(at_ns, axial, angular)
-        self._applied()
+        self._target.publish_consequences()
         return True
 
     def _opened(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant, unless too many inputs have not acted yet."""
-        session, instant = self._open(field)
+        session, instant = self._target.open_session(field)
         ahead = max(session.waiting, session.simulation.queued_impulses)
         if ahead >= INPUTS_AHEAD:
             given = f"a command behind {ahead} that have not acted yet"
@@ -125,13 +119,13 @@ class Commands:
         return session, instant
 
     # --- what did not arrive ----------------------------------------------------------------------
-    def look_for_publishers(self) -> None:
-        """Look again, once a second, where several publishers made counting impossible."""
-        for subscription in self.subscriptions:
+    def recount_publishers(self) -> None:
+        """Count publishers again where several of them made the count of lost messages uncertain."""
+        for subscription in self.subscriptions.values():
             subscription.lost.look()
 
     @property
     def lost(self) -> tuple[int, list[str]]:
         """Messages lost on the way, and the topics of which there may be more."""
-        uncertain = [one.topic for one in self.subscriptions if one.lost.lower_bound]
-        return sum(one.lost.lost for one in self.subscriptions), uncertain
+        uncertain = [one.topic for one in self.subscriptions.values() if one.lost.lower_bound]
+        return sum(one.lost.lost for one in self.subscriptions.values()), uncertain

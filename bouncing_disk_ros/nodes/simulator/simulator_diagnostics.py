@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from rclpy.node import Node
 
@@ -13,10 +13,10 @@ from bouncing_disk_ros.run.refusals import RefusalLog
 
 
 class Diagnostics:
-    """Publishes a report on what `read` reads, and logs what has changed in it."""
+    """Publishes the health report of a run, and logs what has changed in it."""
 
-    def __init__(self, node: Node, read: Callable[[], Reading]) -> None:
-        self._node, self._read = node, read
+    def __init__(self, node: Node) -> None:
+        self._node = node
         self._health = Health()
         self._refusals = RefusalLog(node.get_logger().warning)
         self._levels: dict[str, Level] = {}
@@ -27,10 +27,10 @@ class Diagnostics:
         self._health.refuse(error)
         self._refusals.note(error)
 
-    def publish(self, lateness: Mapping[str, float]) -> None:
-        """Take a reading, publish the report on it, and log each task whose level has changed."""
+    def publish(self, reading: Reading, lateness: Mapping[str, float]) -> None:
+        """Publish the report on a reading, and log each task whose level has changed."""
         self._refusals.flush()
-        report = self._health.report(self._read(), lateness)
+        report = self._health.report(reading, lateness)
         self._publisher.publish(report)
         for status in report:
             if self._levels.get(status.task, Level.OK) == status.level:

@@ -65,19 +65,19 @@ class SimulatorNode(LifecycleNode):
             raise
 
     def _set_up(self) -> None:
-        self._diagnostics = Diagnostics(self, self._read)
+        self._diagnostics = Diagnostics(self)
         self._door: ValidatedParameters | None = None
         start = start_values(self)
-        self._door = ValidatedParameters(self, start, self._on_parameters, self._diagnostics.refuse)
+        self._door = ValidatedParameters(self, start, self._on_parameters, self.refuse)
         self._values: dict[str, Value] = self._door.values
-        self.commands = Commands(self, self._open, self._applied, self._diagnostics.refuse)
+        self.commands = Commands(self, self)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/step", self._on_step)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._ticks = Ticks(self._tick_ns)
         self._timer: Timer | None = None
-        guard_services(self, self._diagnostics.refuse)
+        guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
 
     def _autostart(self) -> None:
@@ -177,8 +177,8 @@ class SimulatorNode(LifecycleNode):
             self.run.tick(now)
 
     def _on_second(self) -> None:
-        self.commands.look_for_publishers()
-        self._diagnostics.publish(self._ticks.take())
+        self.commands.recount_publishers()
+        self._diagnostics.publish(self._read(), self._ticks.take())
 
     def _read(self) -> Reading:
         lost, uncertain = self.commands.lost
@@ -189,7 +189,8 @@ class SimulatorNode(LifecycleNode):
         return replace(reading, lost=lost, uncertain=uncertain)
 
     # --- inputs -----------------------------------------------------------------------------------
-    def _open(self, field: str) -> tuple[Session, Instant]:
+    def open_session(self, field: str) -> tuple[Session, Instant]:
+        """The session that accepts inputs now, and the instant of arrival; else InputError."""
         return self._current(field).open(field)
 
     def _current(self, field: str) -> Run:
@@ -197,9 +198,14 @@ class SimulatorNode(LifecycleNode):
             raise inactive(self, field, "unconfigured")
         return self.run
 
-    def _applied(self) -> None:
+    def publish_consequences(self) -> None:
+        """Publish what an accepted input has brought about."""
         if self.run is not None:
-            self.run.applied()
+            self.run.publish_consequences()
+
+    def refuse(self, error: InputError) -> None:
+        """Count and log a refused input."""
+        self._diagnostics.refuse(error)
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """As rclpy's, but that every refusal is one clear line, and counted."""
@@ -231,6 +237,6 @@ class SimulatorNode(LifecycleNode):
             response.message = action()
             response.success = True
         except InputError as error:
-            self._diagnostics.refuse(error)
+            self.refuse(error)
             response.message = error.line
         return response

@@ -69,7 +69,7 @@ class Run:
             self._next_snapshot = time.monotonic_ns() + self._snapshot_ns
         self._step_until = None
         session.set_paused(paused)
-        self._follow()
+        self._publish_work()
 
     @property
     def _snapshot_ns(self) -> int:
@@ -90,25 +90,25 @@ class Run:
                 self.session.snapshot()
         elif self._step_until is not None and self.loop.slice(self._step_until):
             self._step_until = None
-        self._follow()
+        self._publish_work()
 
     def advance_to(self, until_ns: int) -> None:
         """Simulate up to an instant at once, whatever the clock says (for tests)."""
         while not self._slice(until_ns) and not self._stopping() and not self.session.fault:
             pass
-        self._follow()
+        self._publish_work()
 
     def _slice(self, until_ns: int) -> bool:
         """One slice of work; True when no input waits and the instant was reached."""
         return self.loop.resolve_waiting() and self.loop.slice(until_ns)
 
-    def show(self) -> None:
+    def publish_state(self) -> None:
         """Publish motion, phase and clock as they are now."""
         self._outputs.state(self.session, not self.session.paused)
 
-    def _follow(self) -> None:
+    def _publish_work(self) -> None:
         """Publish what work brought about; say once why a run has ended, if it has."""
-        self.show()
+        self.publish_state()
         if self.session.fault and not self._fault_logged:
             self._fault_logged = True
             self._node.get_logger().error(f"the run has ended: {self.session.fault}")
@@ -129,10 +129,10 @@ class Run:
         tolerance = nanoseconds(float(self._values["command_tolerance"]))
         return session, Instant(session.input_ns, times, tolerance)
 
-    def applied(self) -> None:
-        """Publish what an input brought about."""
+    def publish_consequences(self) -> None:
+        """Publish what an input has brought about."""
         self.loop.flush()
-        self._follow()
+        self._publish_work()
 
     def set_parameters(self, values: Mapping[str, Value]) -> None:
         """Checked parameters, in force from here on."""
@@ -142,7 +142,7 @@ class Run:
             self._anchor()
         if {"state_rate", "rotor_speed_rate"} & values.keys():
             self.loop.set_rates()
-        self.applied()
+        self.publish_consequences()
 
     def pause(self, paused: bool) -> str:
         """Hold or resume; what was done, in words."""
@@ -164,7 +164,7 @@ class Run:
             if time.monotonic_ns() >= deadline:
                 self._step_until = end
                 break
-        self._follow()
+        self._publish_work()
         if session.fault:
             raise ended(self._node, "~/step")
         if self._step_until is None:
@@ -182,7 +182,7 @@ class Run:
         self.loop.restart_speed()
         if not session.paused:
             self._anchor()
-        self.applied()
+        self.publish_consequences()
         return "reset" + self._at
 
     @property

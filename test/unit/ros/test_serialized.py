@@ -45,7 +45,7 @@ def impulse(data: bytes) -> ImpulseRequest:
 
 
 def value(data: bytes) -> ProgrammeRequest:
-    return value_from_bytes("platform/frequency", "frequency", data)
+    return value_from_bytes("frequency", "platform/frequency", data)
 
 
 READERS: dict[type[Any], Callable[[bytes], Any]] = {

@@ -42,7 +42,9 @@ def test_right_commands_are_taken() -> None:
     assert first[1] == [0.02, 0.5, 2.5, 1.0]
 
 
-def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked() -> None:
+def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     commanded = CommandedSession()
     asked: list[str] = []
 
@@ -50,7 +52,7 @@ def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked() -> Non
         asked.append(field)
         raise InputError(field, "an input while inactive", "inputs while active")
 
-    commanded.commands._open = closed
+    monkeypatch.setattr(commanded, "open_session", closed)
     for topic, msg, _ in WRONG:
         assert not commanded.take(topic, serialize_message(msg))
     assert set(asked) == {"platform/command", "disk/impulse"}  # of the stamps that are too old
