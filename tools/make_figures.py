@@ -28,7 +28,7 @@ from paper_figures import FIGURES, PaperFigure, page  # beside this file
 if TYPE_CHECKING:
     import xarray as xr
 
-    from bouncing_disk_ros.nodes.studies.study_view import StudyTool
+    from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
     from bouncing_disk_ros.study import Progress
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -63,8 +63,8 @@ def tool_and_values(name: str) -> tuple[StudyTool, dict[str, object]]:
 def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
     """The result of one figure, its pictures written to docs/figures; None: interrupted."""
     tool, values = tool_and_values(figure.name)
-    make_view = tool.make_view()
-    study = make_view.make(values)  # type: ignore[arg-type]
+    view = tool.make_view()
+    study = view.make(values)
     with tqdm(desc=figure.name, unit="part", disable=None) as bar:
 
         def show(progress: Progress) -> None:
@@ -78,7 +78,7 @@ def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
         )  # fmt: skip
     if result is not None:
         folder = ROOT / "docs" / "figures"
-        for name, picture in make_view.pictures(study, result).items():
+        for name, picture in view.pictures(study, result).items():
             picture.savefig(folder / f"{figure.name}_{name}.png", dpi=DPI)
             print(f"docs/figures/{figure.name}_{name}.png", flush=True)
     return result

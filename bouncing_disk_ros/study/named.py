@@ -9,6 +9,16 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Study
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
+_MODULES = {
+    "basin_shares": ("basin_shares_study", "BasinShares"),
+    "basins": ("basin_study", "Basins"),
+    "bifurcation": ("bifurcation_study", "Bifurcation"),
+    "parameter_map": ("parameter_map_study", "ParameterMap"),
+    "toss_map": ("toss_map_study", "TossMap"),
+    "toss_paths": ("toss_paths_study", "TossPaths"),
+}
+"""Study -> its module and class; loaded when asked for."""
+
 
 def named(name: str, **given: Value) -> Study:
     """The study called `name` with the parameters given and the defaults of docs/parameters.md.
@@ -22,6 +32,6 @@ def named(name: str, **given: Value) -> Study:
         if key not in table:
             raise InputError("parameter", key, ", ".join(table), closest(key, table))
     values = {key: spec.checked(given.get(key, spec.default)) for key, spec in table.items()}
-    module = importlib.import_module(f"bouncing_disk_ros.study.{name}")
-    made: Study = getattr(module, name.title().replace("_", ""))(values)
+    module = importlib.import_module(f"bouncing_disk_ros.study.{_MODULES[name][0]}")
+    made: Study = getattr(module, _MODULES[name][1])(values)
     return made

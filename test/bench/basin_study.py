@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.nodes.studies.basins import OPTIONS
 from bouncing_disk_ros.study.basin_study import Basins
-from bouncing_disk_ros.study_tables import COMMON
+from bouncing_disk_ros.study_tables import COMMON, table_of
 
 
 def basins(side: int, axial_forcing: float = 0.45) -> Basins:
     """The study of a square map, all else by default."""
-    values = {name: spec.default for name, spec in OPTIONS.items() if name not in COMMON}
+    values = {name: spec.default for name, spec in table_of("basins").items() if name not in COMMON}
     return Basins({**values, "width": side, "height": side, "axial_forcing": axial_forcing})

@@ -257,7 +257,13 @@ def test_executable_is_the_module_of_its_name(name: str) -> None:
     module, function = entry_point(name).split(":")
     file = ROOT / (module.replace(".", "/") + ".py")
     assert file.stem == name
-    functions = [
-        n for n in ast.parse(file.read_text("utf-8")).body if isinstance(n, ast.FunctionDef)
+    body = ast.parse(file.read_text("utf-8")).body
+    functions = [node.name for node in body if isinstance(node, ast.FunctionDef)]
+    bound = [
+        target.id
+        for node in body
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
     ]
-    assert function in [f.name for f in functions]
+    assert function in [*functions, *bound]

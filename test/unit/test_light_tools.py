@@ -11,7 +11,7 @@ from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 
 @pytest.mark.parametrize(
-    "module", ["demo.show", "live.performer", "live.impact_printer", "recorder.node"]
+    "module", ["demo.demo_node", "live.performer", "live.impact_printer", "recorder.recorder_node"]
 )
 def test_importing_a_tool_loads_no_kernels(module: str) -> None:
     code = (

@@ -120,7 +120,7 @@ class Commands:
 
     # --- what did not arrive ----------------------------------------------------------------------
     def recount_publishers(self) -> None:
-        """Count publishers again where several of them made the count of lost messages uncertain."""
+        """Count publishers again where several of them made the count of losses uncertain."""
         for subscription in self.subscriptions.values():
             subscription.lost.look()
 

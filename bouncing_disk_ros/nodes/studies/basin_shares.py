@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.study_startup import run_study
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 _ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
 multiple toss), with the best phase lag and the speed it gives."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
-
-OPTIONS = table_of("basin_shares")
 
 
 def make_view() -> StudyView[BasinShares]:
@@ -58,12 +55,8 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, OPTIONS, make_view)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Compute the shares; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    return run_study(TOOL, args)
+TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
 
 
 if __name__ == "__main__":

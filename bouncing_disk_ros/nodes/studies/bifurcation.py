@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.study_startup import run_study
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +22,6 @@ the one before ended. With starts:=24, follow so many starts at each value inste
 attractors that coexist. Period doublings are computed by continuation. Fig. 3 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p end:=0.45"
 
-OPTIONS = table_of("bifurcation")
 APART = 0.01
 """Mean speeds (ωΦ) further apart than this are not those of one orbit."""
 
@@ -93,12 +91,8 @@ def _start_lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, OPTIONS, make_view)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Compute the diagram; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    return run_study(TOOL, args)
+TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
 
 
 if __name__ == "__main__":

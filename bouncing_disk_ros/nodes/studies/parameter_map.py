@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.study_startup import run_study
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +21,6 @@ forcing: the period of the attractor that one start leads to, its largest Lyapun
 mean speed of the disk."""
 _EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 -p y_count:=400"
 
-OPTIONS = table_of("parameter_map")
 SETTLED = 0.01
 """A mean speed (ωΦ) that changes by more has not settled."""
 
@@ -91,12 +89,8 @@ def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
     return [f"  largest {name} {float(best):.4f}{unit} at {at}"]
 
 
-TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, OPTIONS, make_view)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Compute the map; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    return run_study(TOOL, args)
+TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
 
 
 if __name__ == "__main__":

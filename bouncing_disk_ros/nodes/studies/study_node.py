@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,8 @@ from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Progress, export, run
@@ -44,23 +44,26 @@ FIGURE_DPI = 160
 class StudyNode(Node):
     """Runs one study; topics ~/progress, ~/figure/compressed and, for a map, ~/result."""
 
-    def __init__(self, tool: StudyTool) -> None:
-        super().__init__(tool.name)
-        self._tool, values = tool, options(self, tool.table, LISTS)
+    def __init__(
+        self, name: str, table: Mapping[str, Spec], make_view: Callable[[], StudyView[Any]]
+    ) -> None:
+        super().__init__(name)
+        self._name, self._table = name, table
+        values = options(self, table, LISTS)
         self._options = values
         self._kinds = figure_kinds(str(values["figures"]))
-        self._exhibit = tool.make_view()
+        self._view = make_view()
         own = {name: value for name, value in values.items() if name not in COMMON}
         own |= self._from_bag(own)
-        self._study = self._exhibit.make(own)
-        folder = str(values["output"]) or _default_folder(tool.name, self._study.parameters)
+        self._study = self._view.make(own)
+        folder = str(values["output"]) or _default_folder(name, self._study.parameters)
         self._folder = Path(folder).expanduser()
         self._progress_topic = self.create_publisher(Float32, "~/progress", profile_of(_LATCHED))
         self._figure_topic = self.create_publisher(
             CompressedImage, "~/figure/compressed", profile_of(_LATCHED)
         )
         self._result_topic = None
-        if self._exhibit.image:
+        if self._view.image:
             self._result_topic = self.create_publisher(Image, "~/result", profile_of(_LATCHED))
         self._progress = Progress(0, 1, 0)
         self._error: BaseException | None = None
@@ -69,30 +72,30 @@ class StudyNode(Node):
     def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a recorded run says and the user does not."""
         bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
-        if not bag or self._exhibit.from_bag is None:
+        if not bag or self._view.from_bag is None:
             if namespace:
                 raise InputError("namespace", namespace, "none without bag", "Give bag too.")
             return {}
         from bouncing_disk_ros.nodes.studies.study_bag import read_bag
 
         given = set(self._parameter_overrides)
-        wanted = [name for name in self._exhibit.from_bag(own) if name not in given]
-        found = read_bag(bag, namespace or None, {name: self._tool.table[name] for name in wanted})
-        print(f"{self._tool.name}: {found.text}", flush=True)
+        wanted = [name for name in self._view.from_bag(own) if name not in given]
+        found = read_bag(bag, namespace or None, {name: self._table[name] for name in wanted})
+        print(f"{self._name}: {found.text}", flush=True)
         for warning in found.warnings:
-            print(f"{self._tool.name}: {warning}", file=sys.stderr, flush=True)
+            print(f"{self._name}: {warning}", file=sys.stderr, flush=True)
         return dict(found.values)
 
     # --- computing --------------------------------------------------------------------------------
     def present(self, stop: Stop) -> int:
         """Compute, show, keep; the exit code."""
-        print(f"{self._tool.name}: result in {self._folder}", flush=True)
+        print(f"{self._name}: result in {self._folder}", flush=True)
         worker = threading.Thread(target=self._compute, args=(stop,), daemon=True)
         worker.start()
-        with Bar(self._tool.name) as bar:
+        with Bar(self._name) as bar:
             timer = self.create_timer(0.2, lambda: self._report_progress(bar))
             if not wait_for(self, stop, lambda: not worker.is_alive(), math.inf):
-                print(f"{self._tool.name}: stopping when the parts at work are done",
+                print(f"{self._name}: stopping when the parts at work are done",
                       file=sys.stderr, flush=True)  # fmt: skip
             worker.join()  # a signal: what is at work is finished and kept
             self._report_progress(bar)
@@ -105,7 +108,7 @@ class StudyNode(Node):
         if self._result is None:
             done, total, _ = self._progress
             print(
-                f"{self._tool.name}: interrupted; {done} of {total} parts are kept in "
+                f"{self._name}: interrupted; {done} of {total} parts are kept in "
                 f"{self._folder}, and the same command goes on from there",
                 file=sys.stderr,
                 flush=True,
@@ -113,7 +116,7 @@ class StudyNode(Node):
             return ExitCode.INTERRUPTED
         self._show(self._result)
         if self._options["hold"]:
-            print(f"{self._tool.name}: holding the topics until Ctrl-C", flush=True)
+            print(f"{self._name}: holding the topics until Ctrl-C", flush=True)
             wait_for(self, stop, lambda: False, math.inf)
         return ExitCode.DONE
 
@@ -133,7 +136,7 @@ class StudyNode(Node):
     def _note(self, progress: Progress) -> None:
         if 0 < progress.resumed == progress.done < progress.total:
             there = f"{progress.resumed} of {progress.total} parts are there"
-            print(f"{self._tool.name}: going on: {there}", flush=True)
+            print(f"{self._name}: going on: {there}", flush=True)
         self._progress = progress
 
     def _report_progress(self, bar: Bar) -> None:
@@ -143,8 +146,8 @@ class StudyNode(Node):
 
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset) -> None:
-        print("\n".join(self._exhibit.lines(result)), flush=True)
-        figures = self._exhibit.pictures(self._study, result)
+        print("\n".join(self._view.lines(result)), flush=True)
+        figures = self._view.pictures(self._study, result)
         try:
             files = [
                 _saved(figure, self._folder / f"{name}.{kind}")
@@ -164,7 +167,7 @@ class StudyNode(Node):
         message.header.stamp = stamp
         self._figure_topic.publish(message)
         if self._result_topic is not None:
-            image = image_message(downsample(result[self._exhibit.image], MOST_SENT))
+            image = image_message(downsample(result[self._view.image], MOST_SENT))
             image.header.stamp = stamp
             self._result_topic.publish(image)
 

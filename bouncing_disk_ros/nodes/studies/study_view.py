@@ -1,12 +1,12 @@
-"""What makes a study an executable, as data: its table, its text for --help, its pictures."""
+"""How the result of a study is shown: pictures, lines, the published image."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Value
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,14 +30,3 @@ class StudyView(Generic[S]):
     """The options that a recorded run can give, by the others; None: it takes no bag."""
     image: str = ""
     """The field (rows, columns) that is published as an image; empty: the result is not a map."""
-
-
-@dataclass(frozen=True)
-class StudyTool:
-    """An executable that runs a study; `make_view` imports what it needs when it is called."""
-
-    name: str
-    about: str
-    example: str
-    table: Mapping[str, Spec]
-    make_view: Callable[[], StudyView[Any]]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.angles import angles_of
-from bouncing_disk_ros.nodes.studies.study_startup import run_study
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study_tables import table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 _ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over phase lag and amplitude
 angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros toss_map --ros-args -p friction:=0.3"
-
-OPTIONS = table_of("toss_map")
 
 
 def make_view() -> StudyView[TossMap]:
@@ -84,12 +81,8 @@ def lines(result: xr.Dataset) -> list[str]:
     return found
 
 
-TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, OPTIONS, make_view)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Compute the map; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    return run_study(TOOL, args)
+TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
 
 
 if __name__ == "__main__":

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.nodes.studies.study_startup import run_study
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool, StudyView
-from bouncing_disk_ros.study_tables import table_of
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +20,6 @@ _ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and
 Fig. 1 of the paper."""
 _EXAMPLE = """ros2 run bouncing_disk_ros toss_paths --ros-args -p phase_lags:='0 -0.25pi' \\
       -p amplitude_angles:='0.25pi 0.25pi'"""
-
-OPTIONS = table_of("toss_paths")
 
 
 def make_view() -> StudyView[TossPaths]:
@@ -55,12 +52,8 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, OPTIONS, make_view)
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Draw the paths; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    return run_study(TOOL, args)
+TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
 
 
 if __name__ == "__main__":

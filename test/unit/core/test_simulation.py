@@ -70,7 +70,7 @@ def test_reading_changes_nothing() -> None:
 def test_a_kick_in_the_past_is_refused() -> None:
     sim = run()
     sim.advance(SECOND)
-    with pytest.raises(ValueError, match=r"kick at 1 ns: allowed from 1000000000 ns"):
+    with pytest.raises(ValueError, match=r"impulse at 1 ns: allowed from 1000000000 ns"):
         sim.apply_impulse(1, 0.1, 0.0)
 
 

@@ -19,7 +19,7 @@ from bouncing_disk_ros.nodes.studies import (
     toss_map,
     toss_paths,
 )
-from bouncing_disk_ros.nodes.studies.study_view import StudyTool
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study_tables import STUDY_TABLES

@@ -23,7 +23,7 @@ Record = dict[str, Any]
 
 def started(**values: parameters.Value) -> tuple[Session, list[Record]]:
     records: list[Record] = []
-    paused = bool(values.pop("held", False))
+    paused = bool(values.pop("paused", False))
     return Session(parameters.complete(values), records.append, paused=paused), records
 
 

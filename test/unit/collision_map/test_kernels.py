@@ -19,7 +19,7 @@ from numba.core.dispatcher import Dispatcher
 import bouncing_disk_ros
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
-ROOMS = ("analysis", "core")
+ROOMS = ("collision_map", "core")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"}}
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
@@ -38,7 +38,11 @@ def kernels() -> Iterator[tuple[str, Dispatcher]]:
 def test_every_kernel_releases_the_lock_and_has_no_threads_of_its_own() -> None:
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
-    for name in ("lanes.basin_kernel._label", "lanes.axial_lanes._iterate", "stepper.advance"):
+    for name in (
+        "lanes.basin_kernel._label_lanes",
+        "lanes.axial_lanes._iterate_axial",
+        "stepper.advance",
+    ):
         assert any(full.endswith(name) for full in found), f"{name} is not among {len(found)}"
     keeps = [
         name for name, kernel in found.items() if kernel.targetoptions.get("nogil") is not True

@@ -1,0 +1,40 @@
+"""The executable of a study: its options, its text for --help, its start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.nodes.shared.startup import Start
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.study_tables import table_of
+
+
+@dataclass(frozen=True)
+class StudyTool:
+    """The executable of a study; `make_view` imports what it needs when it is called."""
+
+    name: str
+    about: str
+    example: str
+    make_view: Callable[[], StudyView[Any]]
+
+    @property
+    def table(self) -> Mapping[str, Spec]:
+        """The options: those of the study, and those of all studies."""
+        return table_of(self.name)
+
+    def main(self, args: Sequence[str] | None = None) -> int:
+        """Run; exit code 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept)."""
+        start = Start(self.name, self.about, self.table, self.example, args, ExitCode.INTERRUPTED)
+        start.parse()
+        with start.stop.importing():
+            from bouncing_disk_ros.nodes.studies.study_node import StudyNode
+            from bouncing_disk_ros.ros.spin import run_node
+
+        make = partial(StudyNode, self.name, self.table, self.make_view)
+        return run_node(self.name, start.ros, make, StudyNode.present, start.stop)
