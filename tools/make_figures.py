@@ -64,7 +64,7 @@ def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
     """The result of one figure, its pictures written to docs/figures; None: interrupted."""
     tool, values = tool_and_values(figure.name)
     view = tool.make_view()
-    study = view.make(values)
+    study = view.make(values)  # type: ignore[arg-type]
     with tqdm(desc=figure.name, unit="part", disable=None) as bar:
 
         def show(progress: Progress) -> None:

@@ -164,7 +164,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 disk = Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
 sim = Simulation(Motion(0.05, 0.5, 3.0, -0.7), disk, InitialState())
 sim.command([(5 * 10**9, Motion(0.045, 0.7, 3.3, 0.3)), (9 * 10**9, Motion(0.06, 0.5, 2.0, 2.9))])
-sim.kick(6 * 10**9 + 1, 0.1, -0.002)
+sim.apply_impulse(6 * 10**9 + 1, 0.1, -0.002)
 rows, _ = sim.advance(30 * 10**9)
 print(hashlib.sha256(rows.tobytes() + repr(sim.sample()).encode()).hexdigest())
 """
