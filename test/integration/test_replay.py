@@ -17,7 +17,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.replay import replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg, impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
-from bouncing_disk_ros.run.records import to_json
+from bouncing_disk_ros.run.input_records import to_json
 from support.driven import Driven, flipped
 from support.processes import Starter
 from support.ros_peer import Peer

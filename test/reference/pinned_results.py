@@ -14,7 +14,7 @@ FEW = {"settling": 200, "measured": 300}
 TOSSES = {"phase_lag_count": 9, "amplitude_angle_count": 7, "phase_lag_begin": -1.5}
 STUDIES: dict[str, tuple[dict[str, Any], ...]] = {
     "basins": (
-        *({"axial_forcing": axial_forcing, **SIZE} for axial_forcing in (0.3, 0.34, 0.45, 0.49, 0.55, 0.6)),
+        *({"axial_forcing": one, **SIZE} for one in (0.3, 0.34, 0.45, 0.49, 0.55, 0.6)),
         {"axial_forcing": 0.45, "restitution": 0.3, **SIZE},
         {"axial_forcing": 0.45, "velocity": "after", "velocity_begin": -2.5, **SIZE},
         {"axial_forcing": 0.45, "angular_velocities": "0 -2", "phase_lag": 0.2,

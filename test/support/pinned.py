@@ -35,14 +35,18 @@ from bouncing_disk_ros.collision_map.attractor_measures import measure_attractor
 from bouncing_disk_ros.collision_map.axial_map import axial_orbit
 from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import label_lanes
+from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+    LaneLabels,
+    LaneRule,
+    known_points,
+    label_lanes,
+)
 from bouncing_disk_ros.collision_map.lanes.lane_arithmetic import fused
 from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.collision_map.rotation_map import collision_orbit
 from bouncing_disk_ros.core.arithmetic import sine_and_cosine
-from bouncing_disk_ros.core.engine import join_rows
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.changed_run import changes_of, what_if
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
@@ -76,7 +80,7 @@ def simulated(
     impulses: Sequence[tuple[float, float, float]] = (),
     sample_rate: float | None = 50.0,
     preset: str = "",
-    **values: Value,
+    **values: Any,
 ) -> Content:
     """Rows of impacts, samples and inputs of a run of `simulate`."""
     found = simulate(
@@ -216,7 +220,8 @@ def compared(records: Sequence[Record], changes: Values, until_ns: int) -> Conte
     divergence = (
         None if found.divergence is None else [found.divergence.recorded, found.divergence.replayed]
     )
-    return [list(found.first), list(found.second), found.start_ns, found.end_ns, found.divergence_time_ns,
+    return [list(found.first), list(found.second), found.start_ns, found.end_ns,
+    found.divergence_time_ns,
             divergence]  # fmt: skip
 
 
@@ -286,9 +291,9 @@ def labelled(
     n = len(starts)
     tau, w = (column.copy() for column in starts.T)
     labels, impacts, time = np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(n)
-    owners = np.array(of, np.int32)
-    label_lanes(tau, w, axial_forcing, restitution, points, owners, 1e-3, 8, cap, 98, 99,
-          labels, impacts, time)  # fmt: skip
+    known = known_points(points, np.array(of, np.int32))
+    rule, found = LaneRule(1e-3, 8.0, 98, 99, cap), LaneLabels(labels, impacts, time)
+    label_lanes(tau, w, axial_forcing, restitution, known, rule, found)
     return [labels, impacts, time]
 
 
@@ -358,14 +363,13 @@ def doublings(
     axial_forcing: float, restitution: float, axis: str, limit: float, count: int
 ) -> Content:
     """Points of period doubling on the way to a limit, along axial forcing or restitution."""
-    inner = {"axial_forcing": "forcing", "restitution": "restitution"}[axis]
-    found = period_doublings(fixed_point(axial_forcing, restitution), inner, limit, count)
+    found = period_doublings(fixed_point(axial_forcing, restitution), axis, limit, count)
     return [[nearly(point.value), _orbit_numbers(point.orbit)] for point in found]
 
 
 def ending(axial_forcing: float, restitution: float, limit: float) -> Content:
     """Where the period-1 orbit ends along the axial forcing."""
-    found = orbit_end(fixed_point(axial_forcing, restitution), "forcing", limit)
+    found = orbit_end(fixed_point(axial_forcing, restitution), "axial_forcing", limit)
     return [str(found.kind), nearly(found.value, 8)]
 
 

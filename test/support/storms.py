@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, join_rows
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.input_records import Record
@@ -56,7 +56,7 @@ def storm(seed: int, commands: int = COMMANDS) -> Storm:
             session.reset()
     while not session.resolve_waiting():  # what waits goes on record when it acts
         pass
-    rows = input_replay.join_rows(session.take_rows())
+    rows = join_rows(session.take_rows())
     assert all_finite(rows), f"seed {seed}"
     lines = [records_of.to_json(record) for record in commanded.records]
     records = [records_of.from_json(line) for line in lines]
