@@ -226,7 +226,7 @@ class Session:
             "snapshot",
             self.time_ns,
             state=self.simulation.snapshot(),
-            paused=self.paused,
+            held=self.paused,  # so named on records since version 0.1.0
             version=bouncing_disk_ros.__version__,
             parameters=dict(self.values),
         )
