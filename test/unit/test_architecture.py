@@ -1,8 +1,10 @@
-"""The layout holds: who may import whom, how long a file may be, what importing costs."""
+"""The layout holds: who may import whom, how long a file may be, what importing costs; and the
+pages on it name what exists."""
 
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections import Counter
@@ -114,6 +116,16 @@ NOT_IN_CORE = {
 }
 
 FILES = sorted(PACKAGE.rglob("*.py"))
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+LINKS = sorted(set(re.findall(r"\[`([^`]+)`\]\(\.\./(bouncing_disk_ros/[^)]+\.py)\)", PAGE)))
+MODEL = (ROOT / "docs" / "model.md").read_text("utf-8")
+_NAMED = re.findall(r"`([a-z_]+\.[A-Za-z_]+)`", MODEL.split("## What is proved")[0])
+FUNCTIONS = sorted(set(_NAMED) - {"bouncing_disk_ros.core"})
+    set(re.findall(r"`([a-z_]+\.[A-Za-z_]+)`", MODEL.split("## What is proved")[0]))
+    - {"bouncing_disk_ros.core"}
+)
+MODULES = {file.stem: file for file in FILES}
 
 
 def room(file: Path) -> str:
@@ -267,3 +279,52 @@ def test_executable_is_the_module_of_its_name(name: str) -> None:
         if isinstance(target, ast.Name)
     ]
     assert function in [*functions, *bound]
+
+
+def names_of(file: Path) -> set[str]:
+    """Names that a module defines; methods as `Class.method`."""
+    names = set()
+    for node in ast.parse(file.read_text("utf-8")).body:
+        if isinstance(node, ast.ClassDef):
+            names |= {f"{node.name}.{n.name}" for n in node.body if isinstance(n, ast.FunctionDef)}
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            names.add(node.name)
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        names |= {n.id for t in targets if t for n in ast.walk(t) if isinstance(n, ast.Name)}
+    return names
+
+
+@pytest.mark.parametrize(("name", "path"), LINKS)
+def test_a_link_of_the_page_leads_to_what_it_names(name: str, path: str) -> None:
+    if not path.endswith(name):
+        assert name in names_of(ROOT / path)
+    assert (ROOT / path).is_file()
+
+
+def test_the_page_has_links_and_a_short_life_of_a_command() -> None:
+    assert len(LINKS) > 35
+    life = PAGE.split("## The life of a command")[1].split("\n## ")[0]
+    assert len(life.strip().splitlines()) <= 40
+
+
+def test_arrows_of_the_diagram_are_allowed_imports() -> None:
+    arrows = re.findall(r"^  (\w+) --> (\w+)$", PAGE, re.MULTILINE)
+    assert len(arrows) > 10
+    for above, below in arrows:
+        allowed = set().union(
+            *(may for room, may in MAY_IMPORT.items() if room.split(".")[0] == above)
+        )
+        assert below in {room.split(".")[0] for room in allowed}, f"{above} --> {below}"
+    packages = set(re.findall(r"^\| `(\w+)` \|", PAGE, re.MULTILINE))
+    folders = {f.parent.name for f in (ROOT / "bouncing_disk_ros").glob("*/__init__.py")}
+    assert packages == folders
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_of_the_model_page_exist(name: str) -> None:
+    module, function = name.split(".")
+    assert function in names_of(MODULES[module])
+
+
+def test_the_model_page_names_many_functions() -> None:
+    assert len(FUNCTIONS) > 40
