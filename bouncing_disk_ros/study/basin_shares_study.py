@@ -16,6 +16,7 @@ from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basin_study import refuse_conservative
@@ -84,15 +85,15 @@ class BasinShares(Study):
         given = self.parameters
         value = float(self.axes["value"].values[region.slices["value"]][0])
         own = {name: float(given[name]) for name in AXES} | {str(given["along"]): value}
-        axial_forcing, restitution = own["axial_forcing"], own["restitution"]
-        found = find_attractors(axial_forcing, restitution, self._starts(SEARCHED))
+        section = NextCollisionMap(**own)
+        found = find_attractors(section, self._starts(SEARCHED))
         n = int(given["samples"])
         tau, w = np.array(self._starts(n)).T.copy()
-        labels = label_starts(found, axial_forcing, restitution, tau, w).label.reshape(n, n)
+        labels = label_starts(found, section, tau, w).label.reshape(n, n)
         kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])
         merged = kinds[np.where(labels == UNRESOLVED, len(kinds) - 1, labels)].astype(np.int32)
         parts = shares(merged, len(CLASSES))
-        lag = _best(found, labels, axial_forcing, restitution, own["angular_forcing"])
+        lag = _best(found, labels, section)
         return {
             "fraction": np.array([[part.fraction for part in parts]]),
             "fraction_uncertainty": np.array([[part.uncertainty for part in parts]]),
@@ -116,13 +117,11 @@ def class_of(attractor: Attractor) -> int:
     return CLASSES.index(str(attractor.kind))
 
 
-def _best(
-    found: Attractors, labels: np.ndarray, axial_forcing: float, restitution: float, angular: float
-) -> tuple[float, float]:
+def _best(found: Attractors, labels: np.ndarray, section: NextCollisionMap) -> tuple[float, float]:
     counts = [int(np.sum(labels == i)) for i in range(len(found.found))]
     skipped = (AttractorKind.REST, AttractorKind.CHATTERING)
     main = [i for i, a in enumerate(found.found) if a.kind not in skipped]
     if not main:
         return math.nan, math.nan
     largest = found.found[max(main, key=counts.__getitem__)]
-    return best_lag(largest, axial_forcing, restitution, angular)
+    return best_lag(largest, section)

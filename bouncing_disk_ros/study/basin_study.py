@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -25,6 +26,7 @@ from bouncing_disk_ros.analysis.dynamics.boundary import (
     box_dimension,
     uncertainty_exponent,
 )
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.row_blocks import PIXELS, LabelMap
 from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
 from bouncing_disk_ros.angles import numbers_of
@@ -50,16 +52,15 @@ class Basins(Study):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        self._forcing = float(given["axial_forcing"])
-        self._restitution = float(given["restitution"])
-        refuse_conservative(self._restitution)
+        self._map = NextCollisionMap(float(given["axial_forcing"]), float(given["restitution"]))
+        refuse_conservative(self._map.restitution)
         if given["velocity"] not in ("before", "after"):
             raise InputError("velocity", given["velocity"], "before or after")
         for low, high in (("phase_begin", "phase_end"), ("velocity_begin", "velocity_end")):
             if not float(given[low]) < float(given[high]):
                 allowed = f"less than {high} = {float(given[high]):g}"
                 raise InputError(low, given[low], allowed, "The window is empty.")
-        before_impact(np.empty(0), self._restitution, after=self._after)
+        before_impact(np.empty(0), self._map.restitution, after=self._after)
         text = str(given["angular_velocities"])
         self._speeds = np.empty(0)
         if text.strip():
@@ -135,10 +136,10 @@ class Basins(Study):
         ]
         starts = [(float(tau % math.tau), float(w)) for w in self._before(coarse[0])
                   for tau in coarse[1]]  # fmt: skip
-        return to_arrays(find_attractors(self._forcing, self._restitution, starts))
+        return to_arrays(find_attractors(self._map, starts))
 
     def _before(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-        return before_impact(velocity, self._restitution, after=self._after)
+        return before_impact(velocity, self._map.restitution, after=self._after)
 
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
         """Label the starts of one region."""
@@ -147,9 +148,7 @@ class Basins(Study):
         w, tau = (v.ravel() for v in np.meshgrid(rows, phases % math.tau, indexing="ij"))
         given = self.parameters
         rule = LabelRule(float(given["tolerance"]), cap=int(given["cap"]))
-        found = label_starts(
-            from_arrays(context), self._forcing, self._restitution, tau.copy(), w.copy(), rule
-        )
+        found = label_starts(from_arrays(context), self._map, tau.copy(), w.copy(), rule)
         shape = (len(rows), len(phases))
         arrays: dict[str, NDArray[np.generic]] = {
             "label": found.label.reshape(shape),
@@ -158,8 +157,8 @@ class Basins(Study):
         }
         if len(self._speeds):
             lag, angular = (float(given[name]) for name in ("phase_lag", "angular_forcing"))
-            platform = (self._forcing, self._restitution, lag, angular)
-            speeds = [mean_speeds(tau, w, float(one), *platform) for one in self._speeds]
+            section = replace(self._map, phase_lag=lag, angular_forcing=angular)
+            speeds = [mean_speeds(section, tau, w, float(one)) for one in self._speeds]
             arrays["mean_speed"] = np.reshape(speeds, (len(speeds), *shape))
         return arrays
 
@@ -181,7 +180,7 @@ class Basins(Study):
             "unresolved_fraction": ((), unresolved_fraction(labels)),
             "point_attractor": ("point", owner.astype(np.int32)),
             "point_forcing_phase": ("point", phase),
-            "point_velocity": ("point", speed * (self._restitution if self._after else 1.0)),
+            "point_velocity": ("point", speed * (self._map.restitution if self._after else 1.0)),
         }
         return result.assign(added).assign(self._boundary(labels))
 

@@ -299,7 +299,9 @@ def labelled(
 
 def attractors_of(axial_forcing: float, restitution: float, starts: Floats) -> Attractors:
     """The attractors that starts (n, 2) lead to."""
-    return find_attractors(axial_forcing, restitution, [(float(t), float(w)) for t, w in starts])
+    return find_attractors(
+        NextCollisionMap(axial_forcing, restitution), [(float(t), float(w)) for t, w in starts]
+    )
 
 
 def described(found: Attractors) -> Content:
@@ -317,7 +319,7 @@ def described(found: Attractors) -> Content:
 def basins(found: Attractors, axial_forcing: float, restitution: float, starts: Floats) -> Content:
     """Labels of starts (n, 2)."""
     tau, w = (column.copy() for column in starts.T)
-    return list(label_starts(found, axial_forcing, restitution, tau, w))
+    return list(label_starts(found, NextCollisionMap(axial_forcing, restitution), tau, w))
 
 
 def boundary(labels: NDArray[np.int32]) -> Content:
@@ -330,7 +332,10 @@ def best_phase_lags(
     found: Attractors, axial_forcing: float, restitution: float, angular: float
 ) -> Content:
     """Best phase lag and speed of each attractor."""
-    rows = [best_lag(one, axial_forcing, restitution, angular) for one in found.found]
+    rows = [
+        best_lag(one, NextCollisionMap(axial_forcing, restitution, 0.0, angular))
+        for one in found.found
+    ]
     # a maximum is flat: where it lies is known to half of the digits
     return [[nearly(lag, 5), nearly(speed)] for lag, speed in rows]
 
@@ -338,7 +343,7 @@ def best_phase_lags(
 def speeds(starts: Floats, speed: float, given: Sequence[float]) -> Content:
     """Mean speed that starts (n, 2) end with."""
     tau, w = (column.copy() for column in starts.T)
-    return mean_speeds(tau, w, speed, *given)
+    return mean_speeds(NextCollisionMap(*given), tau, w, speed)
 
 
 def jacobian(given: Sequence[float], start: Sequence[float], impacts: int) -> Content:

@@ -122,9 +122,6 @@ LINKS = sorted(set(re.findall(r"\[`([^`]+)`\]\(\.\./(bouncing_disk_ros/[^)]+\.py
 MODEL = (ROOT / "docs" / "model.md").read_text("utf-8")
 _NAMED = re.findall(r"`([a-z_]+\.[A-Za-z_]+)`", MODEL.split("## What is proved")[0])
 FUNCTIONS = sorted(set(_NAMED) - {"bouncing_disk_ros.core"})
-    set(re.findall(r"`([a-z_]+\.[A-Za-z_]+)`", MODEL.split("## What is proved")[0]))
-    - {"bouncing_disk_ros.core"}
-)
 MODULES = {file.stem: file for file in FILES}
 
 

@@ -48,18 +48,18 @@ CLEARLY = 20.0
 LOWEST = 1.5 * math.pi
 
 
-def find_attractors(
-    axial_forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
-) -> Attractors:
-    """The attractors that the starts (τ, w_A < 0), in this order, and the contact lead to.
+def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Attractors:
+    """The attractors that starts (τ, w_A < 0), in this order, and the contact lead to.
+
+    Of `section` its Γ and ε alone count.
 
     An orbit is periodic when Newton's method, started from a piece of it that nearly repeats, finds
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE
     impacts have shown none and the Lyapunov exponent is above 0; anything else is not resolved.
     """
-    search = _Search(axial_forcing, restitution)
+    search = _Search(section)
     after_contact = search.contact()
-    settled = _without_contact(axial_forcing, restitution, starts)
+    settled = _without_contact(section, starts)
     while len(settled):
         place = search.follow(float(settled[0, ORBIT_TAU]), float(settled[0, ORBIT_W]))
         settled = settled[1:]
@@ -71,13 +71,14 @@ def find_attractors(
     return Attractors(found, after, search.unresolved)
 
 
-def _without_contact(
-    axial_forcing: float, restitution: float, starts: Sequence[tuple[float, float]]
-) -> Floats:
+def _without_contact(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
     tau, w = np.array(starts, float).reshape(-1, 2).T.copy()
     counts = np.zeros((len(tau), 2), np.int64)
-    platform = (np.full(len(tau), axial_forcing), np.full(len(tau), restitution))
+    platform = (
+        np.full(len(tau), float(section.axial_forcing)),
+        np.full(len(tau), float(section.restitution)),
+    )
     iterate_axial(tau, w, *platform, SETTLING, counts)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
 
@@ -100,13 +101,16 @@ def _rank(attractor: Attractor) -> tuple[int, int, int, float]:
 class _Search:
     """Gathers attractors, one orbit after the other."""
 
-    def __init__(self, axial_forcing: float, restitution: float) -> None:
-        self._section = NextCollisionMap(axial_forcing, restitution)
-        self._forcing, self._restitution = axial_forcing, restitution
+    def __init__(self, section: NextCollisionMap) -> None:
+        self._section = NextCollisionMap(float(section.axial_forcing), float(section.restitution))
         self.found: list[Attractor] = []
         self.unresolved = 0
         self._after_contact = -1
         self._cells: dict[int, Cells] = {}
+
+    @property
+    def _platform(self) -> tuple[float, float]:
+        return self._section.axial_forcing, self._section.restitution
 
     def contact(self) -> int:
         """Follow the orbit that leaves contact; the place of its attractor in `found`, or −1."""
@@ -148,7 +152,7 @@ class _Search:
 
     def _orbit(self, tau: float, w: float, impacts: int) -> Floats:
         rows = np.empty((impacts, 4))
-        return rows[: axial_orbit(tau, w, self._forcing, self._restitution, impacts, rows)]
+        return rows[: axial_orbit(tau, w, *self._platform, impacts, rows)]
 
     def _add(self, attractor: Attractor) -> int:
         """Its place in `found`, new or not."""
@@ -195,7 +199,7 @@ class _Search:
         """The place of a chaotic attractor, or −1 if the exponent is not above 0."""
         state = np.array([rows[-1, ORBIT_TAU], rows[-1, ORBIT_W], 0.0, 1.0, 0.0])
         out, results = np.empty((VISITS, 6)), np.empty(5)
-        given = (self._forcing, self._restitution, 0.0, math.inf)
+        given = (*self._platform, 0.0, math.inf)
         measure_attractor(state, *given, 0, VISITS, out, results)
         exponent = float(results[LYAPUNOV])
         if exponent * VISITS < CLEARLY:

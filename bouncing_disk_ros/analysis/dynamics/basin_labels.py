@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors, Cells
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.row_blocks import LabelMap, row_blocks
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
@@ -61,10 +62,10 @@ class Share(NamedTuple):
 
 
 def label_starts(
-    attractors: Attractors, axial_forcing: float, restitution: float, tau: Floats, w: Floats,
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule | None = None,
 ) -> Basins:  # fmt: skip
-    """Label starts (τ in [0, 2π), w_A < 0): flat arrays (n,) of one length.
+    """Label starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,) of one length.
 
     1. A start that comes to contact belongs to the attractor of the orbit that leaves contact.
     2. One whose impacts stay within `tolerance` of the points of a periodic attractor, in their
@@ -78,21 +79,21 @@ def label_starts(
     n = len(tau)
     found = Basins(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
     if rule.cap:
-        _label(attractors, axial_forcing, restitution, tau, w, rule, found)
+        _label(attractors, section, tau, w, rule, found)
         return found
     first = rule._replace(cap=impacts_needed(attractors, rule.tolerance))
-    _label(attractors, axial_forcing, restitution, tau, w, first, found)
+    _label(attractors, section, tau, w, first, found)
     late = np.flatnonzero(found.label == UNRESOLVED)
     if len(late):
         rest = Basins(found.label[late], found.impacts[late], found.time[late])
         longer = first._replace(cap=LONGER * first.cap)
-        _label(attractors, axial_forcing, restitution, tau[late], w[late], longer, rest)
+        _label(attractors, section, tau[late], w[late], longer, rest)
         found.label[late], found.impacts[late], found.time[late] = rest
     return found
 
 
 def _label(
-    attractors: Attractors, axial_forcing: float, restitution: float, tau: Floats, w: Floats,
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule, found: Basins,
 ) -> None:  # fmt: skip
     """Label starts by the rule, its cap given, into `found`."""
@@ -101,12 +102,11 @@ def _label(
     after_contact = attractors.after_contact
     lane_rule = LaneRule(rule.tolerance, float(confirm), after_contact, after_contact, rule.cap)
     known = known_points(points, of)
-    label_lanes(tau, w, axial_forcing, restitution, known, lane_rule, LaneLabels(*found))
+    platform = (float(section.axial_forcing), float(section.restitution))
+    label_lanes(tau, w, *platform, known, lane_rule, LaneLabels(*found))
     open_ = np.flatnonzero(found.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
-        found.label[open_] = _chaotic(
-            attractors, axial_forcing, restitution, tau[open_], w[open_], rule
-        )
+        found.label[open_] = _chaotic(attractors, section, tau[open_], w[open_], rule)
     found.time[open_] = math.nan
 
 
@@ -136,12 +136,13 @@ def _periodic_points(attractors: Attractors) -> tuple[Floats, NDArray[np.int32],
 
 
 def _chaotic(
-    attractors: Attractors, axial_forcing: float, restitution: float, tau: Floats, w: Floats,
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule,
 ) -> Labels:  # fmt: skip
     """Labels of starts that the cap left open, by the cells of the chaotic attractors."""
     tau, w = tau.copy(), w.copy()
-    forcings, restitutions = np.full_like(tau, axial_forcing), np.full_like(tau, restitution)
+    forcings = np.full_like(tau, section.axial_forcing)
+    restitutions = np.full_like(tau, section.restitution)
     counts = np.zeros((len(tau), 2), np.int64)
     iterate_axial(tau, w, forcings, restitutions, rule.cap, counts)
     chaotic = [i for i, a in enumerate(attractors.found) if a.kind is AttractorKind.CHAOTIC]

@@ -7,11 +7,13 @@ is then a function of θ alone.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.maximum import golden_section
 from bouncing_disk_ros.collision_map.attractor_measures import (
     MEAN_PER_TIME,
@@ -33,13 +35,7 @@ class BestLag(NamedTuple):
     mean_speed: float  # mean of α̇ in time there, ωΦ
 
 
-def mean_speed(
-    found: Attractor,
-    axial_forcing: float,
-    restitution: float,
-    phase_lag: float,
-    angular_forcing: float,
-) -> float:
+def mean_speed(found: Attractor, section: NextCollisionMap) -> float:
     """Mean of α̇/(ωΦ) in time on an attractor, from a disk without rotation.
 
     Over MEASURED_IMPACTS impacts, a whole number of repetitions where the attractor repeats.
@@ -48,24 +44,23 @@ def mean_speed(
     measured = repeat * max(1, MEASURED_IMPACTS // repeat)
     state = np.array([found.forcing_phases[0], found.velocities[0], 0.0, 1.0, 0.0])
     out, results = np.empty((1, 6)), np.empty(MEASURED + 1)
-    given = (axial_forcing, restitution, phase_lag, angular_forcing)
-    measure_attractor(state, *given, SETTLING, measured, out, results)
+    parameters = (section.axial_forcing, section.restitution)
+    turning = (section.phase_lag, section.angular_forcing)
+    measure_attractor(state, *parameters, *turning, SETTLING, measured, out, results)
     return float(results[MEAN_PER_TIME])
 
 
-def best_lag(
-    found: Attractor, axial_forcing: float, restitution: float, angular_forcing: float
-) -> BestLag:
+def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
     """The phase lag with the largest mean speed: a search around the circle, then a golden section.
 
     The speed changes its sign with θ by half a turn, so the largest is also the most negative one's
     mirror image. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
     """
-    if found.kind is AttractorKind.REST or math.isinf(angular_forcing):
+    if found.kind is AttractorKind.REST or math.isinf(section.angular_forcing):
         return BestLag(math.nan, math.nan)
 
     def speed(lag: float) -> float:
-        return mean_speed(found, axial_forcing, restitution, lag, angular_forcing)
+        return mean_speed(found, replace(section, phase_lag=lag))
 
     lags = np.linspace(-math.pi, math.pi, LAGS, endpoint=False)
     best = float(lags[int(np.argmax([speed(float(lag)) for lag in lags]))])

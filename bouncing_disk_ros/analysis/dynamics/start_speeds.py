@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import COUNT_RESTS
 from bouncing_disk_ros.collision_map.lanes.rotation_lanes import (
     SUM_TIME,
@@ -39,9 +40,8 @@ def settling_impacts(angular_velocity: float, angular_forcing: float) -> int:
 
 
 def mean_speeds(
-    tau: Floats, w: Floats, angular_velocity: float, axial_forcing: float, restitution: float,
-    phase_lag: float, angular_forcing: float,
-) -> Floats:  # fmt: skip
+    section: NextCollisionMap, tau: Floats, w: Floats, angular_velocity: float
+) -> Floats:
     """Mean of α̇/(ωΦ) in time over MEASURED impacts (n,); nan where contact lasts for good.
 
     Friction is slow where impacts are weak: the mean is taken again, after twice as many impacts
@@ -50,15 +50,14 @@ def mean_speeds(
     Each number depends on its own start alone, so the arrays may be cut anywhere.
     """
     tau, w, speed = tau.copy(), w.copy(), np.full(len(tau), angular_velocity)
-    given = (axial_forcing, restitution, phase_lag, angular_forcing)
-    impacts = settling_impacts(angular_velocity, angular_forcing)
-    _carry(tau, w, speed, given, impacts)
-    mean = _carry(tau, w, speed, given, MEASURED)
+    impacts = settling_impacts(angular_velocity, section.angular_forcing)
+    _iterate(section, tau, w, speed, impacts)
+    mean = _iterate(section, tau, w, speed, MEASURED)
     open_ = np.flatnonzero(~np.isnan(mean))
     while len(open_) and impacts <= MOST:
         state = tau[open_], w[open_], speed[open_]
-        _carry(*state, given, impacts)
-        later = _carry(*state, given, MEASURED)
+        _iterate(section, *state, impacts)
+        later = _iterate(section, *state, MEASURED)
         settled = np.abs(later - mean[open_]) <= SETTLED
         tau[open_], w[open_], speed[open_] = state
         mean[open_] = later
@@ -67,14 +66,19 @@ def mean_speeds(
     return mean
 
 
-def _carry(
-    tau: Floats, w: Floats, speed: Floats, given: tuple[float, float, float, float], impacts: int
+def _iterate(
+    section: NextCollisionMap, tau: Floats, w: Floats, speed: Floats, impacts: int
 ) -> Floats:
     """Iterate states; the mean speed on the way, nan where contact lasts for good."""
     n = len(tau)
-    gamma, epsilon, theta, angular = (np.full(n, v) for v in given)
+    parameters = [
+        np.full(n, float(one))
+        for one in (
+            section.axial_forcing, section.restitution, section.phase_lag, section.angular_forcing
+        )
+    ]  # fmt: skip
     counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
-    iterate_rotation(tau, w, speed, gamma, epsilon, theta, angular, impacts, counts, sums)
+    iterate_rotation(tau, w, speed, *parameters, impacts, counts, sums)
     at_rest = counts[:, COUNT_RESTS] > 0
     tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
     return np.where(

@@ -71,7 +71,7 @@ def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(
 
 def test_attractors_survive_storing() -> None:
     starts = [(x, -y) for x in np.linspace(0.0, 6.0, 8) for y in np.linspace(0.2, 4.8, 8)]
-    found = find_attractors(0.45, 0.5, starts)
+    found = find_attractors(NextCollisionMap(0.45, 0.5), starts)
     again = from_arrays(to_arrays(found))
     assert again.after_contact == found.after_contact
     for first, second in zip(found.found, again.found, strict=True):

@@ -9,6 +9,7 @@ import pytest
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Cells, distance
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
 
@@ -18,7 +19,9 @@ STARTS = [
 
 
 def names(axial_forcing: float, restitution: float = 0.5) -> list[str]:
-    return [a.name for a in find_attractors(axial_forcing, restitution, STARTS).found]
+    return [
+        a.name for a in find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS).found
+    ]
 
 
 def after(attractor: Attractor, axial_forcing: float, restitution: float) -> Attractor:
@@ -41,7 +44,7 @@ def test_all_come_to_rest_below_one_over_pi(axial_forcing: float) -> None:
 @pytest.mark.parametrize("axial_forcing", [0.34, 0.40, 0.45])
 def test_period_one_and_chattering_as_in_the_paper(axial_forcing: float) -> None:
     """Fig. 4: two attractors; the period-1 orbit by its formulas, its multipliers of modulus ε."""
-    found = find_attractors(axial_forcing, 0.5, STARTS).found
+    found = find_attractors(NextCollisionMap(axial_forcing, 0.5), STARTS).found
     assert [a.name for a in found] == ["chattering (1 cycle)", "period-1"]
     orbit = found[1]
     assert orbit.forcing_phases[0] == pytest.approx(math.acos(1 / (3 * axial_forcing)), abs=1e-13)
@@ -51,7 +54,7 @@ def test_period_one_and_chattering_as_in_the_paper(axial_forcing: float) -> None
 
 def test_one_attractor_has_it_all_at_060() -> None:
     """Fig. 4d."""
-    found = find_attractors(0.60, 0.5, STARTS)
+    found = find_attractors(NextCollisionMap(0.60, 0.5), STARTS)
     assert [a.kind for a in found.found] == [AttractorKind.CHATTERING]
     assert found.unresolved == 0
 
@@ -64,14 +67,16 @@ def test_cascade() -> None:
 
 
 def test_chaos_is_found_by_its_exponent() -> None:
-    found = find_attractors(0.55, 0.5, STARTS)
+    found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS)
     assert [a.kind for a in found.found] == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
     assert found.found[1].multiplier > 1.0
 
 
 def test_close_to_a_doubling_nothing_is_unresolved() -> None:
     limit = stability_limit(0.5)
-    below, above = (find_attractors(limit + d, 0.5, STARTS) for d in (-1e-4, 1e-4))
+    below, above = (
+        find_attractors(NextCollisionMap(limit + d, 0.5), STARTS) for d in (-1e-4, 1e-4)
+    )
     assert below.unresolved == above.unresolved == 0
     assert "period-1" in [a.name for a in below.found]
     assert "period-2" in [a.name for a in above.found]
@@ -79,8 +84,8 @@ def test_close_to_a_doubling_nothing_is_unresolved() -> None:
 
 @pytest.mark.parametrize(("axial_forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
 def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: float) -> None:
-    one = find_attractors(axial_forcing, restitution, STARTS)
-    other = find_attractors(axial_forcing, restitution, STARTS[::-1])
+    one = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS)
+    other = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS[::-1])
     assert [a.name for a in one.found] == [a.name for a in other.found]
     for first, second in zip(one.found, other.found, strict=True):
         pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
@@ -89,7 +94,7 @@ def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: 
 
 @pytest.mark.parametrize("axial_forcing", [0.34, 0.487, 0.535])
 def test_periodic_attractors_repeat(axial_forcing: float) -> None:
-    for found in find_attractors(axial_forcing, 0.5, STARTS).found:
+    for found in find_attractors(NextCollisionMap(axial_forcing, 0.5), STARTS).found:
         if found.kind is AttractorKind.PERIODIC:
             again = after(found, axial_forcing, 0.5)
             pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (found, again)]
@@ -97,7 +102,7 @@ def test_periodic_attractors_repeat(axial_forcing: float) -> None:
 
 
 def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
-    found = find_attractors(0.45, 0.5, []).found[0]
+    found = find_attractors(NextCollisionMap(0.45, 0.5), []).found[0]
     n = len(found.forcing_phases)
     rows = np.empty((n, 4))
     axial_orbit(found.forcing_phases[0], found.velocities[0], 0.45, 0.5, n, rows)
@@ -107,7 +112,7 @@ def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
 
 
 def test_cells_hold_what_they_were_made_of() -> None:
-    found = find_attractors(0.55, 0.5, STARTS).found[1]
+    found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS).found[1]
     cells = Cells(found)
     assert cells.hold(found.forcing_phases, found.velocities).all()
     assert not cells.hold(np.array([math.acos(1 / 1.65)]), np.array([-0.01])).any()

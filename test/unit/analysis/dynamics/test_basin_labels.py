@@ -17,6 +17,7 @@ from bouncing_disk_ros.analysis.dynamics.basin_labels import (
     label_starts,
     shares,
 )
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
@@ -27,7 +28,7 @@ SEED = 44
 def attractors(axial_forcing: float, restitution: float = 0.5) -> Attractors:
     starts = [(float(t), float(w)) for w in -np.linspace(0.1, 4.9, 12)
               for t in np.linspace(0.1, 6.2, 12)]  # fmt: skip
-    return find_attractors(axial_forcing, restitution, starts)
+    return find_attractors(NextCollisionMap(axial_forcing, restitution), starts)
 
 
 def plane(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +45,9 @@ def test_shares_of_the_paper(axial_forcing: float, paper: float) -> None:
     """11.64 % and 34.72 % of the window at 1000 × 1000, to 0.1 % of the window."""
     found = attractors(axial_forcing)
     tau, w = plane(1000, 1000)
-    labels = label_starts(found, axial_forcing, 0.5, tau, w).label.reshape(1000, 1000)
+    labels = label_starts(found, NextCollisionMap(axial_forcing, 0.5), tau, w).label.reshape(
+        1000, 1000
+    )
     assert found.found[1].name == "period-1"
     share = shares(labels, 2)[1]
     assert abs(share.fraction - paper) < 0.001
@@ -73,7 +76,7 @@ def test_pixels_are_single_runs_of_the_stepper() -> None:
     found = attractors(0.45)
     tau, w = rng.uniform(0, math.tau, 120), -rng.uniform(0.01, 5.0, 120)
     names = {0: "contact", 1: "period-1"}
-    labels = label_starts(found, 0.45, 0.5, tau, w).label
+    labels = label_starts(found, NextCollisionMap(0.45, 0.5), tau, w).label
     assert [names[label] for label in labels] == [
         follow(0.45, 0.5, float(a), float(b)) for a, b in zip(tau, w, strict=True)
     ]
@@ -83,19 +86,22 @@ def test_pixels_are_single_runs_of_the_stepper() -> None:
 def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
     found = attractors(axial_forcing)
     tau, w = plane(40, 40)
-    whole = label_starts(found, axial_forcing, 0.5, tau, w)
+    section = NextCollisionMap(axial_forcing, 0.5)
+    whole = label_starts(found, section, tau, w)
     order = np.random.default_rng(SEED).permutation(len(tau))
-    mixed = label_starts(found, axial_forcing, 0.5, tau[order].copy(), w[order].copy())
+    mixed = label_starts(
+        found, NextCollisionMap(axial_forcing, 0.5), tau[order].copy(), w[order].copy()
+    )
     assert np.array_equal(whole.label[order], mixed.label)
     assert np.array_equal(whole.impacts[order], mixed.impacts)
-    parts = [label_starts(found, axial_forcing, 0.5, tau[i : i + 7].copy(),
+    parts = [label_starts(found, section, tau[i : i + 7].copy(),
                           w[i : i + 7].copy()).label for i in range(0, len(tau), 7)]  # fmt: skip
     assert np.array_equal(whole.label, np.concatenate(parts))
 
 
 def test_chaotic_basin_beside_the_chattering_one() -> None:
     found = attractors(0.55)
-    labels = label_starts(found, 0.55, 0.5, *plane(100, 100)).label
+    labels = label_starts(found, NextCollisionMap(0.55, 0.5), *plane(100, 100)).label
     kinds = [a.kind for a in found.found]
     assert kinds == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
     assert set(labels) == {0, 1}
@@ -104,8 +110,8 @@ def test_chaotic_basin_beside_the_chattering_one() -> None:
 def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:
     found = attractors(0.45)
     rule = LabelRule(cap=3)
-    labels = label_starts(found, 0.45, 0.5, *plane(20, 20), rule).label
-    enough = label_starts(found, 0.45, 0.5, *plane(20, 20)).label
+    labels = label_starts(found, NextCollisionMap(0.45, 0.5), *plane(20, 20), rule).label
+    enough = label_starts(found, NextCollisionMap(0.45, 0.5), *plane(20, 20)).label
     assert (labels == UNRESOLVED).any()
     known = labels != UNRESOLVED
     assert np.array_equal(labels[known], enough[known])

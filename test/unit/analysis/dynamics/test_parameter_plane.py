@@ -66,7 +66,7 @@ def test_contact_and_rest_are_told_apart() -> None:
     assert (found.lyapunov_exponent[2:] == -math.inf).all()
     assert (found.period[:2] == 0).all()
     for i, axial_forcing in ((2, 0.34), (3, 0.42)):
-        search = find_attractors(axial_forcing, 0.5, [])
+        search = find_attractors(NextCollisionMap(axial_forcing, 0.5), [])
         known = search.found[search.after_contact]
         assert known.kind is AttractorKind.CHATTERING
         assert (found.period[i], found.cycles[i]) == (len(known.forcing_phases), known.cycles)
@@ -105,7 +105,7 @@ def test_they_are_those_that_the_search_finds() -> None:
     told = 0
     for i, (axial_forcing, restitution, *_) in enumerate(parameters):
         start = (float(states[i, 0]), float(min(states[i, 1], -1e-6)))
-        known = find_attractors(axial_forcing, restitution, [start]).found
+        known = find_attractors(NextCollisionMap(axial_forcing, restitution), [start]).found
         mine = {(list(AttractorKind).index(a.kind), len(a.forcing_phases), a.cycles) for a in known}
         assert found.kind[i] in {kind for kind, _, _ in mine} | {UNRESOLVED}
         if (
