@@ -71,14 +71,10 @@ def _iterate(
 ) -> Floats:
     """Iterate states; the mean speed on the way, nan where contact lasts for good."""
     n = len(tau)
-    parameters = [
-        np.full(n, float(one))
-        for one in (
-            section.axial_forcing, section.restitution, section.phase_lag, section.angular_forcing
-        )
-    ]  # fmt: skip
+    platform = np.full(n, float(section.axial_forcing)), np.full(n, float(section.restitution))
+    turning = np.full(n, float(section.phase_lag)), np.full(n, float(section.angular_forcing))
     counts, sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
-    iterate_rotation(tau, w, speed, *parameters, impacts, counts, sums)
+    iterate_rotation(tau, w, speed, *platform, *turning, impacts, counts, sums)
     at_rest = counts[:, COUNT_RESTS] > 0
     tau[at_rest], w[at_rest], speed[at_rest] = 0.0, -1.0, 0.0
     return np.where(
