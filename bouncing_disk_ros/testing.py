@@ -23,12 +23,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from bouncing_disk_ros.units import NS
+
 if TYPE_CHECKING:
     from rclpy.context import Context
     from rclpy.node import Node
 
-    from bouncing_disk_ros.units import NS
-from bouncing_disk_ros.core.model import Motion, Sample
+    from bouncing_disk_ros.core.model import Motion, Sample
 
 PATIENCE = 10.0
 """Longest wait for a condition, s."""

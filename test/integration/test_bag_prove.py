@@ -50,10 +50,10 @@ def test_an_interrupted_proof_sums_up(start: Starter, tmp_path: Path) -> None:
 _SLOW = """
 import sys, time
 from bouncing_disk_ros.nodes.bags import bag_report
-from bouncing_disk_ros.proof import prove
+from bouncing_disk_ros.proof import event_proof
 def slow(event):
     print("proving", flush=True)
     time.sleep(60)
-prove.prove = slow
+event_proof.prove = slow
 sys.exit(bag_report.main())
 """

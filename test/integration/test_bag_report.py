@@ -21,7 +21,7 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     recorder.wait_for("recording to")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss",
                       "-p", "real_time_factor:=20.0", "-p", "state_rate:=20.0")  # fmt: skip
-    recorder.wait_for("hearing /disk/impacts")
+    recorder.wait_for("subscribed to /disk/impacts")
     recorder.wait_for(r"recording: .* ([3-9]|\d\d)\d{3} messages")
     assert simulator.end(signal.SIGINT) == 0
     assert recorder.end(signal.SIGINT) == 0
@@ -117,11 +117,11 @@ def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path, shell: list[
 
 _INTERRUPTED = """
 import sys, time
-from bouncing_disk_ros.nodes.bags import bag_report, run
+from bouncing_disk_ros.nodes.bags import bag_report, bag_run
 def slow(self):
     print("reading", flush=True)
     time.sleep(60)
     yield
-run.BagRun.read = slow
+bag_run.BagRun.read = slow
 sys.exit(bag_report.main())
 """

@@ -49,7 +49,7 @@ def finish(process: Process, number: int = signal.SIGINT) -> None:
 def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
     process = recorder(start, tmp_path / "run", "compression:=lz4")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
-    process.wait_for("hearing /disk/impacts")
+    process.wait_for("subscribed to /disk/impacts")
     for _ in range(2):  # a snapshot every 5 s: wait for the first of them
         simulator.wait_for("running at")
     process.wait_for(r"recording: .* [1-9]\d+ messages")
@@ -219,8 +219,8 @@ def test_topics_of_every_kind(start: Starter, talker: Talker, tmp_path: Path) ->
     for publisher in (late, weak):
         publisher.publish(String(data="x"))
     empty.publish(Float64MultiArray())
-    process.wait_for("hearing /all/silent")
-    process.wait_for("hearing /all/latched")
+    process.wait_for("subscribed to /all/silent")
+    process.wait_for("subscribed to /all/latched")
     finish(process)
     found = counts(tmp_path / "run")
     assert found == {f"/all/{n}": 1 for n in ("latched", "late", "weak", "empty")} | {

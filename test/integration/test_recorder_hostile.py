@@ -166,7 +166,7 @@ def test_answers_of_nodes_are_validated(
     spin(lambda: all(liar.asked for liar in liars if liar is not liars[3]))
     for line in lines.values():
         process.wait_for(line)
-    process.wait_for("hearing /disk/inputs")
+    process.wait_for("subscribed to /disk/inputs")
     assert process.end(signal.SIGINT) == 0
     assert len(process.complaints) == len(lines)
     with bag.open(tmp_path / "run") as run:

@@ -159,7 +159,7 @@ def test_6_a_load_beyond_friction_turns_the_disk_for_ever() -> None:
 
 
 @pytest.mark.parametrize("restitution", [5e-324, 1e-310, 1e-160, 1.0 - 2**-53, 1.0])
-@pytest.mark.parametrize("kick", [5e-324, 1e-160, 1e-20, 1e-14])
+@pytest.mark.parametrize("impulse", [5e-324, 1e-160, 1e-20, 1e-14])
 def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
     restitution: float, impulse: float
 ) -> None:

@@ -90,7 +90,7 @@ class BagRun:
         self._record.motions = Newest[Any](limits.EVENTS)
         self._record.changes = Newest[Any](limits.EVENTS)
         self._record.disks = Newest[Any](limits.EVENTS)
-        self._hearing = RunRecordBuilder(self._record, self.namespace)
+        self._builder = RunRecordBuilder(self._record, self.namespace)
         self._latest = {"disk/inputs": -1.0, "disk/impacts": -1.0}
         if self._wish.run in (0, self._runs):
             self.record, self._kept_run = self._record, self._runs
@@ -132,11 +132,11 @@ class BagRun:
         if short == "disk/inputs":
             record = record_of(content)
             self._note_index(short, record["index"], record["index"])
-            self._hearing.take_record(record)
+            self._builder.take_record(record)
         else:
             if short == "disk/impacts" and len(rows := impacts_from_msg(content)):
                 self._note_index(short, *(float(rows["index"][place]) for place in (0, -1)))
-            self._hearing.handlers[short](content)
+            self._builder.handlers[short](content)
         if self._record is not self.record:
             self._record.chunks.clear()
         elif short == "disk/impacts":

@@ -27,8 +27,8 @@ class DemoWatcher(Node):
     def __init__(self, name: str, disk: Disk) -> None:
         super().__init__(name)
         self.record = RunRecord(disk)
-        self._hearing = RunRecordBuilder(self.record, self.get_namespace())
-        for topic, callback in self._hearing.handlers.items():
+        self._builder = RunRecordBuilder(self.record, self.get_namespace())
+        for topic, callback in self._builder.handlers.items():
             row = TOPICS[topic]
             kind = _TYPES[row.type.rpartition("/")[2]]
             self.create_subscription(kind, topic, callback, profile_of(row))
@@ -36,7 +36,7 @@ class DemoWatcher(Node):
     @property
     def phase(self) -> str:
         """Phase of motion of the disk, or paused."""
-        return self._hearing.phase
+        return self._builder.phase
 
     @property
     def time(self) -> float:

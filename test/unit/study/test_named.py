@@ -28,7 +28,7 @@ def test_what_is_given_stays_and_integers_are_cast() -> None:
     ("name", "given", "words"),
     [
         ("basin", {}, "Did you mean basins"),
-        ("basins", {"axial_forcing": 0.4}, "parameter: got 'forcing', allowed: axial_forcing, "),
+        ("basins", {"forcing": 0.4}, "parameter: got 'forcing', allowed: axial_forcing, "),
         ("basins", {"width": 0}, "width: got 0, allowed: an integer >= 1"),
         ("basins", {"width": 2.5}, "width: got 2.5"),
         ("basins", {"output": "x"}, "parameter: got 'output'"),
