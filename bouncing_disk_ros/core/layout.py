@@ -5,11 +5,14 @@ Plain numbers only, so a copy of the bytes is an exact checkpoint.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk
+if TYPE_CHECKING:
+    from bouncing_disk_ros.core.model import Disk
 
 FLIGHT, STICKING, SLIDING = 0, 1, 2  # model.Phase as plain integers, for the kernels
 STEADY, FADE = 0, 1

@@ -12,6 +12,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
+from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, new_figure
@@ -57,7 +58,7 @@ def _subtitle(record: RunRecord, motion: Motion | None) -> str:
     return (
         f"at the end: axial forcing Γ = {axial_forcing:.3f}, "
         f"restitution ε = {record.disk.restitution:g}, "
-        f"phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {record.orbit.name}"
+        f"phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {last_orbit(record).name}"
     )
 
 

@@ -29,7 +29,7 @@ from bouncing_disk_ros.proof.event_functions import (
     slip_of,
 )
 from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, State
-from bouncing_disk_ros.proof.platform_of import platform_of
+from bouncing_disk_ros.proof.fading_platform import platform_of
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
 _NO_BOUNCE = 1.0001e-17

@@ -25,8 +25,8 @@ from bouncing_disk_ros.proof.event_functions import (
     slip_of,
 )
 from bouncing_disk_ros.proof.exact_records import Event, Kind
+from bouncing_disk_ros.proof.fading_platform import platform_of
 from bouncing_disk_ros.proof.flight_proof import prove_crossing, time_margin, verdict_of
-from bouncing_disk_ros.proof.platform_of import platform_of
 from bouncing_disk_ros.proof.positivity import positive_from_start
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 

@@ -27,9 +27,12 @@ from bouncing_disk_ros.analysis.dynamics.continuation import (
     feigenbaum_ratios,
     period_doublings,
 )
-from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.next_collision import (
+    MapState,
+    NextCollisionMap,
+    spread_starts,
+)
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
-from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value

@@ -182,6 +182,34 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     tuple(TopologicalSorter(uses).static_order())  # raises CycleError, which names the circle
 
 
+MAX_DEPTH = 16
+"""Longest chain of modules that import each other while they load."""
+
+
+def imported_at_load(file: Path) -> Iterator[str]:
+    for node in ast.parse(file.read_text("utf-8")).body:
+        if isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def test_chains_of_imports_are_short() -> None:
+    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
+    uses = {
+        name: {
+            target
+            for found in imported_at_load(file)
+            for target in (found, found.rpartition(".")[0])
+            if target in modules
+        }
+        for name, file in modules.items()
+    }
+    depth: dict[str, int] = {}
+    for name in TopologicalSorter(uses).static_order():
+        depth[name] = 1 + max((depth[used] for used in uses[name]), default=0)
+    deepest = max(depth, key=depth.__getitem__)
+    assert depth[deepest] <= MAX_DEPTH, deepest
+
+
 def test_what_the_executables_share_is_used_by_several_rooms() -> None:
     users: dict[str, set[str]] = {}
     for file in FILES:

@@ -22,8 +22,7 @@ from bouncing_disk_ros.analysis.report.panel import (
     spread,
     with_gaps,
 )
-from bouncing_disk_ros.analysis.report.run_report import Report
-from bouncing_disk_ros.analysis.report.speed_series import Speeds
+from bouncing_disk_ros.analysis.report.run_report import Report, Speeds
 from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Motion
 

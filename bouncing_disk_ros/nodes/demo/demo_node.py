@@ -10,7 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.recorded.run_record import Summary, lines, summary_of
+from bouncing_disk_ros.analysis.recorded.run_summary import (
+    Summary,
+    last_orbit,
+    lines,
+    summary_of,
+)
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
@@ -122,7 +127,7 @@ class DemoNode(DemoWatcher):
             if motion.begin_ns < motion.end_ns:
                 self._news(motion.begin_ns / NS, self._change(motion))
         self._shown_motions = len(self.record.motions)
-        orbit = self.record.orbit
+        orbit = last_orbit(self.record)
         if orbit.impacts and orbit.name != self._orbit:
             self._news(self.time, f"orbit found: {orbit.name}")
         self._orbit = orbit.name if orbit.impacts else ""

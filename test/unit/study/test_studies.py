@@ -12,8 +12,7 @@ import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basin_study as basins_module
 from bouncing_disk_ros.study import bifurcation_study as bifurcation_module

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.dynamics.starts import spread_starts
+from bouncing_disk_ros.analysis.dynamics.next_collision import spread_starts
 from bouncing_disk_ros.errors import InputError
 
 
