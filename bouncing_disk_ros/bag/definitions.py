@@ -8,7 +8,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
 from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunks import Inner
+from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.files import HEAD
 from bouncing_disk_ros.bag.formats import BagError
 

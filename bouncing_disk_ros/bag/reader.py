@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import clouds, decode
+from bouncing_disk_ros.bag import decode, point_clouds
 from bouncing_disk_ros.bag.bag_topic import Message, Topic, topics_of
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.latched import without_repeats
@@ -166,7 +166,7 @@ class Bag:
         """All points of the clouds of a topic as one structured array, by their own field list."""
         if (kind := self._topic(topic).type) != decode.CLOUD:
             raise InputError(f"type of {topic}", kind, decode.CLOUD, "Take `columns` for it.")
-        gathered = clouds.CloudRows(self.decoder(topic))
+        gathered = point_clouds.CloudRows(self.decoder(topic))
         for message in self._stored(topic, start_ns, end_ns):
             gathered.add(message.data)
         return gathered.array() if gathered.dtype is not None else self._no_rows(topic)
@@ -174,7 +174,7 @@ class Bag:
     def _no_rows(self, topic: str) -> NDArray[np.void]:
         """No rows, with the fields of the topic: of its first message, or of disk/impacts."""
         for message in self._stored(topic, None, None):
-            gathered = clouds.CloudRows(self.decoder(topic))
+            gathered = point_clouds.CloudRows(self.decoder(topic))
             gathered.add(message.data)
             return gathered.array()[:0]
         is_ours = topic.endswith("/disk/impacts")

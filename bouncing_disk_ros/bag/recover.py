@@ -20,15 +20,15 @@ from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields, metadata
-from bouncing_disk_ros.bag.chunks import Inner
+from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.definitions import Definitions
+from bouncing_disk_ros.bag.file_pieces import Damage, Piece
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, NOTE, BagError, checked, signed
 from bouncing_disk_ros.bag.index import MAGIC
 from bouncing_disk_ros.bag.latched import without_repeats
 from bouncing_disk_ros.bag.locate import Located, files_of
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow, qos_from_text
-from bouncing_disk_ros.bag.pieces import Damage, Piece
 from bouncing_disk_ros.bag.recovery_report import Report, loss_text
 from bouncing_disk_ros.bag.scan import BLOCK, nothing
 from bouncing_disk_ros.bag.search import Watch

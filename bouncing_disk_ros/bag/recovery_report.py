@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bouncing_disk_ros.bag.pieces import Damage
+from bouncing_disk_ros.bag.file_pieces import Damage
 from bouncing_disk_ros.units import NS
 
 MOST_LINES = 200

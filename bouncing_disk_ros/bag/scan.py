@@ -15,11 +15,11 @@ from mcap.opcode import Opcode
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunks import Inner
+from bouncing_disk_ros.bag.chunk_reader import Inner
+from bouncing_disk_ros.bag.file_pieces import Damage, Piece
 from bouncing_disk_ros.bag.files import HEAD, PART, RegularFile, Window
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.index import MAGIC
-from bouncing_disk_ros.bag.pieces import Damage, Piece
 from bouncing_disk_ros.bag.search import ChunkSearch, TooDamagedError, Watch
 
 BLOCK = 1 << 20

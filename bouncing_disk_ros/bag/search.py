@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunks import Inner, unpacked
+from bouncing_disk_ros.bag.chunk_reader import Inner, unpacked
+from bouncing_disk_ros.bag.file_pieces import Piece
 from bouncing_disk_ros.bag.files import HEAD, PART, RegularFile
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.pieces import Piece
 
 Watch = Callable[[int, int], object]
 """Called now and then with the bytes passed and the bytes of the file; may raise to end a walk."""

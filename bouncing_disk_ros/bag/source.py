@@ -13,11 +13,11 @@ from mcap.records import Attachment, Channel, Metadata, Schema
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunks import Inner, unpacked
+from bouncing_disk_ros.bag.chunk_reader import Inner, unpacked
 from bouncing_disk_ros.bag.definitions import Definitions, inner_definitions
+from bouncing_disk_ros.bag.file_pieces import Damage, Piece, describe
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.pieces import Damage, Piece, describe
 from bouncing_disk_ros.bag.scan import Walk, nothing
 from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.summary import Block, summary_of

@@ -11,7 +11,7 @@ from mcap.records import Channel, Schema
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunks import records
+from bouncing_disk_ros.bag.chunk_reader import records
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.index import MAGIC

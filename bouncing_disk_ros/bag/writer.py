@@ -21,7 +21,7 @@ from typing import Any
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, signed
 from bouncing_disk_ros.bag.latched import Latched
-from bouncing_disk_ros.bag.mcap_file import McapFile
+from bouncing_disk_ros.bag.mcap_writer import McapFile
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.writer_options import Options, WriteError, write_error

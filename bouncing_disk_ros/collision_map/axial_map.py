@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
 from bouncing_disk_ros.core.contact import load, load_returns
 from bouncing_disk_ros.core.flight import first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.impact import BOUNCES, chatter_end
+from bouncing_disk_ros.core.impact_law import BOUNCES, chatter_end
 from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
 
 MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2

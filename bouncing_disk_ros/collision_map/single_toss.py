@@ -14,7 +14,6 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
 from bouncing_disk_ros.core.energy_ledger import Ledger
-from bouncing_disk_ros.core.events import after_sliding, after_sticking
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.layout import (
@@ -27,9 +26,10 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
+from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import Record, steady_motion
 from bouncing_disk_ros.core.propagate import classify_contact, propagate, set_clock
-from bouncing_disk_ros.core.resolve import end_contact
+from bouncing_disk_ros.core.resolve_event import end_contact
 
 TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED = 0, 1, 2, 3, -1
 """How the contact ended: the disk left sliding; it left sticking (ν is the platform's); it left

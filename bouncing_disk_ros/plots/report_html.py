@@ -15,7 +15,7 @@ from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.report_text import segment_rows
 from bouncing_disk_ros.analysis.report.run_report import Report
-from bouncing_disk_ros.plots.report_mark import MARK
+from bouncing_disk_ros.plots.report_signature import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 
 MOST_POINTS = 5000

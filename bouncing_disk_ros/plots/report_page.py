@@ -14,7 +14,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, places
 from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.run_report import Report
-from bouncing_disk_ros.plots.report_mark import MARK
+from bouncing_disk_ros.plots.report_signature import MARK
 from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
 from bouncing_disk_ros.plots.style import new_figure
 

@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 from flint import arb
 
-from bouncing_disk_ros.proof.ball_platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.clock_proof import prove_clock
 from bouncing_disk_ros.proof.event_functions import (
     HALF_ULP,
@@ -30,6 +29,7 @@ from bouncing_disk_ros.proof.event_functions import (
 )
 from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, State
 from bouncing_disk_ros.proof.fading_platform import platform_of
+from bouncing_disk_ros.proof.interval_platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
 _NO_BOUNCE = 1.0001e-17

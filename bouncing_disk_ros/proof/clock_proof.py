@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from flint import arb
 
-from bouncing_disk_ros.proof.ball_platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS
 from bouncing_disk_ros.proof.exact_records import Event, Kind
+from bouncing_disk_ros.proof.interval_platform import Platform, interval, seconds
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.units import NS
 

@@ -14,7 +14,6 @@ from typing import NamedTuple
 from flint import arb
 
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.proof.ball_platform import Platform
 from bouncing_disk_ros.proof.clock_proof import end_of, prove_clock
 from bouncing_disk_ros.proof.event_functions import (
     HALF_ULP,
@@ -27,6 +26,7 @@ from bouncing_disk_ros.proof.event_functions import (
 from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.fading_platform import platform_of
 from bouncing_disk_ros.proof.flight_proof import prove_crossing, time_margin, verdict_of
+from bouncing_disk_ros.proof.interval_platform import Platform
 from bouncing_disk_ros.proof.positivity import positive_from_start
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 

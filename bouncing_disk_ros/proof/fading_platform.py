@@ -12,8 +12,8 @@ import math
 
 from flint import acb, acb_series, arb
 
-from bouncing_disk_ros.proof.ball_platform import WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.exact_records import MotionRecord, State
+from bouncing_disk_ros.proof.interval_platform import WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
 from bouncing_disk_ros.units import NS
 

@@ -6,8 +6,8 @@ from copy import copy
 
 from flint import arb
 
-from bouncing_disk_ros.proof.ball_platform import WIDE, Cancelled, Oscillation, Platform
 from bouncing_disk_ros.proof.exact_records import MotionRecord, State
+from bouncing_disk_ros.proof.interval_platform import WIDE, Cancelled, Oscillation, Platform
 
 
 class SteadyPlatform(Platform):

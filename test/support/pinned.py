@@ -31,7 +31,6 @@ from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.path import toss_paths, toss_trajectory
 from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss, toss_pixels
-from bouncing_disk_ros.collision_map.attractor_measures import measure_attractor
 from bouncing_disk_ros.collision_map.axial_map import axial_orbit
 from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
@@ -43,6 +42,7 @@ from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
 )
 from bouncing_disk_ros.collision_map.lanes.lane_arithmetic import fused
 from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import measure_attractor
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.collision_map.rotation_map import collision_orbit
 from bouncing_disk_ros.core.arithmetic import sine_and_cosine

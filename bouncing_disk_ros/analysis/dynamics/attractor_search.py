@@ -20,7 +20,6 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.collision_map.attractor_measures import LYAPUNOV, measure_attractor
 from bouncing_disk_ros.collision_map.axial_map import (
     MAP_IMPACT,
     MAP_REST,
@@ -31,6 +30,7 @@ from bouncing_disk_ros.collision_map.axial_map import (
     axial_orbit,
 )
 from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import LYAPUNOV, measure_attractor
 from bouncing_disk_ros.errors import InputError
 
 LONGEST = 64

@@ -14,8 +14,8 @@ import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.maximum import golden_section
-from bouncing_disk_ros.collision_map.attractor_measures import (
+from bouncing_disk_ros.analysis.golden_section import golden_section
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
     MEAN_PER_TIME,
     MEASURED,
     measure_attractor,

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
-from bouncing_disk_ros.collision_map.attractor_measures import (
+from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, ORBIT_KIND, ORBIT_TAU, ORBIT_W
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_IMPACT,
@@ -24,7 +25,6 @@ from bouncing_disk_ros.collision_map.attractor_measures import (
     MEASURED,
     measure_attractor,
 )
-from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, ORBIT_KIND, ORBIT_TAU, ORBIT_W
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 from bouncing_disk_ros.errors import InputError, closest
 

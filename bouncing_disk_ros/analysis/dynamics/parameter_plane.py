@@ -15,12 +15,6 @@ from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGES
 from bouncing_disk_ros.analysis.dynamics.attractors import SAME, AttractorKind
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import STATE
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
-from bouncing_disk_ros.collision_map.attractor_measures import (
-    CONTACT_COUNT,
-    LYAPUNOV,
-    MEAN_PER_TIME,
-    MEASURED,
-)
 from bouncing_disk_ros.collision_map.axial_map import (
     MAP_CONTACT,
     ORBIT_DELAY,
@@ -29,6 +23,12 @@ from bouncing_disk_ros.collision_map.axial_map import (
     ORBIT_W,
 )
 from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
+    CONTACT_COUNT,
+    LYAPUNOV,
+    MEAN_PER_TIME,
+    MEASURED,
+)
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_TURNED
 from bouncing_disk_ros.errors import InputError, closest
 

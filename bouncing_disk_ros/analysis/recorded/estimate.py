@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.ratio import (
+from bouncing_disk_ros.analysis.recorded.ratio_estimate import (
     LEAST_ROWS,
     Column,
     Ratio,

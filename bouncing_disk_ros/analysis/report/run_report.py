@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.checked import checked_times
 from bouncing_disk_ros.analysis.recorded.estimate import (
     Estimate,
     friction_of,
@@ -20,6 +19,7 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
 )
 from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
+from bouncing_disk_ros.analysis.recorded.record_validation import checked_times
 from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS, Health, RunRecord
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
 from bouncing_disk_ros.analysis.recorded.transient import LEAST, Transient, transient_of

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.maximum import WIDTH, golden_section
+from bouncing_disk_ros.analysis.golden_section import WIDTH, golden_section
 from bouncing_disk_ros.analysis.toss.tosses import (
     LOWEST,
     PAPER,

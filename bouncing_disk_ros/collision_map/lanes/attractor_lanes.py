@@ -1,4 +1,4 @@
-"""Settle and measure many trajectories in lanes, as `attractor_measures` does for one.
+"""Settle and measure many trajectories in lanes, as `lyapunov_and_speed` does for one.
 
 The lanes with rotation carry a tangent vector too (`lanes.lane_tangent`). A trajectory first
 settles, then it is measured: two stages in one lane, in each of which LEFT counts the impacts to
@@ -15,14 +15,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.collision_map import axial_map
-from bouncing_disk_ros.collision_map.attractor_measures import (
-    AT_REST,
-    CONTACT_COUNT,
-    LYAPUNOV,
-    MEAN_PER_IMPACT,
-    MEAN_PER_TIME,
-    MEASURED,
-)
 from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
 from bouncing_disk_ros.collision_map.lanes.lane_flight import land_lanes
 from bouncing_disk_ros.collision_map.lanes.lane_table import (
@@ -58,6 +50,14 @@ from bouncing_disk_ros.collision_map.lanes.rotation_lanes import (
     start_rotation,
 )
 from bouncing_disk_ros.collision_map.lanes.scheduler import run_lanes
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
+    AT_REST,
+    CONTACT_COUNT,
+    LYAPUNOV,
+    MEAN_PER_IMPACT,
+    MEAN_PER_TIME,
+    MEASURED,
+)
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 
 _SPEED_SUM = (TANGENT_FIELDS + 0) * LANES  # over the impacts
@@ -232,7 +232,7 @@ def measure_attractors(
     *,
     workers: int = 1,
 ) -> None:
-    """`collision_map.attractor_measures.attractor` for n trajectories, on so many threads.
+    """`collision_map.lyapunov_and_speed.attractor` for n trajectories, on so many threads.
 
     states (n, 5): τ, w, α̇ and a tangent vector, replaced by the last ones. parameters (n, 4): Γ, ε,
     θ and Γ_T > 0. out (n, kept, 6): the last `kept` ≤ measured impacts; nan for a disk at rest for

@@ -50,7 +50,7 @@ from bouncing_disk_ros.collision_map.lanes.lane_table import (
     W,
     lane,
 )
-from bouncing_disk_ros.core import flight, impact, roots
+from bouncing_disk_ros.core import flight, impact_law, roots
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING
 
@@ -59,7 +59,7 @@ _FLAT = 1e-100  # stands for accelerations a ≤ 0
 
 turned_gap = lane(flight.turned_gap)
 slope_after = lane(roots.slope_after)
-may_end = lane(impact.may_end)
+may_end = lane(impact_law.may_end)
 
 
 @lane

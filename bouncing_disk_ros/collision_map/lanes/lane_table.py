@@ -40,7 +40,7 @@ from bouncing_disk_ros.core.arithmetic import (
     kernel,
     sincos,
 )
-from bouncing_disk_ros.core.impact import chatter_scale
+from bouncing_disk_ros.core.impact_law import chatter_scale
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 
 Scratch = Any  # float64 (FIELDS * LANES,)

@@ -38,7 +38,7 @@ from bouncing_disk_ros.collision_map.lanes.lane_table import (
 )
 from bouncing_disk_ros.collision_map.lanes.scheduler import run_lanes
 from bouncing_disk_ros.collision_map.rotation_map import map_disk, map_motion, next_collision
-from bouncing_disk_ros.core import impact
+from bouncing_disk_ros.core import impact_law
 from bouncing_disk_ros.core.arithmetic import kernel, sincos
 
 SUM_TURNED, SUM_TIME = 0, 1
@@ -56,7 +56,7 @@ ROTATION_FIELDS = FIELDS + 8
 
 _FLOATS = types.float64[::1]
 
-speed_after = lane(impact.speed_after)
+speed_after = lane(impact_law.speed_after)
 
 
 class _Trajectories(NamedTuple):

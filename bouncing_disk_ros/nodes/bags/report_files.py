@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.plots.report_mark import MARK
+from bouncing_disk_ros.plots.report_signature import MARK
 
 FORMATS = ("html", "png", "pdf", "svg")
 

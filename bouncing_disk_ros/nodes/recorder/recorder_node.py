@@ -40,7 +40,7 @@ from bouncing_disk_ros.nodes.shared.node_tool import options
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.run.refusals import RefusalLog
+from bouncing_disk_ros.run.refusal_log import RefusalLog
 
 LOOK_SECONDS = 0.2
 """How often the graph is looked at."""

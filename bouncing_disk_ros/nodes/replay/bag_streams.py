@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.clouds import CloudRows
+from bouncing_disk_ros.bag.point_clouds import CloudRows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.replay_check import Replay, Watch, replay

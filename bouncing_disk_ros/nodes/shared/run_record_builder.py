@@ -10,13 +10,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.analysis.recorded.checked import (
+from bouncing_disk_ros.analysis.recorded.impact_text import LossCounter
+from bouncing_disk_ros.analysis.recorded.record_validation import (
     checked_motion,
     checked_number,
     checked_numbers,
     checked_rows,
 )
-from bouncing_disk_ros.analysis.recorded.impact_text import LossCounter
 from bouncing_disk_ros.analysis.recorded.run_record import Change, Health, RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Energy
 from bouncing_disk_ros.errors import InputError, shown

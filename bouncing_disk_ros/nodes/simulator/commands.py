@@ -13,7 +13,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.ros.numbered import NumberedSubscription
+from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.run.health import Health, Level, Reading
-from bouncing_disk_ros.run.refusals import RefusalLog
+from bouncing_disk_ros.run.refusal_log import RefusalLog
 
 
 class Diagnostics:

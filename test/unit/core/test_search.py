@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from bouncing_disk_ros.core import bounds, flight, platform
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.events import SLIDE_PERIODS
 from bouncing_disk_ros.core.model import (
     Disk,
     InitialState,
@@ -22,6 +21,7 @@ from bouncing_disk_ros.core.model import (
     Phase,
     SimulationError,
 )
+from bouncing_disk_ros.core.next_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.simulation import Simulation
 
 G = 9.8

@@ -16,8 +16,8 @@ from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, RunReco
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.plots.report_html import report_html
-from bouncing_disk_ros.plots.report_mark import MARK
 from bouncing_disk_ros.plots.report_page import report_page, save_page
+from bouncing_disk_ros.plots.report_signature import MARK
 from support.recorded import period_one_bag
 
 PANELS = (

@@ -9,8 +9,8 @@ import pytest
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.start_speeds import MEASURED, mean_speeds, settling_impacts
-from bouncing_disk_ros.collision_map.attractor_measures import MEAN_PER_TIME, measure_attractor
-from bouncing_disk_ros.collision_map.attractor_measures import MEASURED as LAST
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import MEAN_PER_TIME, measure_attractor
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import MEASURED as LAST
 
 
 @pytest.mark.parametrize("before", [0.0, 1.0, -2.5])

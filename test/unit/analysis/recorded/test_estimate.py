@@ -17,7 +17,7 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
     platform_velocities,
     restitution_of,
 )
-from bouncing_disk_ros.analysis.recorded.ratio import LEAST_ROWS
+from bouncing_disk_ros.analysis.recorded.ratio_estimate import LEAST_ROWS
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
 from support.coverage import covers
 

@@ -14,14 +14,6 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.collision_map.attractor_measures import (
-    CONTACT_COUNT,
-    LYAPUNOV,
-    MEAN_PER_IMPACT,
-    MEAN_PER_TIME,
-    MEASURED,
-    measure_attractor,
-)
 from bouncing_disk_ros.collision_map.axial_map import (
     MAP_CONTACT,
     MAP_IMPACT,
@@ -32,6 +24,14 @@ from bouncing_disk_ros.collision_map.axial_map import (
 )
 from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.collision_map.lanes.lane_table import LANES
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
+    CONTACT_COUNT,
+    LYAPUNOV,
+    MEAN_PER_IMPACT,
+    MEAN_PER_TIME,
+    MEASURED,
+    measure_attractor,
+)
 from bouncing_disk_ros.collision_map.map_tangent import flight_tangents
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 

@@ -8,7 +8,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.report_files import check_ours, replaced, targets
-from bouncing_disk_ros.plots.report_mark import MARK
+from bouncing_disk_ros.plots.report_signature import MARK
 
 
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded import ratio
-from bouncing_disk_ros.analysis.recorded.ratio import (
+from bouncing_disk_ros.analysis.recorded import ratio_estimate
+from bouncing_disk_ros.analysis.recorded.ratio_estimate import (
     change_of,
     critical_count,
     lower_bound,
@@ -40,7 +40,7 @@ def test_counts_are_those_of_the_printed_tables(n: int, count: int) -> None:
 
 def test_approximation_takes_over_without_a_jump(monkeypatch: pytest.MonkeyPatch) -> None:
     exact = [critical_count(n, chance) for n in (58, 59, 60) for chance in (0.025, 0.05)]
-    monkeypatch.setattr(ratio, "_EXACT_UP_TO", 0)
+    monkeypatch.setattr(ratio_estimate, "_EXACT_UP_TO", 0)
     close = [critical_count(n, chance) for n in (58, 59, 60) for chance in (0.025, 0.05)]
     # counts are near 600 and one count is 0.03 % of chance there
     assert close == pytest.approx(exact, abs=1.0)
@@ -78,7 +78,7 @@ def test_without_errors_it_is_exact(value: float, x: list[float]) -> None:
     column = np.array(x)
     found = ratio_of(value * column, column)
     assert found.value == pytest.approx(value, rel=1e-15, abs=1e-300)
-    if len(x) >= ratio.LEAST_ROWS:
+    if len(x) >= ratio_estimate.LEAST_ROWS:
         # the products y and r x are rounded: ε/2 each; an end is a float beside that: ε more
         assert found.high - found.low <= 4.0 * np.finfo(float).eps * value + 1e-300
         assert found.low <= found.value <= found.high

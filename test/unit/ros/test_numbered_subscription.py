@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.ros.numbered import LostMessages
+from bouncing_disk_ros.ros.numbered_subscription import LostMessages
 
 A, B = frozenset([b"a"]), frozenset([b"b"])
 

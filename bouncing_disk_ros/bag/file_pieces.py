@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from bouncing_disk_ros.bag.chunks import Inner
+from bouncing_disk_ros.bag.chunk_reader import Inner
 
 
 @dataclass

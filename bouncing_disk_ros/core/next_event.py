@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.contact import (
 )
 from bouncing_disk_ros.core.flight import search_impact, separation_phase
 from bouncing_disk_ros.core.forcing_clock import clock_after, elapsed, instant_of, seconds_between
-from bouncing_disk_ros.core.impact import (
+from bouncing_disk_ros.core.impact_law import (
     BOUNCES,
     STILL,
     chatter_verdict,

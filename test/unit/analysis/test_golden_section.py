@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bouncing_disk_ros.analysis.maximum import golden_section
+from bouncing_disk_ros.analysis.golden_section import golden_section
 
 
 def test_golden_section_finds_creases_and_hills() -> None:

@@ -6,7 +6,7 @@ from bouncing_disk_ros.core.arithmetic import kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, add_impact_energy
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
-from bouncing_disk_ros.core.impact import (
+from bouncing_disk_ros.core.impact_law import (
     chatter_rotation,
     chatter_sums,
     friction_change,

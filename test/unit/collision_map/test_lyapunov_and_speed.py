@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.collision_map.attractor_measures import (
+from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_IMPACT,
