@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -125,6 +126,11 @@ FUNCTIONS = sorted(set(_NAMED) - {"bouncing_disk_ros.core"})
 MODULES = {file.stem: file for file in FILES}
 
 
+@cache
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text("utf-8"))
+
+
 def room(file: Path) -> str:
     """`core`, `errors`; where folders are rooms of their own, `nodes.bags`."""
     return room_of(file.relative_to(PACKAGE).with_suffix("").parts)
@@ -138,7 +144,7 @@ def room_of(parts: Sequence[str]) -> str:
 
 def imports(file: Path) -> Iterator[str]:
     """Yield the absolute name of everything that `file` imports, within functions too."""
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+    for node in ast.walk(parsed(file)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -156,15 +162,15 @@ def identify(file: Path) -> str:
     return str(file.relative_to(PACKAGE))
 
 
-@pytest.mark.parametrize("file", FILES, ids=identify)
-def test_imports_point_down(file: Path) -> None:
-    own = {
-        room_of(name.split(".")[1:])
-        for name in imports(file)
-        if name.startswith("bouncing_disk_ros.")
-    }
-    own.discard("__version__")
-    assert own <= MAY_IMPORT[room(file)], "not allowed by MAY_IMPORT"
+def test_imports_point_down() -> None:
+    for file in FILES:
+        own = {
+            room_of(name.split(".")[1:])
+            for name in imports(file)
+            if name.startswith("bouncing_disk_ros.")
+        }
+        own.discard("__version__")
+        assert own <= MAY_IMPORT[room(file)], f"{identify(file)}: not allowed by MAY_IMPORT"
 
 
 def test_no_files_import_each_other_in_a_circle() -> None:
@@ -187,7 +193,7 @@ MAX_DEPTH = 16
 
 
 def imported_at_load(file: Path) -> Iterator[str]:
-    for node in ast.parse(file.read_text("utf-8")).body:
+    for node in parsed(file).body:
         if isinstance(node, ast.ImportFrom):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
@@ -220,28 +226,28 @@ def test_what_the_executables_share_is_used_by_several_rooms() -> None:
     assert {name for name in shared if len(users.get(name, ())) < 2} == set()
 
 
-@pytest.mark.parametrize("file", FILES, ids=identify)
-def test_only_the_libraries_of_the_table(file: Path) -> None:
-    outside = {library(name) for name in imports(file)} - set(sys.stdlib_module_names)
-    outside.discard("bouncing_disk_ros")
-    assert outside <= LIBRARIES.get(room(file).split(".")[0], set()), "not allowed by LIBRARIES"
+def test_only_the_libraries_of_the_table() -> None:
+    for file in FILES:
+        outside = {library(name) for name in imports(file)} - set(sys.stdlib_module_names)
+        outside.discard("bouncing_disk_ros")
+        allowed = LIBRARIES.get(room(file).split(".")[0], set())
+        assert outside <= allowed, f"{identify(file)}: not allowed by LIBRARIES"
 
 
-@pytest.mark.parametrize("file", [f for f in FILES if room(f) in {"core", *MAP}], ids=identify)
-def test_core_knows_no_clock_log_or_file(file: Path) -> None:
-    assert not {library(name) for name in imports(file)} & NOT_IN_CORE
+def test_core_knows_no_clock_log_or_file() -> None:
+    for file in FILES:
+        if room(file) in {"core", *MAP}:
+            assert not {library(name) for name in imports(file)} & NOT_IN_CORE, identify(file)
 
 
-@pytest.mark.parametrize("file", FILES, ids=identify)
-def test_files_are_short(file: Path) -> None:
-    assert len(file.read_text("utf-8").splitlines()) <= MAX_LINES, (
-        "split it: it holds more than one thing"
-    )
+def test_files_are_short() -> None:
+    """A longer one holds more than one thing: split it."""
+    lines = {identify(file): len(file.read_text("utf-8").splitlines()) for file in FILES}
+    assert {file: count for file, count in lines.items() if count > MAX_LINES} == {}
 
 
-@pytest.mark.parametrize("file", FILES, ids=identify)
-def test_every_file_says_what_it_is(file: Path) -> None:
-    assert ast.get_docstring(ast.parse(file.read_text("utf-8")))
+def test_every_file_says_what_it_is() -> None:
+    assert [identify(file) for file in FILES if not ast.get_docstring(parsed(file))] == []
 
 
 def test_no_two_modules_have_the_same_name() -> None:
@@ -254,7 +260,7 @@ def test_constants_of_the_kernels_cannot_be_confused() -> None:
     homes: dict[str, list[str]] = {}
     for file in FILES:
         if room(file) in MAP:
-            for node in ast.parse(file.read_text("utf-8")).body:
+            for node in parsed(file).body:
                 targets = node.targets if isinstance(node, ast.Assign) else []
                 for name in (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)):
                     if name.id.isupper() and not name.id.startswith("_"):
@@ -294,7 +300,7 @@ def test_executable_is_the_module_of_its_name(name: str) -> None:
     module, function = entry_point(name).split(":")
     file = ROOT / (module.replace(".", "/") + ".py")
     assert file.stem == name
-    body = ast.parse(file.read_text("utf-8")).body
+    body = parsed(file).body
     functions = [node.name for node in body if isinstance(node, ast.FunctionDef)]
     bound = [
         target.id
@@ -309,7 +315,7 @@ def test_executable_is_the_module_of_its_name(name: str) -> None:
 def names_of(file: Path) -> set[str]:
     """Names that a module defines; methods as `Class.method`."""
     names = set()
-    for node in ast.parse(file.read_text("utf-8")).body:
+    for node in parsed(file).body:
         if isinstance(node, ast.ClassDef):
             names |= {f"{node.name}.{n.name}" for n in node.body if isinstance(n, ast.FunctionDef)}
         if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
