@@ -13,6 +13,8 @@ import hashlib
 import os
 import re
 import shutil
+import subprocess
+import sys
 import tempfile
 import time
 import warnings
@@ -24,6 +26,9 @@ from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 KERNEL_FOLDERS = ("core", "collision_map")
 """The packages that hold all compiled functions."""
 UNUSED_DAYS = 30
+_PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
+"""Modules whose kernels take longest to compile, in shares of the same size; the rest takes less
+than one share."""
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
 _held: dict[Path, int] = {}
 """Folders in use by this process, and the descriptors that lock them."""
@@ -128,3 +133,34 @@ def passing_folder() -> Path | None:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         return Path(folder)
     return None
+
+
+def compile_kernels() -> None:
+    """Compile the simulator's kernels into the cache if it lacks them, in two processes; say so.
+
+    What fails here is compiled again, and raises its error, where it is imported.
+    """
+    marker = Path(os.environ.get("NUMBA_CACHE_DIR", ".")) / f"compiled-{_package_digest()}"
+    if marker.is_file():
+        return
+    print(
+        "bouncing_disk_ros: compiling the physics once for this machine, some 10 s on two cores",
+        file=sys.stderr,
+        flush=True,
+    )
+    processes = [subprocess.Popen(_import_command(share)) for share in _PARTS]
+    done = [process.wait() == 0 for process in processes]
+    if all(done) and subprocess.call(_import_command(("core.stepper",))) == 0:
+        with suppress(OSError):  # then it says the line again, and finds all compiled
+            marker.touch()
+
+
+def _package_digest() -> str:
+    """The place of this package: numba keeps the kernels of each copy apart."""
+    return hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:16]
+
+
+def _import_command(modules: tuple[str, ...]) -> list[str]:
+    names = ", ".join(f"bouncing_disk_ros.{module}" for module in modules)
+    quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
+    return [sys.executable, "-P", "-c", f"{quiet}; import {names}"]

@@ -138,6 +138,12 @@ def build(level: str, parts: "list[str]") -> None:
     STAMP.write_text(json.dumps({"made_from": fingerprint(), "parts": [*parts, *missing]}))
 
 
+def compile_kernels() -> None:
+    """Compile the simulator's kernels now, so that the first start is like the others."""
+    code = "from bouncing_disk_ros.kernel_cache import compile_kernels; compile_kernels()"
+    subprocess.call([str(VENV / "bin" / "python"), "-P", "-c", code], cwd=str(ROOT))
+
+
 def main() -> int:
     """Set up for the level named on the command line; return the exit code."""
     level = sys.argv[1] if len(sys.argv) == 2 else ""
@@ -155,6 +161,7 @@ def main() -> int:
             build(level, parts)
         else:
             install_package("--no-deps", "--force-reinstall", ".")
+    compile_kernels()
     return 0
 
 

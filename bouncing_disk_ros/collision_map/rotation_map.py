@@ -26,6 +26,7 @@ from bouncing_disk_ros.collision_map.axial_map import (
 )
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.contact import load, slide, slip_sign
+from bouncing_disk_ros.core.contact_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import (
@@ -37,7 +38,6 @@ from bouncing_disk_ros.core.impact_law import (
     speed_after,
 )
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS
-from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
     Record,
     SteadyMotion,

@@ -13,6 +13,7 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
+from bouncing_disk_ros.core.contact_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
@@ -26,7 +27,6 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import Record, steady_motion
 from bouncing_disk_ros.core.propagate import classify_contact, propagate, set_clock
 from bouncing_disk_ros.core.resolve_event import end_contact

@@ -40,15 +40,24 @@ C4, C6, C8, C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 C12, C14, C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
+# Wrappers for Python would take as long to compile as the functions, which only compiled ones call.
 def kernel(function: Kernel) -> Kernel:
     """Compile an inner function of the core; entry points are compiled with `entry`."""
-    compiled: Kernel = njit(error_model="numpy", nogil=True, forceinline=True)(function)
+    compiled: Kernel = njit(
+        error_model="numpy",
+        nogil=True,
+        forceinline=True,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+    )(function)
     return compiled
 
 
 def rare_kernel(function: Kernel) -> Kernel:
     """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
-    compiled: Kernel = njit(error_model="numpy", nogil=True)(function)
+    compiled: Kernel = njit(
+        error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
+    )(function)
     return compiled
 
 

@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.flight import (
     never_leaves,
     separation_phase,
 )
-from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
@@ -287,3 +287,11 @@ def slide(
 def slip_out_sign(rho: float) -> float:
     """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
     return -1.0 if rho > 0.0 else 1.0
+
+
+@kernel
+def stopped(reached: float, horizon: float, steps: int) -> NextEvent:
+    """A waypoint where a search has stopped, or nothing if that is its horizon."""
+    if reached >= horizon:
+        return NextEvent(NOTHING, 0.0, 0.0, steps)
+    return NextEvent(WAYPOINT, reached, 0.0, steps)

@@ -5,7 +5,7 @@ Plain numbers only, so a copy of the bytes is an exact checkpoint.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import from_dtype, types
@@ -122,6 +122,26 @@ STATE = from_dtype(STATE_DTYPE)[::1]
 MOTION = from_dtype(MOTION_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
 LEDGER = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out
+
+
+LONGEST = 1e8
+"""s: longer waits go in several steps, so that whole nanoseconds never overflow and the phase that
+grows in one search keeps its whole turns."""
+PAST_BOUNDARY = 2e-9
+"""s: events are searched for a little past a boundary; the exact comparison is made with their
+instant."""
+
+
+class NextEvent(NamedTuple):
+    """An event: its kind, when it comes (s), its value, and the steps that its search took."""
+
+    kind: int
+    delay: float
+    value: float
+    steps: int
+
+
+NEXT_EVENT = types.NamedTuple([types.int64, types.float64, types.float64, types.int64], NextEvent)
 
 
 def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, add_impact_energy
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
@@ -14,6 +16,7 @@ from bouncing_disk_ros.core.impact_law import (
 )
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
+    ROWS,
     Rows,
     add_impulses,
     begin_row,
@@ -22,14 +25,18 @@ from bouncing_disk_ros.core.impact_log import (
 )
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
+    DISK,
     FLIGHT,
     IMPACT,
     L_AXIAL,
     L_FRICTION,
+    LEDGER,
+    MOTION,
     SEPARATION,
     SLIDING,
     SLIP,
     SLIP_ENDS,
+    STATE,
     STILLED,
     W_ANGULAR,
     W_AXIAL,
@@ -43,28 +50,6 @@ from bouncing_disk_ros.core.propagate import (
     stick_or_reverse,
     turn,
 )
-
-
-@kernel
-def resolve(
-    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
-) -> int:
-    """Advance the state to its next event and resolve it; returns the number of rows."""
-    kind = state.event
-    value = state.event_value
-    if kind == CHATTER_ENDS:
-        return _end_chatter(state, motion, disk, ledger, rows, n, open_row)
-    d, ns, sub = state.event_delay, state.event_ns, state.event_sub
-    cycles, tau = state.event_cycles, state.event_tau
-    if kind == IMPACT:
-        spin(state, disk, d)
-        set_clock(state, ns, sub, cycles, tau)
-        return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
-    propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)
-    if state.phase == FLIGHT and state.gap < 0.0:
-        state.gap = 0.0  # a waypoint within rounding of an impact
-    end_contact(state, motion, disk, kind, value)
-    return n
 
 
 @kernel
@@ -173,4 +158,26 @@ def _still(
     add_entry(ledger, L_AXIAL, 0.5 * disk.mass * state.u * state.u)
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
     classify_contact(state, motion, disk)
+    return n
+
+
+@entry(types.int64(STATE.dtype, MOTION.dtype, DISK.dtype, LEDGER, ROWS, types.int64, ROWS))
+def resolve(
+    state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
+) -> int:
+    """Advance the state to its next event and resolve it; returns the number of rows."""
+    kind = state.event
+    value = state.event_value
+    if kind == CHATTER_ENDS:
+        return _end_chatter(state, motion, disk, ledger, rows, n, open_row)
+    d, ns, sub = state.event_delay, state.event_ns, state.event_sub
+    cycles, tau = state.event_cycles, state.event_tau
+    if kind == IMPACT:
+        spin(state, disk, d)
+        set_clock(state, ns, sub, cycles, tau)
+        return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
+    propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)
+    if state.phase == FLIGHT and state.gap < 0.0:
+        state.gap = 0.0  # a waypoint within rounding of an impact
+    end_contact(state, motion, disk, kind, value)
     return n

@@ -8,7 +8,7 @@ from numba import from_dtype, types
 from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
 from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
-from bouncing_disk_ros.core.impact_log import CHATTER_CUT, Rows, close_row
+from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
 from bouncing_disk_ros.core.layout import (
     DISK,
     FAULT,
@@ -22,14 +22,12 @@ from bouncing_disk_ros.core.layout import (
     W_IMPULSES,
     W_PARAMETERS,
 )
-from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.core.next_event import find_next
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 from bouncing_disk_ros.core.propagate import classify_contact, propagate
 from bouncing_disk_ros.core.resolve_event import resolve
 
 DONE, FULL, BEHIND, FAULTY = 0, 1, 2, 3
-ROWS = from_dtype(IMPACT_DTYPE)[::1]
 OBSERVED = np.dtype(
     [(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")]
 )

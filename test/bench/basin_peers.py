@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 
 from bench.axial import GRAVITY, RESTITUTION
 from bench.many_references import flight
-from bouncing_disk_ros.core.impact_law import chatter_scale
+from bouncing_disk_ros.core.impact_law import chatter_scale as chatter_scale_kernel
+from support.kernels import from_python
+
+chatter_scale = from_python(chatter_scale_kernel)
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]

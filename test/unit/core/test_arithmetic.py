@@ -10,7 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import arithmetic
+from bouncing_disk_ros.core import arithmetic as arithmetic_kernels
+from support.kernels import Kernels
+
+arithmetic = Kernels(arithmetic_kernels)
 
 NUMBERS = st.floats(-1e100, 1e100).filter(lambda x: x == 0 or abs(x) > 1e-100)
 

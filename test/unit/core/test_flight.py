@@ -11,9 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import flight, platform, roots
-from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core import flight as flight_kernels
+from bouncing_disk_ros.core import platform as platform_kernels
+from bouncing_disk_ros.core import roots as roots_kernels
+from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
 from bouncing_disk_ros.core.model import Motion
+from support.kernels import Kernels, from_python
+
+flight = Kernels(flight_kernels)
+platform = Kernels(platform_kernels)
+roots = Kernels(roots_kernels)
+sincos = from_python(sincos_kernel)
 
 G = 9.81
 DURATIONS = st.floats(-11, -0.1).map(lambda x: 10**x)

@@ -10,8 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import forcing_clock, platform
+from bouncing_disk_ros.core import forcing_clock as forcing_clock_kernels
+from bouncing_disk_ros.core import platform as platform_kernels
 from bouncing_disk_ros.core.model import Motion
+from support.kernels import Kernels
+
+forcing_clock = Kernels(forcing_clock_kernels)
+platform = Kernels(platform_kernels)
 
 CENTURY_NS = 100 * 365 * 86400 * 10**9
 ANCHOR_NS, ANCHOR_CYCLES, ANCHOR_TAU = 123_456_789, 17, 4.0

@@ -11,9 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import platform
-from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core import platform as platform_kernels
+from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
 from bouncing_disk_ros.core.model import Motion
+from support.kernels import Kernels, from_python
+
+platform = Kernels(platform_kernels)
+sincos = from_python(sincos_kernel)
 
 MOTIONS = st.builds(
     Motion, st.floats(0, 1), st.floats(0, 3), st.floats(0.5, 5), st.floats(-3.1, 3.1)

@@ -12,8 +12,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import bounds, flight, platform
-from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core import bounds as bounds_kernels
+from bouncing_disk_ros.core import flight as flight_kernels
+from bouncing_disk_ros.core import platform as platform_kernels
+from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
+from bouncing_disk_ros.core.contact_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.model import (
     Disk,
     InitialState,
@@ -21,8 +24,13 @@ from bouncing_disk_ros.core.model import (
     Phase,
     SimulationError,
 )
-from bouncing_disk_ros.core.next_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.simulation import Simulation
+from support.kernels import Kernels, from_python
+
+bounds = Kernels(bounds_kernels)
+flight = Kernels(flight_kernels)
+platform = Kernels(platform_kernels)
+sincos = from_python(sincos_kernel)
 
 G = 9.8
 SECOND = 10**9

@@ -25,7 +25,10 @@ from bouncing_disk_ros.collision_map.lanes.lane_flight import (
     refine_roots,
     search_step,
 )
-from bouncing_disk_ros.core.arithmetic import sincos_excess
+from bouncing_disk_ros.core.arithmetic import sincos_excess as sincos_excess_kernel
+from support.kernels import from_python
+
+sincos_excess = from_python(sincos_excess_kernel)
 
 
 def test_a_choice_leaves_the_other_number_alone() -> None:
