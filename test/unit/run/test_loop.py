@@ -62,7 +62,7 @@ def grid(rate: int, until_ns: int) -> list[int]:
 def test_samples_lie_on_the_grid_whatever_the_tick(tick_ms: int) -> None:
     loop, heard = made(state_rate=300.0)
     for tick in range(tick_ms, 1001, tick_ms):
-        assert loop.slice(tick * 10**6)
+        assert loop.slice(tick * 10**6, budget_ns=60 * NS)
     assert heard.times == grid(300, heard.times[-1])
     assert loop.session.time_ns - heard.times[-1] < NS // 300 + 1
     assert loop.skipped == 0
