@@ -6,6 +6,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SEED ?= $(shell date +%s)
 EXAMPLES ?= 20
+WORKERS ?= auto
 
 # A sourced ROS workspace or another virtual environment would win over .venv: none of it reaches the commands below.
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD
@@ -26,8 +27,8 @@ help:   ## list the targets
 demo: run-environment   ## set up, then run the demonstration (20 s)
 	@$(BIN)/python -m bouncing_disk_ros demo
 
-test: lint types   ## set up, then run every check and the whole test suite
-	$(BIN)/pytest
+test: lint types   ## set up, then run every check and the whole test suite, on all cores
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 lint: test-environment   ## check style and layout of the code (ruff)
 	$(BIN)/ruff check
