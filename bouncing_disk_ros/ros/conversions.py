@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import TwistStamped, WrenchStamped
+from geometry_msgs.msg import TwistStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, PointCloud2, PointField
 from std_msgs.msg import Header
@@ -20,7 +20,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.command_validation import ImpulseRequest, ProgrammeRequest
+from bouncing_disk_ros.run.command_validation import ProgrammeRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, MOTION_NAMES, WORLD_FRAME
 from bouncing_disk_ros.units import NS
 
@@ -65,15 +65,6 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     ]
     header = Header(stamp=ns_to_time(request.stamp_ns))
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
-
-
-def impulse_to_msg(request: ImpulseRequest) -> WrenchStamped:
-    """An impulse as the message of disk/impulse."""
-    msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns), frame_id=WORLD_FRAME))
-    force, torque = msg.wrench.force, msg.wrench.torque
-    force.x, force.y, force.z = request.force
-    torque.x, torque.y, torque.z = request.torque
-    return msg
 
 
 # --- impacts --------------------------------------------------------------------------------------
@@ -208,11 +199,6 @@ def fill_joint_state(msg: JointState, sample: Sample, stamp_ns: int) -> JointSta
     effort[0], effort[1] = sample.axial_force, sample.friction_torque
     effort[2], effort[3] = 0.0 - sample.axial_force, 0.0 - sample.friction_torque  # no -0.0
     return msg
-
-
-def sample_to_msg(sample: Sample, stamp_ns: int) -> JointState:
-    """A sample as a new message of joint_states."""
-    return fill_joint_state(new_joint_state(), sample, stamp_ns)
 
 
 def msg_to_joints(msg: JointState) -> dict[str, tuple[float, float, float]]:

@@ -23,6 +23,7 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
 from bouncing_disk_ros.units import NS
@@ -47,7 +48,7 @@ class Result(NamedTuple):
 def simulate(
     duration: float,
     *,
-    programme: Sequence[Point] = (),
+    programme: Sequence[Point] | str = (),
     impulses: Sequence[ImpulseRow] = (),
     kicks: Sequence[ImpulseRow] = (),
     sample_rate: float | None = None,
@@ -57,9 +58,10 @@ def simulate(
     """Simulate for `duration` seconds from the initial state of the parameters.
 
     `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
-    out keep the value of the point before. `impulses`: (time in s, axial impulse in N·s, angular
-    impulse in N·m·s); `kicks` is their name of version 0.1.0. `sample_rate` in Hz; None takes no
-    samples. `preset` and further keywords are parameters of the table (see docs/parameters.md).
+    out keep the value of the point before; or the name or path of a programme as for `perform`.
+    `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
+    of version 0.1.0. `sample_rate` in Hz; None takes no samples. `preset` and further keywords are
+    parameters of the table (see docs/parameters.md).
 
     Raises InputError on anything that the simulator node would refuse, FailedError where the state
     leaves the range of numbers.
@@ -75,6 +77,8 @@ def simulate(
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+    if isinstance(programme, str):
+        programme = as_simulated(load_programme(programme))
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
     for at, axial, angular in sorted(impulses, key=lambda impulse: impulse[0]):

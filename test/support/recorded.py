@@ -58,7 +58,12 @@ class RecordedRun:
             if len(rows):
                 self._send("disk/impacts", conversions.impacts_to_msg(rows, self._stamp(now)))
             sample = self.session.simulation.sample()
-            self._send("joint_states", conversions.sample_to_msg(sample, self._stamp(now)))
+            self._send(
+                "joint_states",
+                conversions.fill_joint_state(
+                    conversions.new_joint_state(), sample, self._stamp(now)
+                ),
+            )
             speeds = conversions.mean_speed(before, sample)
             self._send("disk/rotor_speed", conversions.speed_to_msg(speeds, self._stamp(now)))
             before = sample

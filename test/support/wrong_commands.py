@@ -6,8 +6,11 @@ import math
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.run.command_validation import ImpulseRequest
 
 
 def trajectory(
@@ -25,6 +28,15 @@ def trajectory(
 
 def old(msg: Any) -> Any:
     msg.header.stamp.sec = 1
+    return msg
+
+
+def impulse_message(request: ImpulseRequest) -> WrenchStamped:
+    """The message of a request for an impulse now."""
+    msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns)))
+    force, torque = msg.wrench.force, msg.wrench.torque
+    force.x, force.y, force.z = request.force
+    torque.x, torque.y, torque.z = request.torque
     return msg
 
 

@@ -135,7 +135,7 @@ SAMPLE = Sample(
 
 
 def test_a_sample_becomes_four_joints() -> None:
-    msg = wired(c.sample_to_msg(SAMPLE, 12 * NS + 34))
+    msg = wired(c.fill_joint_state(c.new_joint_state(), SAMPLE, 12 * NS + 34))
     assert c.time_to_ns(msg.header.stamp) == 12 * NS + 34
     assert c.msg_to_joints(msg) == {
         "disk_axial": (0.15, -0.6, 2.5),
@@ -146,14 +146,16 @@ def test_a_sample_becomes_four_joints() -> None:
 
 
 def test_no_force_is_shown_without_a_sign() -> None:
-    msg = c.sample_to_msg(SAMPLE._replace(axial_force=0.0, friction_torque=0.0), 0)
+    msg = c.fill_joint_state(
+        c.new_joint_state(), SAMPLE._replace(axial_force=0.0, friction_torque=0.0), 0
+    )
     assert [math.copysign(1.0, effort) for effort in msg.effort] == [1.0] * 4
 
 
 def test_a_reused_message_equals_a_new_one() -> None:
-    reused = c.sample_to_msg(SAMPLE, 1)
+    reused = c.fill_joint_state(c.new_joint_state(), SAMPLE, 1)
     later = SAMPLE._replace(time_ns=2 * NS, gap=0.0, axial_position=0.1, turns=-3)
-    assert c.fill_joint_state(reused, later, 2) == c.sample_to_msg(later, 2)
+    assert c.fill_joint_state(reused, later, 2) == c.fill_joint_state(c.new_joint_state(), later, 2)
 
 
 def test_joints_of_other_lengths_are_refused() -> None:

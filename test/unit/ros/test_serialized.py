@@ -29,6 +29,7 @@ from bouncing_disk_ros.ros.serialized import (
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
+from support.wrong_commands import impulse_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)
@@ -74,7 +75,7 @@ def test_impulses_come_back(
     force: tuple[float, float, float], torque: tuple[float, float, float], stamp: int
 ) -> None:
     request = ImpulseRequest(force, torque, stamp)
-    assert impulse(serialize_message(c.impulse_to_msg(request))) == request
+    assert impulse(serialize_message(impulse_message(request))) == request
 
 
 def test_one_value_is_a_programme_of_one_point() -> None:

@@ -13,6 +13,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
+from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import disk_of, motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 
@@ -166,3 +167,11 @@ def test_the_name_of_version_0_1_still_works() -> None:
     with pytest.warns(DeprecationWarning, match="kicks is now impulses"):
         before = simulate(1.0, kicks=given)
     assert before.impacts.tobytes() == simulate(1.0, impulses=given).impacts.tobytes()
+
+
+def test_a_programme_is_given_by_its_name() -> None:
+    name = "first_toss_to_period_1"
+    points = as_simulated(load_programme(name))
+    by_name = simulate(3.0, preset="pizza_multiple_toss", programme=name)
+    by_points = simulate(3.0, preset="pizza_multiple_toss", programme=points)
+    assert by_name.inputs == by_points.inputs
