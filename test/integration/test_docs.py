@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import subprocess
@@ -14,6 +13,7 @@ from typing import Any
 import pytest
 import yaml
 
+import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
@@ -145,18 +145,19 @@ def test_commands_name_what_exists(command: str) -> None:
 def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
     if "cloud" in block and "stepped_simulator" not in block:
         pytest.skip("a fragment of a callback")
+    home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
     file = tmp_path / "test_block.py"
     file.write_text(block, "utf-8")
-    runner = ["-m", "pytest", "-q", "-p", "no:cacheprovider"] if "def test_" in block else []
-    if runner and os.environ.get("PYTHONPATH"):  # the tree itself, not installed: no entry point
-        runner += ["-p", "bouncing_disk_ros.testing"]
+    plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
+    runner = ["-m", "pytest", "-q", *plugins] if "def test_" in block else []
     done = subprocess.run(
         [sys.executable, *runner, str(file)],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         timeout=100,
-        env=environment(),
+        # by name alone: the entry point of an installed package would register the plugin twice
+        env=environment({"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": home}),
     )
     assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
 
