@@ -37,6 +37,9 @@ TABLES = {
     "recorder": recorder_options.OPTIONS,
     **{name: table_of(name) for name in STUDY_TABLES},
 }
+#: plugins by name alone: the entry point of an installed package would register ours twice; and
+#: `colcon test` hands its options down in a variable: the child would overwrite its report
+NO_PYTEST_SETTINGS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": None}
 
 
 def commands() -> list[str]:
@@ -156,8 +159,7 @@ def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         timeout=100,
-        # by name alone: the entry point of an installed package would register the plugin twice
-        env=environment({"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": home}),
+        env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
     )
     assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
 
