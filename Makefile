@@ -48,13 +48,13 @@ soak: test-environment   ## run for long: memory, lateness, lost rows, hostile c
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
 	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference
 
-interop: interop-environment   ## check against foreign tools: another DDS, Foxglove, rerun, ros2
+interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions
 	$(BIN)/pytest -m interop test/interop
 
 setup: test-environment   ## only set up .venv and install the package
 
 clean:   ## delete what make, colcon, pip and the tools have made
-	rm -rf .venv build install log ./*.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache output
+	rm -rf .venv .venv-ubuntu-24.04 build install log ./*.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache output
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 run-environment test-environment bench-environment interop-environment: %-environment:

@@ -43,19 +43,21 @@ setup(
     data_files=data_files(),
     zip_safe=False,
     python_requires=">=3.11",
+    # Bounds: what Ubuntu 24.04 has, or the oldest that has what is used. None from above: see the
+    # two lists of constraints, which are tested.
     install_requires=[
-        "PyYAML",
+        "PyYAML>=6.0",
         "lz4",  # chunks of bags, with mcap
-        "matplotlib",
+        "matplotlib>=3.6",
         "mcap",
-        "netCDF4",  # results exported
-        "numba",
-        "numpy",
+        "netCDF4>=1.6",  # results exported
+        "numba>=0.59",
+        "numpy>=1.26",
         "plotly",  # interactive plots of HTML reports
-        "rosbags",  # decodes messages by the definitions in a bag
+        "rosbags>=0.10",  # decodes messages by the definitions in a bag
         "tqdm",  # progress of long studies
-        "xarray",  # results with axes, units and attributes
-        "zarr",  # results of studies while they grow
+        "xarray>=2024.10",  # results with axes, units and attributes; this one reads zarr 3
+        "zarr>=3",  # results of studies while they grow
         "zstandard",  # chunks of bags, with mcap
     ],
     extras_require={

@@ -59,6 +59,12 @@ def pytest_sessionstart() -> None:
         )
 
 
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Fail if nothing was collected: `colcon test` takes pytest's code for it (5) for success."""
+    if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
 @pytest.fixture(scope="session", autouse=True)
 def ros_domain() -> Iterator[int]:
     """Hold a ROS domain for the session, for this process and its children; return its number."""

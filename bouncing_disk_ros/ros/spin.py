@@ -6,12 +6,11 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import rclpy
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException, ParameterException
-from rclpy.executors import ExternalShutdownException
-from rclpy.experimental import EventsExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
@@ -23,14 +22,34 @@ from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.refusal_log import RefusalLog
 
+try:
+    from rclpy.experimental import EventsExecutor
+except ImportError:  # rclpy before 7.1.4
+    EventsExecutor = None
+
 AnyNode = TypeVar("AnyNode", bound=Node)
 SPIN_SECONDS = 0.2
 """Longest wait before a signal is looked at (the executor cannot be interrupted while it waits)."""
 
 
+def executor_of(node: Node) -> Any:
+    """The executor for a node: rclpy's EventsExecutor, or the single-threaded where it is missing.
+
+    The latter does the same at more work for each tick; the node's log says so, once.
+    """
+    if EventsExecutor is not None:
+        return EventsExecutor(context=node.context)
+    node.get_logger().info(
+        "this rclpy has no EventsExecutor (it came with 7.1.4): the SingleThreadedExecutor is "
+        "used, at more work for each tick",
+        once=True,
+    )
+    return SingleThreadedExecutor(context=node.context)
+
+
 def spin_until(node: Node, stop: Callable[[], bool]) -> None:
     """Run the callbacks of a node until `stop` says so."""
-    executor = EventsExecutor(context=node.context)
+    executor = executor_of(node)
     executor.add_node(node)
     try:
         while not stop() and node.context.ok():

@@ -12,13 +12,13 @@ from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Murderous, Products
 
-distributed = pytest.importorskip("distributed")
 TEST = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture
 def scheduler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[str]:
     """The address of a scheduler with two worker processes that know the tests' studies."""
+    distributed = pytest.importorskip("distributed")
     monkeypatch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import subprocess
@@ -14,6 +13,7 @@ from typing import Any
 import pytest
 import yaml
 
+import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
@@ -37,6 +37,9 @@ TABLES = {
     "recorder": recorder_options.OPTIONS,
     **{name: table_of(name) for name in STUDY_TABLES},
 }
+#: plugins by name alone: the entry point of an installed package would register ours twice; and
+#: `colcon test` hands its options down in a variable: the child would overwrite its report
+NO_PYTEST_SETTINGS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": None}
 
 
 def commands() -> list[str]:
@@ -145,18 +148,18 @@ def test_commands_name_what_exists(command: str) -> None:
 def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
     if "cloud" in block and "stepped_simulator" not in block:
         pytest.skip("a fragment of a callback")
+    home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
     file = tmp_path / "test_block.py"
     file.write_text(block, "utf-8")
-    runner = ["-m", "pytest", "-q", "-p", "no:cacheprovider"] if "def test_" in block else []
-    if runner and os.environ.get("PYTHONPATH"):  # the tree itself, not installed: no entry point
-        runner += ["-p", "bouncing_disk_ros.testing"]
+    plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
+    runner = ["-m", "pytest", "-q", *plugins] if "def test_" in block else []
     done = subprocess.run(
         [sys.executable, *runner, str(file)],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         timeout=100,
-        env=environment(),
+        env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
     )
     assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
 

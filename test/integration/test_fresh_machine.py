@@ -83,6 +83,23 @@ def test_no_module_of_the_current_folder_is_run(tmp_path: Path) -> None:
     assert "hostile" not in done.stdout + done.stderr
 
 
+# an old rclpy -------------------------------------------------------------------------------------
+
+
+def test_without_rclpy_experimental_another_executor_is_used_and_told_once(start: Starter) -> None:
+    from sensor_msgs.msg import JointState
+
+    code = "import runpy, sys; sys.modules['rclpy.experimental'] = None; "  # as if not installed
+    code += "runpy.run_module('bouncing_disk_ros', run_name='__main__', alter_sys=True)"
+    node = start.command([sys.executable, "-c", code, "simulator"])
+    node.wait_for("SingleThreadedExecutor is used")
+    assert wait_for_message(JointState, "joint_states").position
+    assert node.end(signal.SIGINT) == 0
+    assert node.complaints == []
+    told = [line for line in node.stderr.splitlines() if "SingleThreadedExecutor" in line]
+    assert len(told) == 1, node.output
+
+
 # a wrong ROS setting ------------------------------------------------------------------------------
 
 NEED_NO_ROS = {"bag_recover", "bag_report", "replay"}

@@ -2,8 +2,8 @@
 
 A disk in contact is kicked with u = J/m; what follows is a chatter that ends in contact. Its sums
 are compared: duration, number of impacts, ΣF̂ (with the momentum balance as a second witness), ΣĤ
-and the final α̇. One impact of the core is right to ROUNDINGS ulp (see test_flight), n of them to
-n·ROUNDINGS ulp at worst; α̇ besides by the rounding of β̇, which friction hands on whole.
+and the final α̇. One impact of the core is right to ROUNDINGS ulp (see test_flight_reference), n of
+them to n·ROUNDINGS ulp at worst; α̇ besides by the rounding of β̇, which friction hands on whole.
 """
 
 from __future__ import annotations

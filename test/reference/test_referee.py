@@ -1,7 +1,8 @@
 """The core against the referee (bouncing_disk_ros.proof): random runs, maps and tosses.
 
 Each event is proved in interval arithmetic from the numbers before it. None may be refuted; that
-rounding decides (a graze) is rare. `make soak` has a hundred times as many (soak/test_referee.py).
+rounding decides (a graze) is rare. `make soak` has a hundred times as many
+(soak/test_referee_campaign.py).
 """
 
 from __future__ import annotations

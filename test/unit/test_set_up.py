@@ -12,6 +12,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -141,11 +142,17 @@ def test_a_broken_venv_is_made_anew(made: ModuleType, tmp_path: Path, broken: st
     assert made.read_stamp() == []
 
 
-def test_every_dependency_is_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What setup.py tells setuptools."""
     told: dict[str, Any] = {}
     fake = SimpleNamespace(setup=told.update, find_packages=lambda include: include)
     monkeypatch.setitem(sys.modules, "setuptools", fake)
     runpy.run_path(str(ROOT / "setup.py"))
+    return told
+
+
+def test_every_dependency_is_pinned(told: dict[str, Any]) -> None:
     groups = [told["install_requires"], *told["extras_require"].values()]
     wanted = {re.split(r"[\[<>=]", name)[0].lower() for group in groups for name in group}
     lines = (ROOT / "constraints.txt").read_text("utf-8").splitlines()
@@ -153,3 +160,23 @@ def test_every_dependency_is_pinned(monkeypatch: pytest.MonkeyPatch) -> None:
     assert wanted <= set(pinned)
     assert len(pinned) == len(set(pinned))
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines if line[0] != "#")
+
+
+@pytest.mark.parametrize("name", ["constraints.txt", "constraints-ubuntu-24.04.txt"])
+def test_what_is_tested_is_within_the_bounds(told: dict[str, Any], name: str) -> None:
+    lines = (ROOT / name).read_text("utf-8").splitlines()
+    given = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    tested = {one.name.lower(): one.specifier for one in given}
+    for needed in map(Requirement, told["install_requires"]):
+        allowed = tested[needed.name.lower()]
+        oldest = [one.version for one in allowed if one.operator in ("==", ">=")]
+        assert oldest, f"{needed.name}: no version is named"
+        assert all(version in needed.specifier for version in oldest), needed.name
+
+
+def test_ubuntu_keeps_its_numpy() -> None:
+    """What apt compiled against numpy 1.26 breaks when pip puts numpy 2 over it."""
+    lines = (ROOT / "constraints-ubuntu-24.04.txt").read_text("utf-8").splitlines()
+    (line,) = [line for line in lines if line.startswith("numpy")]
+    assert "1.26.4" in Requirement(line).specifier
+    assert "2.0.0" not in Requirement(line).specifier

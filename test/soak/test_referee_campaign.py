@@ -1,7 +1,7 @@
 """The core against the referee for hours: a million flights, a million steps of lanes, 10⁵ tosses.
 
 make soak                                       # with the rest; about an hour of one core
-.venv/bin/pytest -m soak -s test/soak/test_referee.py
+.venv/bin/pytest -m soak -s test/soak/test_referee_campaign.py
 BOUNCING_DISK_REFEREE_FLIGHTS=20000 ...         # fewer; the lanes and tosses in proportion
 BOUNCING_DISK_REFEREE_STATE=part_2.json ...     # a part of its own, beside others
 

@@ -1,0 +1,94 @@
+"""The package with Ubuntu 24.04's versions (numpy 1.26, numba 0.59), in an environment of its own.
+
+The environment is made once, in .venv-ubuntu-24.04, and again when its list of versions changes.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CONSTRAINTS = ROOT / "constraints-ubuntu-24.04.txt"
+VENV = ROOT / ".venv-ubuntu-24.04"
+STAMP = VENV / "constraints.txt"
+#: what decides how the children find Python's and ROS's packages; all of it is this environment's
+OURS = (
+    "PYTEST_ADDOPTS",
+    "PYTHONPATH",
+    "PYTHONHOME",
+    "LD_LIBRARY_PATH",
+    "_ROS_WHEELS_BOOTSTRAP_COMPLETE",
+)
+TESTED = (
+    "test/unit/core",
+    "test/unit/ros",
+    "test/unit/plots",
+    "test/unit/study/test_studies.py",
+    "test/integration/test_simulator_stepped.py",
+    "test/integration/test_simulator_process.py",
+    "test/integration/test_collection.py",
+)
+
+pytestmark = [pytest.mark.interop, pytest.mark.timeout(3600)]
+
+
+def run(*command: str, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run a command of the environment out of the tree; return its exit code and output."""
+    kept = {name: value for name, value in os.environ.items() if name not in OURS}
+    return subprocess.run(
+        command, env={**kept, **changes}, cwd=ROOT, text=True, timeout=1700, check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+
+
+def interpreter() -> str:
+    """Return a Python that numba 0.59 is made for, Ubuntu's 3.12 if it is here."""
+    base = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
+    for candidate in ("python3.12", base):
+        program = "import sys, ensurepip; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))"
+        found = shutil.which(candidate)
+        if found and run(found, "-c", program).returncode == 0:
+            return found
+    pytest.skip("no Python 3.11 or 3.12 here: numba 0.59 knows no newer one")
+
+
+@pytest.fixture(scope="module")
+def ubuntu() -> str:
+    """The Python of the environment."""
+    python = str(VENV / "bin" / "python")
+    if STAMP.exists() and STAMP.read_text("utf-8") == CONSTRAINTS.read_text("utf-8"):
+        return python
+    shutil.rmtree(VENV, ignore_errors=True)
+    lines = CONSTRAINTS.read_text("utf-8").splitlines()
+    names = [line.split("=")[0].rstrip("<>") for line in lines if not line.startswith("#")]
+    names[names.index("ros-jazzy-rclpy")] += "[fastrtps]"
+    install = (python, "-m", "pip", "install", "--quiet", "--constraint", str(CONSTRAINTS))
+    for command in [(interpreter(), "-m", "venv", str(VENV)), (*install, *names)]:
+        done = run(*command)
+        assert done.returncode == 0, done.stdout
+    shutil.copy(CONSTRAINTS, STAMP)
+    return python
+
+
+def passes(python: str, *tests: str) -> None:
+    """Run tests on the tree; the package is not installed there, so its plugin is named."""
+    options = ("-q", "-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
+    patient = "--timeout=900"  # kernels are compiled for this numba first
+    settings = {"PYTHONPATH": str(ROOT), "AMENT_PREFIX_PATH": str(VENV)}
+    done = run(python, "-m", "pytest", *options, patient, *tests, **settings)
+    assert done.returncode == 0, done.stdout[-10000:]
+
+
+def test_core_node_studies_and_collection_pass(ubuntu: str) -> None:
+    passes(ubuntu, *TESTED)
+
+
+def test_results_are_those_of_the_newest_versions(ubuntu: str) -> None:
+    """Runs are pinned to the bit: which compiler made the kernels must not show."""
+    passes(ubuntu, "test/reference/test_pinned.py")
