@@ -37,6 +37,7 @@ class Outputs:
         self._phase = self._publisher(String, "disk/phase")
         self._motion = self._publisher(JointTrajectory, "platform/motion")
         self._clock = self._publisher(Clock, "/clock") if times.clock_is_simulated else None
+        self._clock_ns = 0
         self._joint_state = conversions.new_joint_state()
         self._shown_phase = ""
         self._phase_is_new = False
@@ -69,7 +70,7 @@ class Outputs:
 
     def sample(self, sample: Sample) -> None:
         """One message of joint_states."""
-        stamp = self._times.to_ros(sample.time_ns)
+        stamp = self._stamp(sample.time_ns)
         self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
         self._show_phase(sample.phase.name.lower())
         self._phase_is_new = True
@@ -77,18 +78,19 @@ class Outputs:
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
         speeds = conversions.mean_speed(first, second)
-        self._speed.publish(conversions.speed_to_msg(speeds, self._times.to_ros(second.time_ns)))
+        self._speed.publish(conversions.speed_to_msg(speeds, self._stamp(second.time_ns)))
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Messages of disk/impacts, at most MAX_ROWS rows each, stamped with their last row."""
         for first in range(0, len(rows), MAX_ROWS):
             some = rows[first : first + MAX_ROWS]
-            stamp = self._times.to_ros(round(float(some["time"][-1]) * NS))
+            stamp = self._stamp(round(float(some["time"][-1]) * NS))
             self._impacts.publish(conversions.impacts_to_msg(some, stamp))
 
     def state(self, session: Session, running: bool) -> None:
         """What is published when it changed (motion, phase), and the clock."""
         simulation = session.simulation
+        self._show_clock(self._times.to_ros(session.time_ns))
         if simulation.motion_index != self._shown_motion:
             self._shown_motion = simulation.motion_index
             motion = simulation.motion_in_force
@@ -99,9 +101,18 @@ class Outputs:
         elif not self._phase_is_new:  # no sample since the last call
             self._show_phase(simulation.sample().phase.name.lower())
         self._phase_is_new = False
+
+    def _stamp(self, simulated_ns: int) -> int:
+        """The stamp of a message; /clock goes before it, so that none lies in its future."""
+        stamp = self._times.to_ros(simulated_ns)
+        if stamp > self._clock_ns:
+            self._show_clock(stamp)
+        return stamp
+
+    def _show_clock(self, now_ns: int) -> None:
         if self._clock is not None:
-            now = self._times.to_ros(session.time_ns)
-            self._clock.publish(Clock(clock=conversions.ns_to_time(now)))
+            self._clock_ns = now_ns
+            self._clock.publish(Clock(clock=conversions.ns_to_time(now_ns)))
 
     def _show_phase(self, phase: str) -> None:
         if phase != self._shown_phase:
