@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -347,6 +348,15 @@ def test_a_second_clock_is_refused(make: Make) -> None:
             use_global_arguments=False,
             parameter_overrides=[Parameter("publish_clock", value=True)],
         )
+
+
+def test_transforms_without_tf2_msgs_are_refused_at_start(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
+    monkeypatch.delitem(sys.modules, "tf2_msgs.msg", raising=False)
+    with pytest.raises(InputError, match="publish_tf: got True, allowed: false: tf2_msgs is not"):
+        make(publish_tf=True)
 
 
 def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:

@@ -20,6 +20,7 @@ from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
 from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
+from bouncing_disk_ros.ros.transforms import tf_message
 from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, start_values
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
@@ -92,6 +93,8 @@ class SimulatorNode(LifecycleNode):
         """Create a run at simulated time 0 and its topics; it does not move yet."""
         try:
             self._refuse_second_clock()
+            if self._values["publish_tf"]:
+                tf_message()
         except InputError as error:
             self._error = error
             if not self._starting:  # else the caller gets the error

@@ -33,7 +33,7 @@ class Run:
     ) -> None:
         self._node, self._values, self._stopping = node, values, stopping
         self._times = self._line_through(0, self._ros_now())
-        self._outputs = Outputs(node, self._times)
+        self._outputs = Outputs(node, self._times, values)
         self.session = Session(values, self._outputs.record, paused=True)
         self.loop = Loop(self.session, self._outputs)
         self._steps = Steps()
