@@ -31,7 +31,7 @@ class Qos:
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic of the simulator; names are relative but for /diagnostics and /clock."""
+    """One topic of the simulator; names are relative but for /diagnostics, /clock, /tf."""
 
     name: str
     type: str
