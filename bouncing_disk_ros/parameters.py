@@ -178,6 +178,20 @@ _SPECS = (
          "services", read_only=True, source="chosen"),
     Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "
          "parameter given beside it wins", read_only=True, source="chosen"),
+    # --- coordinate frames
+    Spec("frame_prefix", "", "", "put before the names of all frames, to tell several disks apart: "
+         "first/ gives first/world, first/disk ...", read_only=True, group="frames",
+         source="chosen"),
+    Spec("world_frame", "world", "", "frame of platform/motion and disk/rotor_speed, and root of "
+         "the transforms", read_only=True, group="frames", source="chosen"),
+    Spec("platform_frame", "platform", "", "frame that moves and turns with the platform",
+         read_only=True, group="frames", source="chosen"),
+    Spec("disk_frame", "disk", "", "frame that moves and turns with the disk", read_only=True,
+         group="frames", source="chosen"),
+    Spec("impacts_frame", "next_collision", "", "frame of disk/impacts", read_only=True,
+         group="frames", source="chosen"),
+    Spec("publish_tf", False, "", "publish these frames on /tf with each sample, and the URDF on "
+         "robot_description (needs tf2_msgs)", read_only=True, group="frames", source="chosen"),
 )  # fmt: skip
 
 SLOWEST = 1e-6
@@ -191,6 +205,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "disk": "Disk and contact",
         "start": "Initial state of the disk",
         "run": "The run",
+        "frames": "Coordinate frames",
     }
 )
 
@@ -229,6 +244,25 @@ def check_together(values: Mapping[str, Value]) -> None:
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform false too (before, or in one atomic call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+    _check_frames(values)
+
+
+_FRAMES = ("world_frame", "platform_frame", "disk_frame", "impacts_frame")
+
+
+def _check_frames(values: Mapping[str, Value]) -> None:
+    """InputError unless the frames have names that tf2 takes, each its own."""
+    for place, name in enumerate(_FRAMES):
+        frame, prefix = str(values[name]), str(values["frame_prefix"])
+        whole = prefix + frame
+        if not frame or whole.startswith("/") or not whole.isprintable() or " " in whole:
+            field = "frame_prefix" if prefix and frame else name
+            allowed = "a name without spaces that does not begin with /"
+            raise InputError(field, prefix if field == "frame_prefix" else frame, allowed)
+        taken = {str(values[other]) for other in _FRAMES[:place]}
+        taken |= {f"{values[name]}_carriage" for name in ("platform_frame", "disk_frame")}
+        if frame in taken:
+            raise InputError(name, frame, "a name that no other frame has")
 
 
 def _with_article(type_name: str) -> str:

@@ -31,7 +31,7 @@ class Qos:
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic of the simulator; names are relative but for /diagnostics and /clock."""
+    """One topic of the simulator; names are relative but for /diagnostics, /clock, /tf."""
 
     name: str
     type: str
@@ -130,6 +130,19 @@ _TOPICS = (
 )  # fmt: skip
 
 TOPICS: Mapping[str, Topic] = MappingProxyType({topic.name: topic for topic in _TOPICS})
+
+_TRANSFORM_TOPICS = (
+    Topic("/tf", "tf2_msgs/msg/TFMessage", Qos(100), Direction.OUT,
+          "the frames of platform, disk and next-collision section, with each sample; with "
+          "publish_tf only", "ros2 topic echo /tf"),
+    Topic("robot_description", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
+          "the URDF of platform and disk, its links named as the frames; with publish_tf only",
+          "ros2 topic echo /robot_description"),
+)  # fmt: skip
+TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
+    {row.name: row for row in _TRANSFORM_TOPICS}
+)
+"""Topics for viewers, with publish_tf only; the type of /tf is not on every machine."""
 
 _SERVICES = (
     Service("~/pause", "std_srvs/srv/SetBool", "pause (true) or resume (false)",

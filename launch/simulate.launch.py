@@ -1,66 +1,157 @@
 """Launch the simulator: `ros2 launch bouncing_disk_ros simulate.launch.py preset:=NAME`.
 
-With `robot_state_publisher:=true` the joints become transforms, with `rviz:=true` they are shown.
-Needs a ROS 2 installation. Without one: `python -m bouncing_disk_ros simulator`.
+With `publish_tf:=true` the joints become transforms, with `rviz:=true` they are shown. Included
+several times it runs several disks; give each its namespace and frame_prefix, as
+`two_disks.launch.py` does. Needs a ROS 2 installation. Without one:
+`python -m bouncing_disk_ros simulator`.
 """
 
+import tempfile
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
-from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, OrSubstitution
+from launch.actions import DeclareLaunchArgument, EmitEvent, OpaqueFunction, Shutdown
+from launch.events import matches_action
+from launch.events.process import ShutdownProcess
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 PACKAGE = "bouncing_disk_ros"
-#: argument -> (default, description)
+FLAG = ["true", "false", "True", "False"]
+#: a flag that preset, params_file or default decide on when it is not given
+OPEN_FLAG = ["", *FLAG]
+#: argument -> (default, choices or None, description)
 ARGUMENTS = {
-    "preset": ("", "a preset of share/bouncing_disk_ros/config by its name, or a file"),
-    "namespace": ("", "namespace of all nodes; one for each disk"),
-    "name": ("bouncing_disk", "name of the simulator node"),
-    "robot_state_publisher": ("false", "publish the transforms of platform and disk"),
-    "frame_prefix": ("", "put before the names of all frames, to distinguish several disks"),
-    "rviz": ("false", "show platform, disk and the next-collision section (publishes transforms)"),
-}
+    "preset": ("", None, "a preset of share/bouncing_disk_ros/config by its name, or a file"),
+    "params_file": ("", None, "a file of ROS parameters; arguments given here win over it"),
+    "namespace": ("", None, "namespace of all nodes; one for each disk"),
+    "name": ("bouncing_disk", None, "name of the simulator node"),
+    "real_time_factor": ("", None, "simulated time passed in one second; 0: as fast as it can"),
+    "publish_clock": ("", OPEN_FLAG, "publish /clock with simulated time"),
+    "autostart": ("", OPEN_FLAG, "configure and activate the simulator at once"),
+    "use_sim_time": ("false", FLAG, "let the viewers follow /clock (the simulator makes time)"),
+    "log_level": ("", None, "of the simulator: debug, info, warn, error or fatal"),
+    "respawn": ("false", FLAG, "start the simulator again, a second after it has ended"),
+    "shutdown_on_exit": ("false", FLAG, "end the whole launch when the simulator has ended"),
+    "publish_tf": ("", OPEN_FLAG, "let the simulator publish transforms and robot_description"),
+    "robot_state_publisher": ("false", FLAG, "let it do that instead, in the size of the preset"),
+    "frame_prefix": ("", None, "put before the names of all frames, to tell several disks apart"),
+    "x": ("0", None, "where the disk stands in the frame world, m (with a frame_prefix)"),
+    "y": ("0", None, "the same along y"),
+    "z": ("0", None, "the same along z"),
+    "rviz": ("false", FLAG, "show platform, disk and next-collision section (with transforms)"),
+}  # fmt: skip
+AXES = ("--x", "--y", "--z")
+TRUE = ("true", "True")
+
+
+def _text(given):
+    return ParameterValue(given, value_type=str)  # else launch would make a number of 1/
+
+
+def _flag(given):
+    return given in TRUE
+
+
+#: parameters of the simulator that are arguments here -> their value from what is given
+PARAMETERS = {"preset": _text, "real_time_factor": float, "publish_clock": _flag,
+              "autostart": _flag, "publish_tf": _flag, "frame_prefix": _text}  # fmt: skip
 
 
 def generate_launch_description():
-    """Describe the simulator, and robot_state_publisher and RViz where they are asked for."""
-    share = Path(get_package_share_directory(PACKAGE))
-    setting = {name: LaunchConfiguration(name) for name in ARGUMENTS}
-    simulator = Node(
+    """Describe the simulator, and what publishes and shows its frames where it is asked for."""
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, choices=choices, description=description)
+        for name, (default, choices, description) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*arguments, OpaqueFunction(function=_nodes)])
+
+
+def _nodes(context):
+    given = {name: context.launch_configurations[name] for name in ARGUMENTS}
+    flags = {name for name, value in given.items() if value in TRUE}
+    if "rviz" in flags and "robot_state_publisher" not in flags and not given["publish_tf"]:
+        given["publish_tf"] = "true"
+        flags.add("publish_tf")
+    shared = {"namespace": given["namespace"], "output": "screen"}
+    viewers = [*_transforms(given, flags, shared), *_rviz(given, flags, shared)]
+    # the simulator last: a viewer that is not installed ends the launch before anything runs
+    return [*viewers, _simulator(given, flags, shared, viewers)]
+
+
+def _simulator(given, flags, shared, viewers):
+    values = {name: value(given[name]) for name, value in PARAMETERS.items() if given[name]}
+    parameters = [given["params_file"]] if given["params_file"] else []
+    respawn = "respawn" in flags
+    return Node(
         package=PACKAGE,
         executable="simulator",
-        name=setting["name"],
-        namespace=setting["namespace"],
-        parameters=[{"preset": ParameterValue(setting["preset"], value_type=str)}],
-        output="screen",
-        on_exit=Shutdown(reason="the simulator ended"),
+        name=given["name"],
+        parameters=[*parameters, values] if values else parameters,
+        ros_arguments=["--log-level", given["log_level"]] if given["log_level"] else [],
+        respawn=respawn,
+        respawn_delay=1.0,
+        on_exit=None if respawn else _at_the_end(flags, viewers) or None,  # launch takes no []
+        **shared,
     )
-    transforms = Node(
-        package="robot_state_publisher",
-        executable="robot_state_publisher",
-        namespace=setting["namespace"],
-        parameters=[
-            {
-                "robot_description": (share / "urdf" / "bouncing_disk.urdf").read_text("utf-8"),
-                "frame_prefix": ParameterValue(setting["frame_prefix"], value_type=str),
-            }
-        ],
-        condition=IfCondition(OrSubstitution(setting["robot_state_publisher"], setting["rviz"])),
-    )
-    viewer = Node(
-        package="rviz2",
-        executable="rviz2",
-        namespace=setting["namespace"],
-        arguments=["-d", str(share / "rviz" / "bouncing_disk.rviz")],
-        condition=IfCondition(setting["rviz"]),
-    )
-    arguments = [
-        DeclareLaunchArgument(name, default_value=default, description=description)
-        for name, (default, description) in ARGUMENTS.items()
+
+
+def _at_the_end(flags, viewers):
+    """What happens when the simulator has ended; other disks of the same launch go on."""
+    if "shutdown_on_exit" in flags:
+        return [Shutdown(reason="the simulator ended")]
+    return [
+        EmitEvent(event=ShutdownProcess(process_matcher=matches_action(viewer)))
+        for viewer in viewers
     ]
-    # the simulator last: a viewer that is not installed ends the launch before anything runs
-    return LaunchDescription([*arguments, transforms, viewer, simulator])
+
+
+def _transforms(given, flags, shared):
+    """What publishes transforms besides the simulator: robot_state_publisher, the disk's place."""
+    place, prefix = [given[axis] for axis in "xyz"], given["frame_prefix"]
+    if not prefix and any(float(length) for length in place):
+        raise ValueError("x, y and z need a frame_prefix: without it the frame is world itself")
+    nodes = []
+    if "robot_state_publisher" in flags:
+        description = _robot_description(given["preset"], prefix)
+        parameters = {
+            "robot_description": _text(description),
+            "use_sim_time": "use_sim_time" in flags,
+        }
+        package = "robot_state_publisher"
+        nodes += [Node(package=package, executable=package, parameters=[parameters], **shared)]
+    if prefix and flags & {"publish_tf", "robot_state_publisher"}:
+        arguments = [part for pair in zip(AXES, place, strict=True) for part in pair]
+        arguments += ["--frame-id", "world", "--child-frame-id", f"{prefix}world"]
+        executable = "static_transform_publisher"
+        nodes += [Node(package="tf2_ros", executable=executable, arguments=arguments, **shared)]
+    return nodes
+
+
+def _robot_description(preset, prefix):
+    """The URDF with the frames' names and the size of a preset's disk."""
+    from bouncing_disk_ros.ros.frames import robot_description
+    from bouncing_disk_ros.run.presets import load_preset
+
+    return robot_description({**(load_preset(preset) if preset else {}), "frame_prefix": prefix})
+
+
+def _rviz(given, flags, shared):
+    """RViz with the view of this package, in the frames of this disk."""
+    if "rviz" not in flags:
+        return []
+    view = Path(get_package_share_directory(PACKAGE)) / "rviz" / "bouncing_disk.rviz"
+    if given["frame_prefix"]:
+        text = view.read_text("utf-8")
+        section = f"Reference Frame: {given['frame_prefix']}next_collision"
+        text = text.replace("Reference Frame: next_collision", section)
+        with tempfile.NamedTemporaryFile("w", suffix=".rviz", delete=False) as file:
+            file.write(text)
+        view = Path(file.name)
+    parameters = [{"use_sim_time": "use_sim_time" in flags}]
+    arguments = ["-d", str(view)]
+    return [
+        Node(package="rviz2", executable="rviz2", arguments=arguments, parameters=parameters,
+             **shared)
+    ]  # fmt: skip

@@ -81,7 +81,7 @@ IMPACT_FIELDS = _point_fields()
 """The fields of a message of disk/impacts, in the order of the offsets."""
 
 
-def impacts_to_msg(rows: NDArray[np.void], stamp_ns: int) -> PointCloud2:
+def impacts_to_msg(rows: NDArray[np.void], stamp_ns: int, frame: str = IMPACT_FRAME) -> PointCloud2:
     """Rows of IMPACT_DTYPE as a cloud; not empty."""
     if rows.dtype != IMPACT_DTYPE or rows.ndim != 1 or len(rows) == 0:
         raise InputError(
@@ -90,7 +90,7 @@ def impacts_to_msg(rows: NDArray[np.void], stamp_ns: int) -> PointCloud2:
     data = array("B")
     data.frombytes(rows.tobytes())
     return PointCloud2(
-        header=Header(stamp=ns_to_time(stamp_ns), frame_id=IMPACT_FRAME),
+        header=Header(stamp=ns_to_time(stamp_ns), frame_id=frame),
         height=1,
         width=len(rows),
         fields=IMPACT_FIELDS,
@@ -137,7 +137,9 @@ def _check_rows(rows: NDArray[np.void]) -> None:
 
 
 # --- states ---------------------------------------------------------------------------------------
-def motion_to_msg(motion: MotionInForce, stamp_ns: int) -> JointTrajectory:
+def motion_to_msg(
+    motion: MotionInForce, stamp_ns: int, frame: str = WORLD_FRAME
+) -> JointTrajectory:
     """The motion in force as the message of platform/motion; the stamp is that of its beginning."""
     interval_ns = motion.end_ns - motion.begin_ns
     # the frequency blends symmetrically, so the forcing gains the mean frequency times the duration
@@ -156,7 +158,7 @@ def motion_to_msg(motion: MotionInForce, stamp_ns: int) -> JointTrajectory:
             positions=array("d", end), time_from_start=ns_to_duration(interval_ns)
         ),
     ]
-    header = Header(stamp=ns_to_time(stamp_ns), frame_id=WORLD_FRAME)
+    header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
     return JointTrajectory(header=header, joint_names=list(MOTION_COLUMNS), points=points)
 
 
@@ -216,9 +218,9 @@ def mean_speed(first: Sample, second: Sample) -> tuple[float, float]:
     return (second.axial_position - first.axial_position) / seconds, turned / seconds
 
 
-def speed_to_msg(speeds: Sequence[float], stamp_ns: int) -> TwistStamped:
+def speed_to_msg(speeds: Sequence[float], stamp_ns: int, frame: str = WORLD_FRAME) -> TwistStamped:
     """Mean speeds as the message of disk/rotor_speed."""
-    msg = TwistStamped(header=Header(stamp=ns_to_time(stamp_ns), frame_id=WORLD_FRAME))
+    msg = TwistStamped(header=Header(stamp=ns_to_time(stamp_ns), frame_id=frame))
     msg.twist.linear.z, msg.twist.angular.z = float(speeds[0]), float(speeds[1])
     return msg
 

@@ -64,6 +64,10 @@ class Ticks:
         self._expected: int | None = None
         self._late: list[int] = []
 
+    def restart(self, period_ns: int) -> None:
+        """Begin a new schedule, of another period or phase; what was noted stays."""
+        self.period_ns, self._expected = period_ns, None
+
     def note(self, now_ns: int) -> None:
         """A tick has begun."""
         late = 0 if self._expected is None else now_ns - self._expected
@@ -109,7 +113,11 @@ class Health:
         lag = now.lag_ns / NS
         level = Level.OK if lag < LAG_WARN else Level.WARN if lag < LAG_ERROR else Level.ERROR
         message = now.state
-        if level is not Level.OK:
+        skipped = max(0, now.skipped - (0 if last is None else last.skipped))
+        if skipped and now.factor > 0.0 and now.state == "running":  # a free run skips most of them
+            level = max(level, Level.WARN)
+            message = f"{now.state}, {skipped} samples of joint_states skipped: lower state_rate"
+        if lag >= LAG_WARN:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )

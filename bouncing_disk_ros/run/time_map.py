@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -41,6 +42,10 @@ class TimeMap:
         """Simulated time that should be reached at a reading of the steady clock."""
         return min(self.simulated_ns + scaled(steady_ns - self.steady_ns, self.factor), FAR_NS)
 
+    def to_steady(self, simulated_ns: int) -> int:
+        """Reading of the steady clock at which an instant of simulated time is due."""
+        return self.steady_ns + scaled(simulated_ns - self.simulated_ns, 1.0 / self.factor)
+
     def to_ros(self, simulated_ns: int) -> int:
         """ROS time at which an instant of simulated time is due."""
         return self.ros_ns + scaled(simulated_ns - self.simulated_ns, 1.0 / self.slope)
@@ -53,6 +58,18 @@ class TimeMap:
 def scaled(interval_ns: int, factor: float) -> int:
     """An interval times a factor, exact where the factor is 1."""
     return interval_ns if factor == 1.0 else round(interval_ns * factor)
+
+
+def tick_period(sample_period_ns: float, fastest_ns: int, slowest_ns: int) -> int:
+    """A period of ticks between two bounds, of which samples come every n or of n-th samples.
+
+    So ticks that fall on one sample fall on all (of those that a tick may hand over alone).
+    """
+    if sample_period_ns > slowest_ns:
+        return round(sample_period_ns / math.ceil(sample_period_ns / slowest_ns))
+    if sample_period_ns < fastest_ns:
+        return round(sample_period_ns * math.ceil(fastest_ns / sample_period_ns))
+    return round(sample_period_ns)
 
 
 class Grid:

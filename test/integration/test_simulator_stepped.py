@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+import sys
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -346,6 +348,39 @@ def test_a_second_clock_is_refused(make: Make) -> None:
             use_global_arguments=False,
             parameter_overrides=[Parameter("publish_clock", value=True)],
         )
+
+
+def test_transforms_without_tf2_msgs_are_refused_at_start(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
+    monkeypatch.delitem(sys.modules, "tf2_msgs.msg", raising=False)
+    with pytest.raises(InputError, match="publish_tf: got True, allowed: false: tf2_msgs is not"):
+        make(publish_tf=True)
+
+
+def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:
+    """After each resume, reset or change of a rate; else they came up to a period later."""
+    simulator = make(start_paused=False)
+    node, run = simulator.node, simulator.node.run
+    assert run is not None
+
+    def aligned() -> bool:
+        due = run.next_sample_due(time.monotonic_ns())
+        return due is not None and node.ticks.comes_after(due)
+
+    simulator.spin_until(aligned)
+    for k in range(1, 6):
+        run.pause(True)
+        run.advance_to(run.session.time_ns + 1_700_000 * k)  # off the grid of samples
+        run.pause(False)
+        simulator.spin_until(aligned)
+        values = {"state_rate": 130.0 + 40 * k, "real_time_factor": 1.0 - 0.1 * k}
+        changes = [Parameter(name, value=value) for name, value in values.items()]
+        assert node.set_parameters_atomically(changes).successful
+        simulator.spin_until(aligned)
+    run.reset()
+    simulator.spin_until(aligned)
 
 
 def test_the_clock_is_simulated_time_from_wall_time_on(make: Make) -> None:

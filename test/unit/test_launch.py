@@ -1,7 +1,7 @@
-"""The launch file, the URDF and the RViz view agree with the package's tables.
+"""The launch files, the URDF and the RViz views agree with the package's tables.
 
 Where `launch_ros` is not installed (it is not among the wheels), small fakes record what the launch
-file describes.
+files describe.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import runpy
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -17,21 +18,28 @@ from xml.etree import ElementTree as ET
 import pytest
 import yaml
 
-from bouncing_disk_ros import executables, topics
+from bouncing_disk_ros import executables, parameters, topics
+from bouncing_disk_ros.ros.frames import robot_description
+from bouncing_disk_ros.run.presets import load_preset
 
 ROOT = Path(__file__).resolve().parents[2]
-LAUNCH_FILE = ROOT / "launch" / "simulate.launch.py"
+SIMULATE, TWO_DISKS = (ROOT / "launch" / f"{n}.launch.py" for n in ("simulate", "two_disks"))
 
-#: module -> the names that the launch file may take from it
+#: module -> the names that the launch files may take from it
 FAKED = {
     "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "Shutdown"],
+    "launch.actions": ["DeclareLaunchArgument", "EmitEvent", "GroupAction",
+                       "IncludeLaunchDescription", "OpaqueFunction", "Shutdown"],
     "launch.conditions": ["IfCondition"],
-    "launch.substitutions": ["LaunchConfiguration", "OrSubstitution"],
+    "launch.events": ["matches_action"],
+    "launch.events.process": ["ShutdownProcess"],
+    "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
+    "launch.substitutions": ["LaunchConfiguration"],
     "launch_ros": [],
     "launch_ros.actions": ["Node"],
     "launch_ros.parameter_descriptions": ["ParameterValue"],
-}
+}  # fmt: skip
+Describe = Callable[..., dict[str, Any]]
 
 
 def recorder(kind: str) -> Any:
@@ -39,8 +47,7 @@ def recorder(kind: str) -> Any:
 
 
 @pytest.fixture
-def described(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """What the launch file describes, as recorded by the fakes."""
+def fakes(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, members in FAKED.items():
         module = ModuleType(name)
         for member in members:
@@ -49,54 +56,164 @@ def described(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(
         "ament_index_python.packages.get_package_share_directory", lambda package: str(ROOT)
     )
-    entities: list[Any] = runpy.run_path(str(LAUNCH_FILE))["generate_launch_description"]().args[0]
-    return entities
+
+
+def entities(file: Path) -> list[Any]:
+    """What a launch file describes, as recorded by the fakes."""
+    found: list[Any] = runpy.run_path(str(file))["generate_launch_description"]().args[0]
+    return found
+
+
+@pytest.fixture
+def describe(fakes: None) -> Describe:
+    """The nodes of simulate.launch.py with some arguments, by executable, in their order."""
+
+    def nodes(**given: str) -> dict[str, Any]:
+        *declared, function = entities(SIMULATE)
+        defaults = {argument.args[0]: argument.default_value for argument in declared}
+        assert given.keys() <= defaults.keys()
+        context = SimpleNamespace(launch_configurations=defaults | given)
+        found = function.function(context)
+        return {node.executable: node for node in found}
+
+    return nodes
+
+
+def parameters_of(node: Any) -> dict[str, Any]:
+    """The parameters that a node is given by value."""
+    given = [row for row in node.parameters if isinstance(row, dict)]
+    values = {name: value for row in given for name, value in row.items()}
+    texts = {n: v.args[0] for n, v in values.items() if getattr(v, "value_type", None) is str}
+    return values | texts
 
 
 @pytest.mark.skipif(
     importlib.util.find_spec("launch_ros") is None, reason="launch_ros is only on ROS machines"
 )
-def test_real_launch_takes_the_description() -> None:
-    description = runpy.run_path(str(LAUNCH_FILE))["generate_launch_description"]()
+@pytest.mark.parametrize("file", [SIMULATE, TWO_DISKS], ids=lambda file: file.name)
+def test_real_launch_takes_the_description(file: Path) -> None:
+    description = runpy.run_path(str(file))["generate_launch_description"]()
     assert len(description.entities) > 1
 
 
-def test_simulator_gets_preset_name_and_namespace(described: list[Any]) -> None:
-    (node,) = [e for e in described if e.kind == "Node" and e.package == "bouncing_disk_ros"]
-    assert node.executable in executables.EXECUTABLES
-    assert (node.name.args, node.namespace.args) == (("name",), ("namespace",))
-    assert node.parameters[0]["preset"].args[0].args == ("preset",)
-    assert node.on_exit.kind == "Shutdown"
-
-
-def test_viewers_start_only_when_asked_for(described: list[Any]) -> None:
-    others = {
-        e.package: e for e in described if e.kind == "Node" and e.package != "bouncing_disk_ros"
-    }
-    assert others.keys() == {"robot_state_publisher", "rviz2"}
-    wanted = others["robot_state_publisher"].condition.args[0]
-    assert [setting.args[0] for setting in wanted.args] == ["robot_state_publisher", "rviz"]
-    assert others["rviz2"].condition.args[0].args == ("rviz",)
-    model = others["robot_state_publisher"].parameters[0]["robot_description"]
-    assert ET.fromstring(model).tag == "robot"
-    assert Path(others["rviz2"].arguments[1]).is_file()
-
-
-def test_simulator_comes_last_so_that_a_missing_viewer_leaves_none_behind(
-    described: list[Any],
-) -> None:
-    assert described[-1].package == "bouncing_disk_ros"
-
-
-def test_every_argument_is_declared_once_and_used(described: list[Any]) -> None:
-    declared = [e for e in described if e.kind == "DeclareLaunchArgument"]
+def test_arguments_are_explained_and_each_once(fakes: None) -> None:
+    declared = [e for e in entities(SIMULATE) if e.kind == "DeclareLaunchArgument"]
     names = [e.args[0] for e in declared]
     assert len(names) == len(set(names))
-    assert all(e.description and isinstance(e.default_value, str) for e in declared)
-    (simulator,) = [e for e in described if getattr(e, "executable", "") == "simulator"]
-    assert simulator.name.args[0] in names
-    source = LAUNCH_FILE.read_text("utf-8")
-    assert all(f'setting["{name}"]' in source for name in names)
+    for argument in declared:
+        assert argument.description
+        assert argument.choices is None or argument.default_value in argument.choices
+
+
+def test_without_arguments_the_simulator_runs_alone_and_parameters_decide(
+    describe: Describe,
+) -> None:
+    nodes = describe()
+    assert list(nodes) == ["simulator"]
+    node = nodes["simulator"]
+    assert (node.package, node.name, node.namespace) == ("bouncing_disk_ros", "bouncing_disk", "")
+    assert node.executable in executables.EXECUTABLES
+    assert node.parameters == []
+    assert (node.respawn, node.ros_arguments) == (False, [])
+    assert node.on_exit is None  # launch takes no empty list
+
+
+def test_arguments_become_parameters_of_their_types(describe: Describe) -> None:
+    node = describe(
+        preset="swum", real_time_factor="2", publish_clock="true", autostart="False",
+        publish_tf="True", frame_prefix="1/", params_file="mine.yaml", log_level="debug",
+        name="rotor", namespace="lab",
+    )["simulator"]  # fmt: skip
+    assert node.parameters[0] == "mine.yaml"  # what follows wins over it
+    values = parameters_of(node)
+    assert values == {
+        "preset": "swum", "real_time_factor": 2.0, "publish_clock": True, "autostart": False,
+        "publish_tf": True, "frame_prefix": "1/",
+    }  # fmt: skip
+    checked = parameters.checked(values)
+    assert {name: type(value) for name, value in values.items()} == {
+        name: type(value) for name, value in checked.items()
+    }
+    assert node.ros_arguments == ["--log-level", "debug"]
+    assert (node.name, node.namespace) == ("rotor", "lab")
+
+
+def test_rviz_gets_transforms_from_the_simulator_unless_others_publish_them(
+    describe: Describe,
+) -> None:
+    assert parameters_of(describe(rviz="true")["simulator"])["publish_tf"] is True
+    assert "publish_tf" not in parameters_of(
+        describe(rviz="true", robot_state_publisher="true")["simulator"]
+    )
+    assert (
+        parameters_of(describe(rviz="true", publish_tf="false")["simulator"])["publish_tf"] is False
+    )
+
+
+def test_viewers_start_only_when_asked_for_and_before_the_simulator(describe: Describe) -> None:
+    """The simulator comes last, so that a viewer that is not installed leaves none behind."""
+    nodes = describe(rviz="true", robot_state_publisher="true", use_sim_time="true", preset="swum")
+    assert list(nodes) == ["robot_state_publisher", "rviz2", "simulator"]
+    assert Path(nodes["rviz2"].arguments[1]).is_file()
+    assert parameters_of(nodes["rviz2"])["use_sim_time"] is True
+    values = parameters_of(nodes["robot_state_publisher"])
+    assert values["use_sim_time"] is True
+    assert values["robot_description"] == robot_description(load_preset("swum"))
+
+
+def test_a_prefix_is_in_all_frames(describe: Describe) -> None:
+    nodes = describe(rviz="true", robot_state_publisher="true", frame_prefix="first/", y="1.2")
+    description = ET.fromstring(parameters_of(nodes["robot_state_publisher"])["robot_description"])
+    assert all(link.attrib["name"].startswith("first/") for link in description.iter("link"))
+    assert parameters_of(nodes["simulator"])["frame_prefix"] == "first/"
+    place = nodes["static_transform_publisher"].arguments
+    assert place == ["--x", "0", "--y", "1.2", "--z", "0", "--frame-id", "world",
+                     "--child-frame-id", "first/world"]  # fmt: skip
+    view = Path(nodes["rviz2"].arguments[1])
+    assert "Reference Frame: first/next_collision" in view.read_text("utf-8")
+    view.unlink()
+
+
+def test_a_place_needs_a_prefix(describe: Describe) -> None:
+    with pytest.raises(ValueError, match="x, y and z need a frame_prefix"):
+        describe(x="1")
+
+
+def test_the_end_of_a_simulator_ends_its_own_viewers_and_nothing_else(describe: Describe) -> None:
+    nodes = describe(rviz="true", frame_prefix="first/")
+    simulator = nodes.pop("simulator")
+    assert {action.kind for action in simulator.on_exit} == {"EmitEvent"}
+    ended = [action.event.process_matcher.args[0] for action in simulator.on_exit]
+    assert ended == list(nodes.values())
+    Path(nodes["rviz2"].arguments[1]).unlink()
+    (action,) = describe(rviz="true", shutdown_on_exit="true")["simulator"].on_exit
+    assert action.kind == "Shutdown"
+
+
+def test_a_simulator_that_is_started_again_ends_nothing(describe: Describe) -> None:
+    node = describe(rviz="true", shutdown_on_exit="true", respawn="true")["simulator"]
+    assert node.respawn is True
+    assert node.respawn_delay > 0.0
+    assert node.on_exit is None
+
+
+def test_two_disks_differ_in_all_that_must_not_be_shared(fakes: None) -> None:
+    found = entities(TWO_DISKS)
+    groups = [e for e in found if e.kind == "GroupAction"]  # scoped: arguments do not leak
+    given = [dict(group.args[0][0].launch_arguments) for group in groups]
+    for name in ("namespace", "frame_prefix", "y", "preset"):
+        assert len({str(arguments[name]) for arguments in given}) == len(given) == 2
+    known = {e.args[0] for e in entities(SIMULATE) if e.kind == "DeclareLaunchArgument"}
+    for arguments in given:
+        assert arguments.keys() <= known
+        assert (arguments["publish_tf"], arguments["rviz"]) == ("true", "false")
+    view = yaml.safe_load((ROOT / "rviz" / "two_disks.rviz").read_text("utf-8"))
+    text = yaml.safe_dump(view)
+    for arguments in given:
+        namespace, prefix = arguments["namespace"], arguments["frame_prefix"]
+        assert f"Value: /{namespace}/robot_description" in text
+        assert f"Value: /{namespace}/disk/impacts" in text
+        assert f"Reference Frame: {prefix}next_collision" in text
 
 
 def model() -> ET.Element:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from geometry_msgs.msg import TwistStamped
@@ -14,8 +15,11 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
+from bouncing_disk_ros.ros.frames import Frames
 from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.transforms import TransformPublisher
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
@@ -24,9 +28,9 @@ from bouncing_disk_ros.units import NS
 
 
 class Outputs:
-    """Publishers of one run; `times` gives the stamps."""
+    """Publishers of one run; `times` gives the stamps, parameters the frames."""
 
-    def __init__(self, node: Node, times: TimeMap) -> None:
+    def __init__(self, node: Node, times: TimeMap, values: Mapping[str, Value]) -> None:
         self._node = node
         self._times = times
         self._publishers: list[Publisher] = []
@@ -37,6 +41,10 @@ class Outputs:
         self._phase = self._publisher(String, "disk/phase")
         self._motion = self._publisher(JointTrajectory, "platform/motion")
         self._clock = self._publisher(Clock, "/clock") if times.clock_is_simulated else None
+        self._clock_ns = 0
+        self._frames = Frames.of(values)
+        self._transforms = TransformPublisher(node, values) if values["publish_tf"] else None
+        self._publishers += self._transforms.publishers if self._transforms else []
         self._joint_state = conversions.new_joint_state()
         self._shown_phase = ""
         self._phase_is_new = False
@@ -69,39 +77,52 @@ class Outputs:
 
     def sample(self, sample: Sample) -> None:
         """One message of joint_states."""
-        stamp = self._times.to_ros(sample.time_ns)
+        stamp = self._stamp(sample.time_ns)
         self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
+        if self._transforms is not None:
+            self._transforms.publish(sample, stamp)
         self._show_phase(sample.phase.name.lower())
         self._phase_is_new = True
 
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
         speeds = conversions.mean_speed(first, second)
-        self._speed.publish(conversions.speed_to_msg(speeds, self._times.to_ros(second.time_ns)))
+        stamp = self._stamp(second.time_ns)
+        self._speed.publish(conversions.speed_to_msg(speeds, stamp, self._frames.world))
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Messages of disk/impacts, at most MAX_ROWS rows each, stamped with their last row."""
         for first in range(0, len(rows), MAX_ROWS):
             some = rows[first : first + MAX_ROWS]
-            stamp = self._times.to_ros(round(float(some["time"][-1]) * NS))
-            self._impacts.publish(conversions.impacts_to_msg(some, stamp))
+            stamp = self._stamp(round(float(some["time"][-1]) * NS))
+            self._impacts.publish(conversions.impacts_to_msg(some, stamp, self._frames.impacts))
 
     def state(self, session: Session, running: bool) -> None:
         """What is published when it changed (motion, phase), and the clock."""
         simulation = session.simulation
+        self._show_clock(self._times.to_ros(session.time_ns))
         if simulation.motion_index != self._shown_motion:
             self._shown_motion = simulation.motion_index
             motion = simulation.motion_in_force
             stamp = self._times.to_ros(motion.begin_ns)
-            self._motion.publish(conversions.motion_to_msg(motion, stamp))
+            self._motion.publish(conversions.motion_to_msg(motion, stamp, self._frames.world))
         if not running:
             self._show_phase("paused")
         elif not self._phase_is_new:  # no sample since the last call
             self._show_phase(simulation.sample().phase.name.lower())
         self._phase_is_new = False
+
+    def _stamp(self, simulated_ns: int) -> int:
+        """The stamp of a message; /clock goes before it, so that none lies in its future."""
+        stamp = self._times.to_ros(simulated_ns)
+        if stamp > self._clock_ns:
+            self._show_clock(stamp)
+        return stamp
+
+    def _show_clock(self, now_ns: int) -> None:
         if self._clock is not None:
-            now = self._times.to_ros(session.time_ns)
-            self._clock.publish(Clock(clock=conversions.ns_to_time(now)))
+            self._clock_ns = now_ns
+            self._clock.publish(Clock(clock=conversions.ns_to_time(now_ns)))
 
     def _show_phase(self, phase: str) -> None:
         if phase != self._shown_phase:

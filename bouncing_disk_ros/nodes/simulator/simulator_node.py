@@ -11,24 +11,24 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.timer import Timer
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
+from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
+from bouncing_disk_ros.ros.transforms import tf_message
 from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, start_values
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import nanoseconds
-from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.run.time_map import TimeMap, tick_period
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-TICK_SECONDS = (0.001, 0.01)
+TICK_NS = (1_000_000, 10_000_000)
 """Bounds of the period of the loop; within them it is that of the samples."""
 CLOCK_SEARCH_SECONDS = 3.5
 """How long a node that shall publish /clock looks for another publisher of it: discovery
@@ -39,8 +39,8 @@ class SimulatorNode(LifecycleNode):
     """Simulates one disk; further keyword arguments are those of rclpy's Node.
 
     Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
-    `finished` turns true on a lifecycle shutdown. A long `~/step` ends early when `stopping` says
-    so.
+    `finished` turns true on a lifecycle shutdown; `ticks` is the timer of the loop. A long `~/step`
+    ends early when `stopping` says so.
     """
 
     def __init__(
@@ -75,8 +75,9 @@ class SimulatorNode(LifecycleNode):
         self.create_service(Trigger, "~/step", self._on_step)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._ticks = Ticks(self._tick_ns)
-        self._timer: Timer | None = None
+        self._lateness = Ticks(TICK_NS[1])
+        self.ticks = TickTimer(self, self._steady, self._on_tick)
+        self._times_of_ticks: TimeMap | None = None  # for which the ticks were set
         guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
 
@@ -92,6 +93,8 @@ class SimulatorNode(LifecycleNode):
         """Create a run at simulated time 0 and its topics; it does not move yet."""
         try:
             self._refuse_second_clock()
+            if self._values["publish_tf"]:
+                tf_message()
         except InputError as error:
             self._error = error
             if not self._starting:  # else the caller gets the error
@@ -157,28 +160,35 @@ class SimulatorNode(LifecycleNode):
             time.sleep(0.02)  # discovery goes on in threads of the middleware
 
     # --- timers -----------------------------------------------------------------------------------
-    @property
-    def _tick_ns(self) -> int:
-        fastest, slowest = TICK_SECONDS
-        return nanoseconds(min(max(1.0 / float(self._values["state_rate"]), fastest), slowest))
-
     def _set_ticking(self, ticking: bool) -> None:
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-            self._timer = None
-        if ticking:
-            self._ticks = Ticks(self._tick_ns)
-            self._timer = self.create_timer(self._tick_ns / NS, self._on_tick, clock=self._steady)
+        """Start (again) or stop the ticks, which begin just after samples are due."""
+        self.ticks.stop()
+        if ticking and self.run is not None:
+            self._times_of_ticks = self.run.times
+            period = tick_period(self.run.sample_period_ns, *TICK_NS)
+            self._lateness.restart(period)
+            self.ticks.start(period, self.run.next_sample_due(time.monotonic_ns()))
 
     def _on_tick(self) -> None:
         now = time.monotonic_ns()
-        self._ticks.note(now)
-        if self.run is not None:
-            self.run.tick(now)
+        self._lateness.note(now)
+        if self.run is None:
+            return
+        self.run.tick(now)
+        if self.run.times is not self._times_of_ticks:  # resumed, reset or another factor
+            self._set_ticking(True)
+
+    def _realign_ticks(self) -> None:
+        """Set the ticks anew where clocks have drifted apart."""
+        if self.run is not None and self.ticks.running:
+            due = self.run.next_sample_due(time.monotonic_ns())
+            if due is not None and not self.ticks.comes_after(due):
+                self._set_ticking(True)
 
     def _on_second(self) -> None:
+        self._realign_ticks()
         self.commands.recount_publishers()
-        self._diagnostics.publish(self._read(), self._ticks.take())
+        self._diagnostics.publish(self._read(), self._lateness.take())
 
     def _read(self) -> Reading:
         lost, uncertain = self.commands.lost
@@ -219,7 +229,7 @@ class SimulatorNode(LifecycleNode):
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:
             self.run.set_parameters(values)
-        if "state_rate" in values and self._timer is not None:
+        if "state_rate" in values and self.ticks.running:
             self._set_ticking(True)
 
     # --- services ---------------------------------------------------------------------------------

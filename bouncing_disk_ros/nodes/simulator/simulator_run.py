@@ -15,7 +15,7 @@ from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds, scaled
 from bouncing_disk_ros.units import NS
 
 _STEP_NS = 100_000_000
@@ -33,7 +33,7 @@ class Run:
     ) -> None:
         self._node, self._values, self._stopping = node, values, stopping
         self._times = self._line_through(0, self._ros_now())
-        self._outputs = Outputs(node, self._times)
+        self._outputs = Outputs(node, self._times, values)
         self.session = Session(values, self._outputs.record, paused=True)
         self.loop = Loop(self.session, self._outputs)
         self._steps = Steps()
@@ -54,6 +54,23 @@ class Run:
     def _line_through(self, simulated_ns: int, ros_ns: int) -> TimeMap:
         factor, clock = float(self._values["real_time_factor"]), bool(self._values["publish_clock"])
         return TimeMap(simulated_ns, time.monotonic_ns(), ros_ns, factor, clock)
+
+    @property
+    def times(self) -> TimeMap:
+        """The line between steady clock, simulated time and ROS time in force."""
+        return self._times
+
+    @property
+    def sample_period_ns(self) -> float:
+        """Wall time between samples; where nothing is ever due, as if it ran in real time."""
+        return NS / (float(self._values["state_rate"]) * (self._times.factor or 1.0))
+
+    def next_sample_due(self, now_ns: int) -> int | None:
+        """Reading of the steady clock at which the next sample is due; None in a free run."""
+        if self._times.factor == 0.0:
+            return None
+        grid = Grid(float(self._values["state_rate"]), self._times.due(now_ns))
+        return self._times.to_steady(grid.next_ns)
 
     def _anchor(self) -> None:
         """Fix the line between steady clock, simulated time and ROS time here and now."""

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of
-from bouncing_disk_ros.topics import SERVICES, TOPICS
+from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,13 @@ def test_latched_topics_are_these() -> None:
     assert latched == {"platform/motion", "disk/inputs", "disk/phase"}
     assert profile_of(TOPICS["platform/motion"]).depth == 1
     assert profile_of(TOPICS["disk/inputs"]).depth == 1000
+
+
+def test_topics_for_viewers_are_offered_as_viewers_ask_for_them() -> None:
+    tf, description = (profile_of(TRANSFORM_TOPICS[name]) for name in ("/tf", "robot_description"))
+    assert (tf.depth, tf.durability) == (100, DurabilityPolicy.VOLATILE)
+    assert (description.depth, description.durability) == (1, DurabilityPolicy.TRANSIENT_LOCAL)
+    assert {tf.reliability, description.reliability} == {ReliabilityPolicy.RELIABLE}
 
 
 @pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)

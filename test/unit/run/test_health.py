@@ -43,6 +43,28 @@ def test_falling_behind_is_said(lag: float, level: Level) -> None:
     assert ("behind" in row[1]) == (level is not Level.OK)
 
 
+def test_skipped_samples_are_a_warning_until_no_more_are_skipped() -> None:
+    health = Health()
+    level, message, values = report(replace(FIRST, skipped=4600), health)["real time"]
+    assert level is Level.WARN
+    assert message == "running, 4600 samples of joint_states skipped: lower state_rate"
+    assert values["samples skipped"] == "4600"
+    assert report(replace(FIRST, skipped=4600), health)["real time"][0] is Level.OK
+    assert report(replace(FIRST, skipped=4601), health)["real time"][0] is Level.WARN
+    assert report(FIRST, health)["real time"][0] is Level.OK  # a new run counts from 0
+
+
+def test_samples_that_a_free_run_or_a_step_passes_over_are_no_warning() -> None:
+    for reading in (replace(FIRST, factor=0.0), replace(FIRST, state="stepping")):
+        assert report(replace(reading, skipped=4600))["real time"][0] is Level.OK
+
+
+def test_skipped_samples_do_not_hide_that_it_falls_behind() -> None:
+    row = report(replace(FIRST, skipped=1, lag_ns=2 * NS))["real time"]
+    assert row[0] is Level.ERROR
+    assert "2 s behind" in row[1]
+
+
 def test_a_large_residual_is_an_error() -> None:
     ledger = BOOKS._replace(residual=1e-6)
     assert report(replace(FIRST, energy=ledger))["energy"][0] is Level.ERROR
@@ -90,6 +112,17 @@ def test_lateness_is_measured_against_the_schedule() -> None:
     assert taken["max"] == pytest.approx(40 / NS)
     assert taken["p50"] == 0.0
     assert ticks.take() == {"ticks": 0.0}
+
+
+def test_a_new_schedule_keeps_what_was_noted() -> None:
+    ticks = Ticks(10)
+    for now in (100, 113):
+        ticks.note(now)
+    ticks.restart(20)
+    for now in (125, 145):
+        ticks.note(now)
+    taken = ticks.take()
+    assert (taken["ticks"], taken["max"]) == (4.0, 3 / NS)
 
 
 def test_a_first_tick_that_was_late_does_not_stay_in_the_schedule() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.run.time_map import Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import Grid, TimeMap, nanoseconds, tick_period
 from bouncing_disk_ros.units import NS
 
 WALL = 1_800_000_000 * NS
@@ -22,6 +22,21 @@ def test_in_real_time_every_map_is_exact(simulated: int, steady: int, elapsed: i
     assert line.due(steady + elapsed) == simulated + elapsed
     assert line.to_ros(simulated + elapsed) == WALL + elapsed
     assert line.to_simulated(WALL + elapsed) == simulated + elapsed
+
+
+@given(factor=st.floats(1e-3, 1e3), elapsed=st.integers(0, 10**13))
+def test_what_is_due_at_a_reading_is_due_then(factor: float, elapsed: int) -> None:
+    line = TimeMap(5, 7, WALL, factor)
+    back = line.due(line.to_steady(5 + elapsed))
+    assert abs(back - (5 + elapsed)) <= 1 + factor + elapsed * 2**-51
+
+
+@given(period=st.floats(1e-2, 1e18))
+def test_ticks_and_samples_have_periods_of_whole_ratio(period: float) -> None:
+    tick = tick_period(period, 1_000_000, 10_000_000)
+    assert 1_000_000 <= tick <= 10_000_000
+    ratio = period / tick if period > tick else tick / period
+    assert round(ratio) * min(tick, period) == pytest.approx(max(tick, period), rel=1e-6)
 
 
 @given(

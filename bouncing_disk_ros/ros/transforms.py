@@ -1,0 +1,84 @@
+"""The transforms of platform and disk as the node itself publishes them: /tf and the URDF."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.ros.frames import IMPACTS_PLACE, Frames, robot_description
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.topics import TRANSFORM_TOPICS
+
+
+def tf_message() -> Any:
+    """The class tf2_msgs/msg/TFMessage, or InputError where it is not installed."""
+    try:
+        return importlib.import_module("tf2_msgs.msg").TFMessage
+    except ImportError:
+        hint = "Without tf2_msgs (sudo apt install ros-jazzy-tf2-msgs), use robot_state_publisher."
+        raise InputError("publish_tf", True, "false: tf2_msgs is not there", hint) from None
+
+
+class TransformPublisher:
+    """Publishes the frames of one disk on /tf, and once its robot_description.
+
+    The frames are those that robot_state_publisher makes of joint_states and the same URDF.
+    """
+
+    def __init__(self, node: Node, values: Mapping[str, Value]) -> None:
+        self._kind = tf_message()
+        self._messages = TransformMessages(Frames.of(values))
+        tf, description = TRANSFORM_TOPICS["/tf"], TRANSFORM_TOPICS["robot_description"]
+        self._tf = node.create_publisher(self._kind, tf.name, profile_of(tf))
+        self._description = node.create_publisher(String, description.name, profile_of(description))
+        self._description.publish(String(data=robot_description(values)))
+        self.publishers = [self._tf, self._description]
+
+    def publish(self, sample: Sample, stamp_ns: int) -> None:
+        """Publish the transforms of a sample."""
+        self._tf.publish(self._kind(transforms=self._messages.fill(sample, stamp_ns)))
+
+
+class TransformMessages:
+    """Transforms of one disk, filled in place (much cheaper than new ones)."""
+
+    def __init__(self, frames: Frames) -> None:
+        rows = (
+            (frames.world, frames.platform_carriage),
+            (frames.platform_carriage, frames.platform),
+            (frames.world, frames.disk_carriage),
+            (frames.disk_carriage, frames.disk),
+            (frames.world, frames.impacts),
+        )
+        self._all = [TransformStamped() for _ in rows]
+        for msg, (parent, child) in zip(self._all, rows, strict=True):
+            msg.header.frame_id, msg.child_frame_id = parent, child
+        place = self._all[4].transform.translation
+        place.x, place.y, place.z = IMPACTS_PLACE
+
+    def fill(self, sample: Sample, stamp_ns: int) -> list[TransformStamped]:
+        """The transforms of a sample; valid until the next call."""
+        stamp = ns_to_time(stamp_ns)
+        for msg in self._all:
+            msg.header.stamp = stamp
+        platform, platform_turn, disk, disk_turn, _ = (msg.transform for msg in self._all)
+        platform.translation.z = sample.platform_position
+        disk.translation.z = sample.axial_position
+        _turn(platform_turn.rotation, sample.platform_angle)
+        _turn(disk_turn.rotation, sample.angle)  # without whole turns
+        return self._all
+
+
+def _turn(rotation: Any, angle: float) -> None:
+    """Set a quaternion to a rotation about the vertical axis."""
+    rotation.z, rotation.w = math.sin(0.5 * angle), math.cos(0.5 * angle)

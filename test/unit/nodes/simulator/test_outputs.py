@@ -1,0 +1,128 @@
+"""What the simulator publishes, in its order, on publishers of a fake node."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.nodes.simulator.outputs import Outputs
+from bouncing_disk_ros.ros.conversions import time_to_ns
+from bouncing_disk_ros.run.loop import Loop
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
+
+WALL = 1_800_000_000 * NS
+
+
+class RecordingNode:
+    """Keeps what is published: (topic, message), stamps as they were then; and frames by topic."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[str, Any]] = []
+        self.frames: dict[str, set[str]] = {}
+
+    def create_publisher(self, kind: type, name: str, qos: Any) -> Any:
+        node = self
+
+        class Publisher:
+            topic_name = name
+
+            def publish(self, msg: Any) -> None:
+                assert isinstance(msg, kind)
+                header = getattr(msg, "header", None)
+                if header is not None:
+                    node.frames.setdefault(name, set()).add(header.frame_id)
+                for transform in getattr(msg, "transforms", ()):
+                    pair = f"{transform.header.frame_id} > {transform.child_frame_id}"
+                    node.frames.setdefault(name, set()).add(pair)
+                node.sent.append((name, time_to_ns(header.stamp) if header else msg))
+
+        return Publisher()
+
+
+def published(seconds: int, *, clock: bool, **values: parameters.Value) -> list[tuple[str, Any]]:
+    return node_after(seconds, clock=clock, **values).sent
+
+
+def node_after(seconds: int, *, clock: bool = False, **values: parameters.Value) -> RecordingNode:
+    node = RecordingNode()
+    whole = parameters.complete(values)
+    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0, clock), whole)
+    session = Session(whole, outputs.record)
+    loop = Loop(session, outputs)
+    for tick in range(1, seconds * 20 + 1):
+        loop.slice(tick * 50_000_000)
+        outputs.state(session, True)
+    return node
+
+
+@dataclass
+class TFMessage:
+    """As tf2_msgs/msg/TFMessage, which is not on every machine."""
+
+    transforms: list[Any] = field(default_factory=list)
+
+
+@pytest.fixture
+def tf2_msgs(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("tf2_msgs.msg")
+    module.TFMessage = TFMessage  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "tf2_msgs", ModuleType("tf2_msgs"))
+    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", module)
+
+
+def test_the_clock_is_published_before_whatever_is_stamped_with_its_time() -> None:
+    now, heard = 0, set()
+    for name, content in published(3, clock=True):
+        if name == "/clock":
+            assert time_to_ns(content.clock) >= now  # it never goes back
+            now = time_to_ns(content.clock)
+        elif isinstance(content, int):
+            heard.add(name)
+            assert content <= now
+    assert heard == {"joint_states", "disk/rotor_speed", "disk/impacts", "platform/motion"}
+    assert now == WALL + 3 * NS
+
+
+def test_no_clock_is_published_unasked() -> None:
+    assert "/clock" not in {name for name, _ in published(1, clock=False)}
+
+
+def test_every_output_is_in_its_frame() -> None:
+    node = node_after(1, world_frame="lab", impacts_frame="section", frame_prefix="first/")
+    assert node.frames == {
+        "joint_states": {""},  # its joints are no frame
+        "disk/rotor_speed": {"first/lab"},
+        "platform/motion": {"first/lab"},
+        "disk/impacts": {"first/section"},
+    }
+
+
+@pytest.mark.usefixtures("tf2_msgs")
+def test_transforms_are_published_when_asked_for_and_are_those_of_the_urdf() -> None:
+    node = node_after(
+        1, publish_tf=True, frame_prefix="first/", world_frame="lab", platform_frame="stator"
+    )
+    (description,) = (msg.data for name, msg in node.sent if name == "robot_description")
+    pairs = set()
+    for joint in ET.fromstring(description).iter("joint"):
+        parent, child = joint.find("parent"), joint.find("child")
+        assert parent is not None
+        assert child is not None
+        pairs.add(f"{parent.attrib['link']} > {child.attrib['link']}")
+    assert node.frames["/tf"] == pairs
+    assert "first/lab > first/stator_carriage" in pairs
+    counts = [[name for name, _ in node.sent].count(topic) for topic in ("/tf", "joint_states")]
+    assert counts == [101, 101]  # one with each sample
+
+
+@pytest.mark.usefixtures("tf2_msgs")
+def test_transforms_are_not_published_unasked() -> None:
+    assert not {"/tf", "robot_description"} & {name for name, _ in published(1, clock=False)}
