@@ -32,6 +32,8 @@ class Spec:
     read_only: bool = False
     group: str = "run"
     source: str = ""
+    while_unconfigured: bool = False
+    """Whether it can be set only while the node is unconfigured: no run has begun."""
     angle: bool = False
     """Whether it can be an angle though its unit is not rad."""
 
@@ -58,6 +60,11 @@ class Spec:
         high = "" if self.high is None else f"<= {self.high:g}"
         part = " (also 0.25pi)" if self.takes_angle else ""
         return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit + part
+
+    @property
+    def acts_at_reset(self) -> bool:
+        """Whether a change acts at the next reset only."""
+        return self.group in ("motion", "start")
 
     @property
     def shown_unit(self) -> str:
@@ -117,16 +124,16 @@ _SPECS = (
          "after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
          source=f"{_PAPER}, Fig. 3b"),
     # --- disk and contact
-    Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, read_only=True,
+    Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, while_unconfigured=True,
          group="disk", source=f"chosen, {_DOUGH}"),
     Spec("restitution", 0.5, "1", "coefficient of restitution: 0 the disk stays, 1 nothing is lost",
          "ε", low=0.0, high=1.0, group="disk", source=_PAPER),
     Spec("friction", 0.6, "1", "coefficient of Coulomb friction, static and kinetic", "μ", low=0.0,
          high=1e9, group="disk", source=_PAPER),
     Spec("friction_radius", 0.12, "m", "effective radius at which friction acts", "a_e", low=1e-9,
-         high=1e6, read_only=True, group="disk", source=f"{_PAPER}: 0.4 d, {_DOUGH}"),
+         high=1e6, while_unconfigured=True, group="disk", source=f"{_PAPER}: 0.4 d, {_DOUGH}"),
     Spec("gyration_radius", 0.30 / (2.0 * math.sqrt(2.0)), "m", "radius of gyration of the disk",
-         "a_g", low=1e-9, high=1e6, read_only=True, group="disk",
+         "a_g", low=1e-9, high=1e6, while_unconfigured=True, group="disk",
          source=f"{_PAPER}: d/(2√2), {_DOUGH}"),
     Spec("gravity", 9.80665, "m/s²", "acceleration of gravity", "g", low=0.0, high=1e9,
          group="disk", source="standard gravity"),
@@ -171,9 +178,9 @@ _SPECS = (
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
-         read_only=True, source="chosen"),
+         while_unconfigured=True, source="chosen"),
     Spec("publish_clock", False, "", "publish /clock with simulated time; then stamps are in that "
-         "time", read_only=True, source="chosen"),
+         "time", while_unconfigured=True, source="chosen"),
     Spec("autostart", True, "", "configure and activate at once; false: leave that to lifecycle "
          "services", read_only=True, source="chosen"),
     Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "

@@ -68,7 +68,9 @@ class SimulatorNode(LifecycleNode):
         self._diagnostics = Diagnostics(self)
         self._door: ValidatedParameters | None = None
         start = start_values(self)
-        self._door = ValidatedParameters(self, start, self._on_parameters, self.refuse)
+        self._door = ValidatedParameters(
+            self, start, self._on_parameters, self.refuse, lambda: self.run is not None
+        )
         self._values: dict[str, Value] = self._door.values
         self.commands = Commands(self, self)
         self.create_service(SetBool, "~/pause", self._on_pause)
@@ -214,7 +216,14 @@ class SimulatorNode(LifecycleNode):
         changes = self._door.changed(parameter_list)
         if not changes:  # rclpy would refuse an empty list
             return SetParametersResult(successful=True)
-        return self._door.refusal(changes) or super().set_parameters_atomically(changes)
+        refusal = self._door.refusal(changes)
+        if refusal is not None:
+            return refusal
+        result = super().set_parameters_atomically(changes)
+        if result.successful and (notice := self._door.notice(changes)):
+            self.get_logger().info(notice)
+            result.reason = notice
+        return result
 
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:
