@@ -180,14 +180,16 @@ class SimulatorNode(LifecycleNode):
 
     def _on_second(self) -> None:
         self.commands.recount_publishers()
-        self._diagnostics.publish(self._read(), self._ticks.take())
+        stamp_ns = None if self.run is None else self.run.simulated_stamp_ns
+        self._diagnostics.publish(self._read(), self._ticks.take(), stamp_ns)
 
     def _read(self) -> Reading:
         lost, uncertain = self.commands.lost
         if self.run is not None:
             reading = self.run.read()
         else:
-            reading = Reading(time.monotonic_ns(), 0, 0, 0, 0, 0, None, "unconfigured", 0.0, 0)
+            factor, now = float(self._values["real_time_factor"]), time.monotonic_ns()
+            reading = Reading(now, 0, 0, 0, 0, 0, None, "unconfigured", factor, 0)
         return replace(reading, lost=lost, uncertain=uncertain)
 
     # --- inputs -----------------------------------------------------------------------------------
@@ -208,6 +210,10 @@ class SimulatorNode(LifecycleNode):
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
         self._diagnostics.refuse(error)
+
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Log an accepted input; a remark makes it a warning."""
+        self._diagnostics.log_accepted(field, line, remark)
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """As rclpy's, but that every refusal is one clear line, and counted."""
@@ -233,18 +239,21 @@ class SimulatorNode(LifecycleNode):
 
     # --- services ---------------------------------------------------------------------------------
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return self._answer(response, lambda: self._current("~/pause").pause(request.data))
+        return self._answer(
+            "~/pause", response, lambda: self._current("~/pause").pause(request.data)
+        )
 
     def _on_step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer(response, lambda: self._current("~/step").step())
+        return self._answer("~/step", response, lambda: self._current("~/step").step())
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer(response, lambda: self._current("~/reset").reset())
+        return self._answer("~/reset", response, lambda: self._current("~/reset").reset())
 
-    def _answer(self, response: Any, action: Callable[[], str]) -> Any:
+    def _answer(self, field: str, response: Any, action: Callable[[], str]) -> Any:
         try:
             response.message = action()
             response.success = True
+            self.log_accepted(field, response.message)
         except InputError as error:
             self.refuse(error)
             response.message = error.line

@@ -158,7 +158,7 @@ class Run:
             raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
         periods = int(self._values["step_periods"])
         frequency = session.simulation.motion_in_force.target.frequency
-        end = self._steps.next_end(session.time_ns, frequency, periods)
+        end = min(self._steps.next_end(session.time_ns, frequency, periods), FAR_NS)
         deadline = time.monotonic_ns() + _STEP_NS
         while not self._slice(end) and not session.fault:
             if time.monotonic_ns() >= deadline:
@@ -204,6 +204,12 @@ class Run:
         shown = ", ".join(f"{name} {value:g}" for name, value in motion._asdict().items())
         return f"{self._state}{self._at}: {shown}"
 
+    @property
+    def simulated_stamp_ns(self) -> int | None:
+        """The time of /clock now; None where time is not simulated."""
+        times = self._times
+        return times.to_ros(self.session.time_ns) if times.clock_is_simulated else None
+
     # --- diagnostics ------------------------------------------------------------------------------
     def read(self) -> Reading:
         """What the diagnostics need, once a second."""
@@ -223,6 +229,8 @@ class Run:
             factor=factor,
             other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
             fault=session.fault,
+            pending=session.pending,
+            motion_index=session.simulation.motion_index,
         )
 
 
