@@ -429,11 +429,11 @@ def test_a_signal_ends_a_step_that_would_take_hours(start: Starter, peer: Peer) 
     ended_well(process, signal.SIGTERM)
 
 
-@pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (1e-6, 10**6), (4e4, 10**6)])
+@pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (1e-6, 10**6), (3.0, 10**6)])
 def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
     start: Starter, peer: Peer, frequency: float, periods: int
 ) -> None:
-    given = (f"frequency:={frequency:.9f}", f"step_periods:={periods}", "axial_amplitude:=1e-6")
+    given = (f"frequency:={frequency:.9f}", f"step_periods:={periods}")
     process = simulator(start, "start_paused:=true", *given)
     peer.settle()
     assert "under way" in peer.call(Trigger, "step", repeatable=True).message
