@@ -89,8 +89,9 @@ Of the simulator first, then of [the studies](studies.md).
 Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
 changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*;
 those marked *unconfigured* only before the node is configured, or after it is cleaned up).
-A wrong value changes nothing and is refused with one line. An integer given for a double is taken,
-and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
+The ranges that graphical tools get for their sliders are narrower than what is allowed here, and
+grow with the value. A wrong value changes nothing and is refused with one line. An integer given
+for a double is taken, and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
 Parameters of the platform's motion and of the initial state act at the next `~/reset` (the answer
 to a change says so); to change the motion now, command the platform."""
 

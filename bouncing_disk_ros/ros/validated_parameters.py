@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -60,7 +61,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     unit = f" [{spec.shown_unit}]" if spec.shown_unit else ""
     descriptor = ParameterDescriptor(
         name=spec.name,
-        type=kinds[spec.type].value,
+        type=(Parameter.Type.STRING_ARRAY if spec.listed else kinds[spec.type]).value,
         description=f"{spec.description}{unit}",
         additional_constraints=spec.allowed,
         read_only=spec.read_only,
@@ -73,6 +74,18 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
             limits = FloatingPointRange(from_value=spec.low, to_value=spec.high, step=0.0)
             descriptor.floating_point_range = [limits]
     return descriptor
+
+
+def with_slider(descriptor: ParameterDescriptor, value: Value) -> ParameterDescriptor:
+    """A descriptor whose range suits a slider at a value; what is allowed stays in its text."""
+    slider = parameters.slider_of(descriptor.name, value)
+    if slider is None:
+        return descriptor
+    low, high = slider
+    shown = deepcopy(descriptor)
+    for bounds in (*shown.floating_point_range, *shown.integer_range):
+        bounds.from_value, bounds.to_value = low, high
+    return shown
 
 
 class ValidatedParameters:

@@ -252,6 +252,15 @@ def test_parameters_that_act_at_the_next_reset_say_so(make: Make) -> None:
     assert set_one(simulator, "initial_height", -1.0)[1].startswith("initial_height: got -1.0")
 
 
+def test_ranges_suit_sliders_and_refuse_nothing_that_is_allowed(make: Make) -> None:
+    simulator = make()
+    (bounds,) = simulator.node.describe_parameter("gravity").floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 20.0)
+    assert set_one(simulator, "gravity", 100.0) == (True, "")
+    (bounds,) = simulator.node.describe_parameters(["gravity"])[0].floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 200.0)
+
+
 def test_use_sim_time_is_ignored_and_time_goes_on(make: Make) -> None:
     simulator = make(use_sim_time=True)
     node = simulator.node

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -20,7 +20,11 @@ from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
-from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, start_values
+from bouncing_disk_ros.ros.validated_parameters import (
+    ValidatedParameters,
+    start_values,
+    with_slider,
+)
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
@@ -230,6 +234,12 @@ class SimulatorNode(LifecycleNode):
             self.get_logger().info(notice)
             result.reason = notice
         return result
+
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
+        """As rclpy's, with a range for sliders: a wider one would be of no use there."""
+        descriptor = super().describe_parameter(name)
+        values = {} if self._door is None else self._door.values
+        return with_slider(descriptor, values[name]) if name in values else descriptor
 
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:
