@@ -13,6 +13,7 @@ import hashlib
 import os
 import re
 import shutil
+import sys
 import tempfile
 import time
 import warnings
@@ -67,6 +68,27 @@ def use_numba_cache() -> None:
         forget_unused(folder)
     if folder is not None:
         os.environ["NUMBA_CACHE_DIR"] = str(folder)
+
+
+def announce_compilation(name: str) -> None:
+    """Say on stderr, as executable `name`, when the first kernel is compiled: a start waits for it.
+
+    Loading a compiled kernel is no compilation. Imports numba, but none of the kernels.
+    """
+    from numba.core import event
+
+    class Announcement(event.Listener):  # type: ignore[misc]
+        """Prints one line, once."""
+
+        def on_start(self, _event: object) -> None:
+            event.unregister("numba:compile", self)
+            line = f"{name}: compiling the physics, once on this machine: up to a minute"
+            print(line, file=sys.stderr, flush=True)
+
+        def on_end(self, _event: object) -> None:
+            """Nothing is to be said at the end."""
+
+    event.register("numba:compile", Announcement())
 
 
 def hold(folder: Path) -> None:

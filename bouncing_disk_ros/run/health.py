@@ -11,7 +11,7 @@ import numpy as np
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.session import NOTHING_PENDING, Pending
+from bouncing_disk_ros.run.pending_inputs import NOTHING_PENDING, Pending
 from bouncing_disk_ros.units import NS
 
 LAG_WARN = 0.1

@@ -18,8 +18,8 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
+from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.time_map import nanoseconds
-from bouncing_disk_ros.units import NS
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""
@@ -35,27 +35,6 @@ class WaitingInput(NamedTuple):
     act: Callable[[], None]
     cuts_chatter: bool  # it changes the state itself: see Simulation.settle
     target: Motion | None  # the newest accepted motion after it; None: as before
-
-
-class Pending(NamedTuple):
-    """Accepted inputs that have not acted."""
-
-    motions: int = 0  # cross-fades that have not begun
-    impulses: int = 0
-    waiting: int = 0  # inputs whose instant is not resolved yet
-    next_ns: int | None = None  # when the first cross-fade or impulse of them acts
-
-    def __str__(self) -> str:
-        if not any(self[:3]):
-            return "none"
-        parts = (
-            (self.motions, "motion(s)"), (self.impulses, "impulse(s)"), (self.waiting, "waiting")
-        )  # fmt: skip
-        text = ", ".join(f"{count} {what}" for count, what in parts if count)
-        return text if self.next_ns is None else f"{text}, the first at {self.next_ns / NS:.9f} s"
-
-
-NOTHING_PENDING = Pending()
 
 
 def motion_of(values: Mapping[str, Value]) -> Motion:

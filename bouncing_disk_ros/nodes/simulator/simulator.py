@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -35,13 +34,6 @@ def help_text() -> str:
     return "\n\n".join(f"{title}\n" + "\n".join(lines) for title, lines in parts)
 
 
-def announce_compilation() -> None:
-    """Say why the first start takes so long: the kernels are compiled once for this machine."""
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
-    if not any(folder.rglob("stepper.*.nbi")):  # other tools keep kernels of their own there
-        print("simulator: compiling the physics, once: up to a minute", file=sys.stderr, flush=True)
-
-
 def main(args: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
     own, ros = split_arguments(args)
@@ -55,8 +47,8 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.parse_args(own)
     stop = Stop().install()
     environment.prepare()
-    announce_compilation()
     with stop.importing():
+        announce_compilation("simulator")
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin
 
