@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -18,6 +19,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
+from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.validated_parameters import (
@@ -25,7 +27,7 @@ from bouncing_disk_ros.ros.validated_parameters import (
     start_values,
     with_slider,
 )
-from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import nanoseconds
@@ -59,6 +61,7 @@ class SimulatorNode(LifecycleNode):
         self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
+        self._last_refusal: InputError | None = None
         self._starting = False
         try:
             self._set_up()
@@ -83,8 +86,23 @@ class SimulatorNode(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._ticks = Ticks(self._tick_ns)
         self._timer: Timer | None = None
+        self._standard = self._standard_services()
         guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
+
+    def _standard_services(self) -> StandardServices | None:
+        """The services and the action of simulation_interfaces, where that is installed."""
+        types = installed_types()
+        if types is None:
+            return None
+        standard = StandardServices(self, types)
+        for name, (kind, callback) in standard.callbacks.items():
+            self.create_service(getattr(types.srv, kind), name, callback)
+        self._steps = ActionServer(
+            self, types.action.SimulateSteps, "~/simulate_steps", standard.simulate_steps,
+            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+        )  # fmt: skip
+        return standard
 
     def _autostart(self) -> None:
         self._starting = True
@@ -181,6 +199,8 @@ class SimulatorNode(LifecycleNode):
         self._ticks.note(now)
         if self.run is not None:
             self.run.tick(now)
+        if self._standard is not None:
+            self._standard.on_tick()
 
     def _on_second(self) -> None:
         self.commands.recount_publishers()
@@ -206,6 +226,27 @@ class SimulatorNode(LifecycleNode):
             raise inactive(self, field, "unconfigured")
         return self.run
 
+    # --- for simulation_interfaces
+    def apply_impulse(self, request: ImpulseRequest) -> str:
+        """Apply an impulse; why it was refused, or nothing."""
+        before = self._last_refusal
+        if self.commands.apply_impulse(request):
+            return ""
+        refusal = self._last_refusal
+        return refusal.line if refusal is not None and refusal is not before else "refused"
+
+    def restart(self) -> bool:
+        """Discard the run and start a new one at time 0; False when that failed."""
+        ways = (
+            self.trigger_deactivate, self.trigger_cleanup, self.trigger_configure,
+            self.trigger_activate,
+        )  # fmt: skip
+        return all(way() == SUCCESS for way in ways)
+
+    def quit(self) -> None:
+        """End the process in order, once the answer is sent."""
+        self.trigger_shutdown()
+
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
         if self.run is not None:
@@ -213,6 +254,7 @@ class SimulatorNode(LifecycleNode):
 
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
+        self._last_refusal = error
         self._diagnostics.refuse(error)
 
     def log_accepted(self, field: str, line: str, remark: str = "") -> None:
