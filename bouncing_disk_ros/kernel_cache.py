@@ -77,7 +77,7 @@ def announce_compilation(name: str) -> None:
     """
     from numba.core import event
 
-    class Announcement(event.Listener):  # type: ignore[misc]
+    class Announcement(event.Listener):
         """Prints one line, once."""
 
         def on_start(self, _event: object) -> None:
