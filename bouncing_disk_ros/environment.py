@@ -5,6 +5,7 @@ Every executable calls `prepare` first in its `main`. Imports neither numba nor 
 
 from __future__ import annotations
 
+import io
 import os
 import socket
 import sys
@@ -79,6 +80,12 @@ def check_security() -> None:
 def security_is_on() -> bool:
     """Return whether nodes are to be authenticated and encrypted (SROS2)."""
     return os.environ.get("ROS_SECURITY_ENABLE") == "true"
+
+
+def accept_any_text() -> None:
+    """Let stdout show letters that the terminal's encoding lacks as escapes, as stderr does."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def prepare() -> None:

@@ -44,6 +44,7 @@ def _wrapped(head: str, text: str) -> list[str]:
 def spec_lines(spec: Spec) -> list[str]:
     """One parameter, for a terminal."""
     fixed = ", only at start" if spec.read_only else ""
+    fixed = ", only while unconfigured" if spec.while_unconfigured else fixed
     default = f"{default_text(spec)} {spec.shown_unit}".rstrip()
     head = f"{spec.name} ({spec.type_name}, default {default}{fixed})"
     allowed = f"; {spec.allowed}" if spec.type in (int, float) else ""
@@ -86,11 +87,13 @@ Of the simulator first, then of [the studies](studies.md).
 <!-- Written by `python -m bouncing_disk_ros.help_text docs` from the tables of the package. -->
 
 Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
-changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*).
-A wrong value changes nothing and is refused with one line. An integer given for a double is taken,
-and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
-Parameters of the platform's motion and of the initial state act at the next `~/reset`; to change
-the motion now, command the platform."""
+changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*;
+those marked *unconfigured* only before the node is configured, or after it is cleaned up).
+The ranges that graphical tools get for their sliders are narrower than what is allowed here, and
+grow with the value. A wrong value changes nothing and is refused with one line. An integer given
+for a double is taken, and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
+Parameters of the platform's motion and of the initial state act at the next `~/reset` (the answer
+to a change says so); to change the motion now, command the platform."""
 
 
 def parameters_page() -> str:
@@ -130,7 +133,8 @@ _HEAD = (
 
 
 def _row(spec: Spec) -> str:
-    name = f"`{spec.name}`" + (" *start*" if spec.read_only else "")
+    mark = " *start*" if spec.read_only else " *unconfigured*" if spec.while_unconfigured else ""
+    name = f"`{spec.name}`{mark}"
     cells = (name, spec.symbol, spec.type_name, default_text(spec), spec.shown_unit, spec.allowed,
              spec.description, spec.source)  # fmt: skip
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

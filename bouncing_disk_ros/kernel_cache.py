@@ -74,6 +74,27 @@ def use_numba_cache() -> None:
         os.environ["NUMBA_CACHE_DIR"] = str(folder)
 
 
+def announce_compilation(name: str) -> None:
+    """Say on stderr, as executable `name`, when the first kernel is compiled: a start waits for it.
+
+    Loading a compiled kernel is no compilation. Imports numba, but none of the kernels.
+    """
+    from numba.core import event
+
+    class Announcement(event.Listener):
+        """Prints one line, once."""
+
+        def on_start(self, _event: object) -> None:
+            event.unregister("numba:compile", self)
+            line = f"{name}: compiling the physics, once on this machine: up to a minute"
+            print(line, file=sys.stderr, flush=True)
+
+        def on_end(self, _event: object) -> None:
+            """Nothing is to be said at the end."""
+
+    event.register("numba:compile", Announcement())
+
+
 def hold(folder: Path) -> None:
     """Keep others from removing `folder` while this process lives; it was last used now."""
     with suppress(OSError):  # a file system without locks: nobody removes anything there

@@ -7,7 +7,7 @@ Every default has its home here. A value is checked by `Spec.checked` (one value
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -32,6 +32,10 @@ class Spec:
     read_only: bool = False
     group: str = "run"
     source: str = ""
+    while_unconfigured: bool = False
+    """Whether it can be set only while the node is unconfigured: no run has begun."""
+    listed: bool = False
+    """Whether it is a list of texts: an array of strings on a node, here what `joined` makes."""
     angle: bool = False
     """Whether it can be an angle though its unit is not rad."""
 
@@ -43,13 +47,15 @@ class Spec:
     @property
     def type_name(self) -> str:
         """The name ROS gives that type."""
-        return TYPE_NAMES[self.type]
+        return "string array" if self.listed else TYPE_NAMES[self.type]
 
     @property
     def allowed(self) -> str:
         """What is accepted, in words."""
         if self.type is bool:
             return "true or false"
+        if self.listed:
+            return "texts, or one text with blanks or commas between them"
         if self.type is str:
             return "a text"
         unit = f" {self.shown_unit}".rstrip()
@@ -58,6 +64,11 @@ class Spec:
         high = "" if self.high is None else f"<= {self.high:g}"
         part = " (also 0.25pi)" if self.takes_angle else ""
         return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit + part
+
+    @property
+    def acts_at_reset(self) -> bool:
+        """Whether a change acts at the next reset only."""
+        return self.group in ("motion", "start")
 
     @property
     def shown_unit(self) -> str:
@@ -70,7 +81,12 @@ class Spec:
         return self.type is float and (self.angle or self.unit == "rad")
 
     def cast(self, given: object) -> object:
-        """An integer, or a text with a part of π, where a double is wanted; else as it is."""
+        """An integer, or a text with a part of π, where a double is wanted; texts joined.
+
+        Everything else as it is.
+        """
+        if self.listed and isinstance(given, (list, tuple)):
+            return joined(given) if all(isinstance(one, str) for one in given) else given
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
@@ -117,16 +133,16 @@ _SPECS = (
          "after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
          source=f"{_PAPER}, Fig. 3b"),
     # --- disk and contact
-    Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, read_only=True,
+    Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, while_unconfigured=True,
          group="disk", source=f"chosen, {_DOUGH}"),
     Spec("restitution", 0.5, "1", "coefficient of restitution: 0 the disk stays, 1 nothing is lost",
          "ε", low=0.0, high=1.0, group="disk", source=_PAPER),
     Spec("friction", 0.6, "1", "coefficient of Coulomb friction, static and kinetic", "μ", low=0.0,
          high=1e9, group="disk", source=_PAPER),
     Spec("friction_radius", 0.12, "m", "effective radius at which friction acts", "a_e", low=1e-9,
-         high=1e6, read_only=True, group="disk", source=f"{_PAPER}: 0.4 d, {_DOUGH}"),
+         high=1e6, while_unconfigured=True, group="disk", source=f"{_PAPER}: 0.4 d, {_DOUGH}"),
     Spec("gyration_radius", 0.30 / (2.0 * math.sqrt(2.0)), "m", "radius of gyration of the disk",
-         "a_g", low=1e-9, high=1e6, read_only=True, group="disk",
+         "a_g", low=1e-9, high=1e6, while_unconfigured=True, group="disk",
          source=f"{_PAPER}: d/(2√2), {_DOUGH}"),
     Spec("gravity", 9.80665, "m/s²", "acceleration of gravity", "g", low=0.0, high=1e9,
          group="disk", source="standard gravity"),
@@ -171,9 +187,9 @@ _SPECS = (
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
-         read_only=True, source="chosen"),
+         while_unconfigured=True, source="chosen"),
     Spec("publish_clock", False, "", "publish /clock with simulated time; then stamps are in that "
-         "time", read_only=True, source="chosen"),
+         "time", while_unconfigured=True, source="chosen"),
     Spec("autostart", True, "", "configure and activate at once; false: leave that to lifecycle "
          "services", read_only=True, source="chosen"),
     Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "
@@ -208,6 +224,43 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "frames": "Coordinate frames",
     }
 )
+
+
+def joined(items: Sequence[str]) -> str:
+    """A list of texts as one text, for `items_of`."""
+    return "".join(f"{item}\n" for item in items if item)
+
+
+def items_of(text: str) -> list[str]:
+    """The items of a `listed` parameter: lines, or else what blanks and commas separate."""
+    return text.splitlines() if text.endswith("\n") else text.replace(",", " ").split()
+
+
+# Ranges of the sliders of graphical tools, where what is allowed is too wide for one. Those of a
+# parameter grow with its value: see `slider_of`.
+_SLIDERS = {
+    "axial_amplitude": (0.0, 0.1), "angular_amplitude": (0.0, math.pi), "frequency": (0.1, 20.0),
+    "phase_lag": (-math.pi, math.pi), "mass": (0.01, 2.0), "friction": (0.0, 2.0),
+    "friction_radius": (0.01, 0.5), "gyration_radius": (0.01, 0.5), "gravity": (0.0, 20.0),
+    "preload": (-2.0, 10.0), "load_torque": (-0.1, 0.1), "initial_height": (0.0, 1.0),
+    "initial_axial_velocity": (-5.0, 5.0), "initial_angular_velocity": (-50.0, 50.0),
+    "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
+    "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),
+    "crossfade_duration": (0.0, 5.0), "command_tolerance": (0.0, 1.0),
+    "chatter_report_speed": (0.0, 0.1), "step_periods": (1, 100), "snapshot_period": (0.1, 60.0),
+}  # fmt: skip
+
+
+def slider_of(name: str, value: Value) -> tuple[float, float] | None:
+    """The range that a slider of a parameter shows at a value; None: what is allowed fits one.
+
+    It holds the value with room to double it.
+    """
+    if name not in _SLIDERS or isinstance(value, (bool, str)):
+        return None
+    spec, (low, high) = TABLE[name], _SLIDERS[name]
+    low, high = min(low, value, 2 * value), max(high, value, 2 * value)
+    return max(low, spec.low or low), min(high, spec.high or high)
 
 
 def spec_of(name: str) -> Spec:

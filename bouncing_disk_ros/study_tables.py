@@ -154,7 +154,8 @@ _RUN = (
     Spec("workers", 0, "", "threads that compute; 0: one for each core", low=0, high=4096),
     Spec("scheduler", "", "", "address of a Dask scheduler whose workers compute instead, such as "
          "tcp://host:8786"),
-    Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none"),
+    Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none",
+         listed=True),
     Spec("netcdf", True, "", "also export the whole result as result.nc"),
     Spec("hold", False, "", "stay when done, so that the latched topics can be read, until Ctrl-C"),
 )  # fmt: skip

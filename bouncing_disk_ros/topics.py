@@ -121,6 +121,10 @@ _TOPICS = (
     Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
           "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
           "ros2 topic echo /disk/rotor_speed"),
+    Topic("disk/run_state", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
+          "once a second, named numbers to plot: name[k] names position[k]; what is pending, the "
+          "motion's index, refusals, the energy ledger",
+          "ros2 topic echo /disk/run_state"),
     Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10), Direction.OUT,
           "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
           "ros2 topic echo /diagnostics"),

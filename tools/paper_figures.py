@@ -189,7 +189,8 @@ def page(results: Mapping[str, xr.Dataset]) -> str:
         result = results[figure.name]
         study = str(result.attrs["identity"]["study"])
         command = (
-            f"ros2 run bouncing_disk_ros {study} --ros-args --params-file config/{figure.name}.yaml"
+            f"ros2 run bouncing_disk_ros {study} --ros-args "
+            f"--params-file $(ros2 pkg prefix --share bouncing_disk_ros)/config/{figure.name}.yaml"
         )
         parts += [f"## {figure.heading}", f"The paper: {figure.statement}"]
         parts += [figure.remark] if figure.remark else []

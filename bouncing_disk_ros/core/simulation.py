@@ -100,6 +100,11 @@ class Simulation:
         return len(self._impulses)
 
     @property
+    def next_impulse_ns(self) -> int | None:
+        """When the first impulse that lies ahead acts; None: none does."""
+        return self._impulses[0].at_ns if self._impulses else None
+
+    @property
     def latest_target(self) -> Motion:
         """The newest accepted target, pending ones included."""
         return self._pending[-1].target if self._pending else self._target

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -52,6 +52,12 @@ def ns_to_duration(interval_ns: int) -> Duration:
     """Whole nanoseconds as a duration."""
     sec, nanosec = divmod(interval_ns, NS)
     return Duration(sec=sec, nanosec=nanosec)
+
+
+def named_numbers_to_msg(values: Mapping[str, float], stamp_ns: int) -> JointState:
+    """Numbers by name as the message of disk/run_state."""
+    header = Header(stamp=ns_to_time(stamp_ns))
+    return JointState(header=header, name=list(values), position=array("d", values.values()))
 
 
 # --- commands -------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -26,17 +27,26 @@ RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service")
 def start_values(node: Node) -> dict[str, Value]:
     """The whole set of parameters of a node: defaults, then its preset, then its overrides.
 
-    Everything is checked; unknown names and `use_sim_time` are InputErrors.
+    Everything is checked; unknown names are InputErrors. `use_sim_time` is set to false: a launch
+    file that sets it for all nodes may start the simulator too.
     """
     overrides = {name: override.value for name, override in node._parameter_overrides.items()}
     if node.get_parameter("use_sim_time").value:
-        hint = "The simulator makes the time; publish_clock:=true publishes it."
-        raise InputError("use_sim_time", True, "false", hint)
+        warn_of_sim_time(node)
+        node.set_parameters([Parameter("use_sim_time", value=False)])
     own = {name: value for name, value in overrides.items() if not is_rclpy_parameter(name)}
     given = parameters.checked(own)
     name = str(given.get("preset", ""))
     preset = load_preset(name) if name else {}
     return parameters.complete({**preset, **given})
+
+
+def warn_of_sim_time(node: Node) -> None:
+    """Say, once, that the simulator does not follow /clock."""
+    node.get_logger().warning(
+        "use_sim_time is ignored: the simulator makes the time; publish_clock:=true publishes it",
+        once=True,
+    )
 
 
 def is_rclpy_parameter(name: str) -> bool:
@@ -51,7 +61,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     unit = f" [{spec.shown_unit}]" if spec.shown_unit else ""
     descriptor = ParameterDescriptor(
         name=spec.name,
-        type=kinds[spec.type].value,
+        type=(Parameter.Type.STRING_ARRAY if spec.listed else kinds[spec.type]).value,
         description=f"{spec.description}{unit}",
         additional_constraints=spec.allowed,
         read_only=spec.read_only,
@@ -64,6 +74,18 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
             limits = FloatingPointRange(from_value=spec.low, to_value=spec.high, step=0.0)
             descriptor.floating_point_range = [limits]
     return descriptor
+
+
+def with_slider(descriptor: ParameterDescriptor, value: Value) -> ParameterDescriptor:
+    """A descriptor whose range suits a slider at a value; what is allowed stays in its text."""
+    slider = parameters.slider_of(descriptor.name, value)
+    if slider is None:
+        return descriptor
+    low, high = slider
+    shown = deepcopy(descriptor)
+    for bounds in (*shown.floating_point_range, *shown.integer_range):
+        bounds.from_value, bounds.to_value = low, high
+    return shown
 
 
 class ValidatedParameters:
@@ -79,22 +101,51 @@ class ValidatedParameters:
         values: Mapping[str, Value],
         apply: Callable[[dict[str, Value]], None],
         refuse: Callable[[InputError], None],
+        is_configured: Callable[[], bool],
     ) -> None:
         self.values: dict[str, Value] = dict(values)
         self._node, self._apply, self._refuse = node, apply, refuse
+        self._is_configured = is_configured
         for name, spec in TABLE.items():
             node.declare_parameter(name, self.values[name], descriptor_of(spec), True)
-        node.add_pre_set_parameters_callback(cast)
+        node.add_pre_set_parameters_callback(self._cast)
         node.add_on_set_parameters_callback(self._validate)
         node.add_post_set_parameters_callback(self._applied)
 
     def changed(self, changes: Sequence[Parameter]) -> list[Parameter]:
-        """The changes without read-only parameters that stay as they are (as in a loaded dump)."""
-        return [change for change in cast(changes) if not self._stays(change)]
+        """The changes without fixed parameters that stay as they are (as in a loaded dump)."""
+        return [change for change in self._cast(changes) if not self._stays(change)]
+
+    def notice(self, changes: Sequence[Parameter]) -> str:
+        """What the answer to an accepted change says besides; empty when it acts at once."""
+        later = [c.name for c in changes if c.name in TABLE and TABLE[c.name].acts_at_reset]
+        if not later or not self._is_configured():
+            return ""
+        acts = "acts" if len(later) == 1 else "act"
+        return f"{', '.join(later)} {acts} at the next ~/reset"
+
+    def _cast(self, changes: Sequence[Parameter]) -> list[Parameter]:
+        """As `cast`; and where use_sim_time is set it stays false."""
+        return [self._without_sim_time(change) for change in cast(changes)]
+
+    def _without_sim_time(self, change: Parameter) -> Parameter:
+        if change.name != "use_sim_time" or change.value is not True:
+            return change
+        warn_of_sim_time(self._node)
+        return Parameter("use_sim_time", value=False)
+
+    def _is_fixed(self, name: str) -> bool:
+        """Whether a parameter of the table cannot be changed now."""
+        spec = TABLE[name]
+        return spec.read_only or (spec.while_unconfigured and self._is_configured())
 
     def _stays(self, change: Parameter) -> bool:
         node, name = self._node, change.name
-        if not (node.has_parameter(name) and node.describe_parameter(name).read_only):
+        if not node.has_parameter(name):
+            return False
+        if not (
+            node.describe_parameter(name).read_only or (name in TABLE and self._is_fixed(name))
+        ):
             return False
         present = node.get_parameter(name)
         return bool(present.type_ is change.type_ and present.value == change.value)
@@ -114,11 +165,14 @@ class ValidatedParameters:
                 allowed = TABLE[change.name].allowed
                 raise InputError(change.name, None, allowed, "It cannot be deleted.")
             if change.name == "use_sim_time" and change.value is not False:
-                raise InputError("use_sim_time", change.value, "false", "The simulator makes time.")
+                raise InputError("use_sim_time", change.value, "true or false")
             if not (is_rclpy_parameter(change.name) and self._node.has_parameter(change.name)):
-                parameters.spec_of(change.name).checked(change.value)
-                if TABLE[change.name].read_only:
+                spec = parameters.spec_of(change.name)
+                spec.checked(change.value)
+                if self._is_fixed(change.name):
                     hint = f"Give it at start: --ros-args -p {change.name}:=..."
+                    if spec.while_unconfigured:
+                        hint += ", or deactivate and clean the node up before."
                     raise InputError(change.name, change.value, "no change while it runs", hint)
         parameters.check_together({**self.values, **own_values(changes)})
 

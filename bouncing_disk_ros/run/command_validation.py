@@ -68,6 +68,19 @@ class Instant(NamedTuple):
         return scaled(self.now_ns - effect_ns, 1.0 / self.times.slope)
 
 
+DAY_NS = 86_400 * NS
+
+
+def far_ahead(request: ProgrammeRequest | ImpulseRequest, instant: Instant) -> str:
+    """A remark on a stamp that lies more than a day ahead; empty for any other."""
+    if request.stamp_ns == 0:
+        return ""
+    ahead_ns = -instant.age(instant.effect(request.stamp_ns, 0))
+    if ahead_ns <= DAY_NS:
+        return ""
+    return f"its stamp lies {ahead_ns / DAY_NS:.3g} days ahead: is the sender's clock right?"
+
+
 _ROWS = {name: TABLE[name] for name in MOTION_NAMES}
 _BOUNDS = {name: (row.low or 0.0, row.high or math.inf) for name, row in _ROWS.items()}
 _ALLOWED = {name: row.allowed for name, row in _ROWS.items()}
@@ -236,4 +249,4 @@ def describe(points: Sequence[tuple[int, Motion]]) -> str:
         return "what was pending is cancelled"
     last = points[-1][1]
     values = ", ".join(f"{name} {value:g}" for name, value in zip(MOTION_NAMES, last, strict=True))
-    return f"{len(points)} point(s), ends with {values}"
+    return f"{len(points)} point(s) from {points[0][0] / NS:.9f} s on, ends with {values}"

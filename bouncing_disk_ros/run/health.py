@@ -11,6 +11,7 @@ import numpy as np
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.pending_inputs import NOTHING_PENDING, Pending
 from bouncing_disk_ros.units import NS
 
 LAG_WARN = 0.1
@@ -54,6 +55,8 @@ class Reading:
     fault: str = ""  # why the run has ended, if it has
     lost: int = 0  # messages of the command topics that did not arrive
     uncertain: Sequence[str] = ()  # command topics of which more may be lost
+    pending: Pending = NOTHING_PENDING
+    motion_index: int = 0
 
 
 class Ticks:
@@ -176,5 +179,6 @@ class Health:
             "refused": str(self.refused),
             "last refusal": "none" if self._last_refusal is None else self._last_refusal.line,
             "commands lost on the way": lost,
+            "pending": str(now.pending),
         }
         return Status("inputs", level, message, values)

@@ -18,6 +18,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
+from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.time_map import nanoseconds
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
@@ -103,6 +104,17 @@ class Session:
     def waiting(self) -> int:
         """Accepted inputs that have not acted because their instant is not resolved yet."""
         return len(self._waiting)
+
+    @property
+    def pending(self) -> Pending:
+        """Accepted inputs that have not acted."""
+        simulation = self.simulation
+        fades, impulse_ns = simulation.pending, simulation.next_impulse_ns
+        instants = [fades[0].begin_ns] if fades else []
+        if impulse_ns is not None:
+            instants.append(impulse_ns)
+        first = min(instants, default=None)
+        return Pending(len(fades), simulation.queued_impulses, self.waiting, first)
 
     @property
     def latest_target(self) -> Motion:

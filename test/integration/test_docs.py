@@ -144,6 +144,15 @@ def test_commands_name_what_exists(command: str) -> None:
     KINDS[kind](*words[len(kind) :])
 
 
+def test_parameter_files_are_found_from_any_folder() -> None:
+    share = "$(ros2 pkg prefix --share bouncing_disk_ros)/"
+    files = [line.split("--params-file ")[1] for line in commands() if "--params-file " in line]
+    assert len(files) > 10
+    for file in files:
+        assert file.startswith(share)
+        assert (ROOT / file.removeprefix(share).split()[0]).is_file()
+
+
 @pytest.mark.parametrize(("page", "block"), blocks("python"))
 def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
     if "cloud" in block and "stepped_simulator" not in block:

@@ -179,7 +179,7 @@ def test_what_the_queue_cannot_hold_is_told(start: Starter, talker: Talker, tmp_
 
 
 def test_two_publishers_are_not_counted(start: Starter, talker: Talker, tmp_path: Path) -> None:
-    process = recorder(start, tmp_path / "run", "topics:=/both")
+    process = recorder(start, tmp_path / "run", "topics:=['/both']")
     first = talker.publisher("/both")
     second = talker.publisher("/both", node=talker.new_node("second"))
     for number in range(20):

@@ -429,6 +429,30 @@ def test_a_signal_ends_a_step_that_would_take_hours(start: Starter, peer: Peer) 
     ended_well(process, signal.SIGTERM)
 
 
+@pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (1e-6, 10**6), (3.0, 10**6)])
+def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
+    start: Starter, peer: Peer, frequency: float, periods: int
+) -> None:
+    given = (f"frequency:={frequency:.9f}", f"step_periods:={periods}")
+    process = simulator(start, "start_paused:=true", *given)
+    peer.settle()
+    assert "under way" in peer.call(Trigger, "step", repeatable=True).message
+    for _ in range(2):
+        peer.next_diagnostics()
+        assert peer.diagnostic("real time")[1] == "stepping"
+        assert peer.latest("disk/run_state").position[0] == 4.0
+    peer.publish("disk/impulse", wrench("z", 0.001))
+    peer.wait_for_record("impulse")
+    assert peer.call(Trigger, "reset").success  # which ends it as well
+    assert "under way" in peer.call(Trigger, "step").message
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).message.startswith("paused at")
+    peer.next_diagnostics()
+    assert peer.diagnostic("real time")[1] == "paused"
+    for line in ("accepted: disk/impulse: 0.001 N·s", "accepted: ~/reset", "accepted: ~/pause"):
+        process.wait_for(line)
+    ended_well(process)
+
+
 def test_a_signal_during_the_start_ends_it_cleanly(start: Starter) -> None:
     process = start.command(["sh", "-c", 'echo begun; exec "$0" "$@"', *python(), "simulator"])
     process.wait_for("begun")
@@ -469,7 +493,7 @@ def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> No
         (("--ros-args", "-p", "restituton:=0.5"), "parameter: got 'restituton'.*restitution"),
         (("--ros-args", "-p", "restitution:=1.5"), "restitution: got 1.5, allowed"),
         (("--ros-args", "-p", "restitution:=high"), "restitution: got 'high'.*not a string"),
-        (("--ros-args", "-p", "use_sim_time:=true"), "use_sim_time: got True"),
+        (("--ros-args", "-p", "use_sim_time:=1"), "Trying to set parameter .use_sim_time."),
         (("--ros-args", "-p", "preset:=pizza"), "preset: got 'pizza', allowed: pizza_multiple"),
         (("--ros-args", "-p", "restitution"), "arguments: got .*parameter override"),
         (("--ros-args", "--params-file", "none.yaml"), "arguments: got .*none.yaml"),

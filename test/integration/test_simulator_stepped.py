@@ -205,7 +205,7 @@ def set_one(simulator: SteppedSimulator, name: str, value: Any) -> tuple[bool, s
         ("preload", -100.0, "preload: got -100.0, allowed: a finite number > "),
         ("mass", 1.0, "mass: got 1.0, allowed: no change while it runs"),
         ("restituton", 0.5, "Did you mean restitution?"),
-        ("use_sim_time", True, "use_sim_time: got True, allowed: false"),
+        ("use_sim_time", 1, "use_sim_time: got 1, allowed: true or false"),
         ("initial_axial_velocity", 1.0, "Set initial_with_platform false"),
         ("command_tolerance", -0.1, "command_tolerance: got -0.1"),
     ],
@@ -232,11 +232,62 @@ def test_an_angle_can_be_given_as_a_part_of_pi(make: Make) -> None:
     simulator = make(initial_forcing_phase="0.5pi", phase_lag="-0.25pi")
     assert simulator.node.get_parameter("initial_forcing_phase").value == math.pi / 2
     assert simulator.motion.phase_lag == -math.pi / 4
-    assert set_one(simulator, "phase_lag", "0.125pi") == (True, "")
+    answer = "phase_lag acts at the next ~/reset"
+    assert set_one(simulator, "phase_lag", "0.125pi") == (True, answer)
     assert simulator.node.get_parameter("phase_lag").value == math.pi / 8
     (result,) = simulator.node.set_parameters([Parameter("phase_lag", value="pi")])
     assert result.successful
     assert simulator.node.get_parameter("phase_lag").value == math.pi
+
+
+def test_parameters_that_act_at_the_next_reset_say_so(make: Make) -> None:
+    simulator = make()
+    changes = [
+        Parameter("initial_height", value=0.5),
+        Parameter("frequency", value=5.0),
+        Parameter("restitution", value=0.25),
+    ]
+    result = simulator.node.set_parameters_atomically(changes)
+    assert result.successful
+    assert result.reason == "initial_height, frequency act at the next ~/reset"
+    assert simulator.motion.frequency == 3.0
+    assert set_one(simulator, "initial_height", -1.0)[1].startswith("initial_height: got -1.0")
+
+
+def test_ranges_suit_sliders_and_refuse_nothing_that_is_allowed(make: Make) -> None:
+    simulator = make()
+    (bounds,) = simulator.node.describe_parameter("gravity").floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 20.0)
+    assert set_one(simulator, "gravity", 100.0) == (True, "")
+    (bounds,) = simulator.node.describe_parameters(["gravity"])[0].floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 200.0)
+
+
+def test_use_sim_time_is_ignored_and_time_goes_on(make: Make) -> None:
+    simulator = make(use_sim_time=True)
+    node = simulator.node
+    for _ in range(2):  # at the start, and when it is set
+        assert node.get_parameter("use_sim_time").value is False
+        assert node.get_clock().now().nanoseconds > 0  # nobody publishes /clock
+        assert simulator.apply_impulse(0.01)
+        assert set_one(simulator, "use_sim_time", True) == (True, "")
+        assert node.set_parameters([Parameter("use_sim_time", value=True)])[0].successful
+
+
+def test_what_a_run_is_made_of_can_be_set_while_unconfigured(make: Make) -> None:
+    simulator = make(autostart=False)
+    node = simulator.node
+    for name, value in (("mass", 1.0), ("friction_radius", 0.1), ("gyration_radius", 0.2)):
+        assert set_one(simulator, name, value) == (True, "")
+    assert set_one(simulator, "initial_height", 0.5) == (True, "")  # the run begins with it
+    assert set_one(simulator, "preset", "swum")[1].startswith("preset: got 'swum', allowed: no")
+    assert node.trigger_configure() == SUCCESS
+    assert node.run is not None
+    assert node.run.session.simulation.disk.mass == 1.0
+    refused = "mass: got 2.0, allowed: no change while it runs"
+    assert set_one(simulator, "mass", 2.0)[1].startswith(refused)
+    assert node.trigger_cleanup() == SUCCESS
+    assert set_one(simulator, "mass", 2.0) == (True, "")
 
 
 def test_a_dump_can_be_loaded_again_without_a_refusal(make: Make) -> None:
@@ -287,7 +338,6 @@ def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:
         ({"restitution": "high"}, "It is a double, not a string"),
         ({"restituton": 0.5}, "Did you mean restitution"),
         ({"preset": "pizza"}, "preset: got 'pizza', allowed: pizza_multiple_toss"),
-        ({"use_sim_time": True}, "use_sim_time: got True, allowed: false"),
         ({"preload": -10.0}, "preload: got -10.0"),
     ],
 )

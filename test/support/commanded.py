@@ -40,6 +40,7 @@ class CommandedSession:
     def __init__(self, **values: Value) -> None:
         self.records: list[Record] = []
         self.refused = 0
+        self.lines: list[str] = []
         self.last: InputError | None = None
         self.session = Session(parameters.complete(values), self.records.append)
         node = cast("Node", NoNode())
@@ -56,6 +57,10 @@ class CommandedSession:
         """Count a refused input, and keep the last one."""
         self.refused += 1
         self.last = error
+
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Keep the lines about accepted inputs."""
+        self.lines.append(f"{field}: {line}; {remark}")
 
     def take(self, topic: str, data: bytes) -> bool:
         """A message of a command topic; False when it was refused."""

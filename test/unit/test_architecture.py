@@ -82,6 +82,7 @@ MAY_IMPORT = {
 #: room -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
     "parsing": {"yaml"},
+    "kernel_cache": {"numba"},
     "core": {"numpy", "numba"},
     "collision_map": {"numpy", "numba"},
     "proof": {"numpy", "flint"},

@@ -39,7 +39,7 @@ def test_every_parameter_file_is_a_figure_and_on_the_page(tool: Any) -> None:
     assert sorted(figure.name for figure in tool["FIGURES"]) == names()
     page = (ROOT / "docs" / "figures.md").read_text("utf-8")
     for name in names():
-        assert f"--params-file config/{name}.yaml" in page
+        assert f"share bouncing_disk_ros)/config/{name}.yaml" in page
     for picture in re.findall(r"\]\((figures/[^)]+)\)", page):
         assert (ROOT / "docs" / picture).is_file(), picture
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -37,3 +39,38 @@ def test_help_waits_for_no_slow_import(name: str) -> None:
     assert done.returncode == 0
     assert name in done.stdout
     assert done.stderr == "slow:\n"
+
+
+@pytest.mark.parametrize("name", [*sorted(EXECUTABLES), ""])
+def test_help_fits_a_terminal_of_any_encoding(name: str) -> None:
+    env = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    command = [sys.executable, "-m", "bouncing_disk_ros", *([name] if name else []), "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=env)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+
+
+def test_a_compilation_is_announced_once_and_loading_is_none(tmp_path: Path) -> None:
+    code = (
+        "from bouncing_disk_ros.kernel_cache import announce_compilation\n"
+        "announce_compilation('tool')\n"
+        "from bouncing_disk_ros.core.arithmetic import entry\n"
+        "from numba import float64\n"
+        "import bouncing_disk_ros.core.roots\n"
+        "@entry(float64(float64))\n"
+        "def one(x): return x + 1.0\n"
+        "@entry(float64(float64))\n"
+        "def two(x): return x + 2.0\n"
+    )
+    file = tmp_path / "kernels.py"
+    file.write_text(code, "utf-8")
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    lines = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, str(file)], capture_output=True, text=True, timeout=100, env=env
+        )
+        assert done.returncode == 0, done.stderr
+        lines.append(done.stderr)
+    announced = "tool: compiling the physics, once on this machine: up to a minute\n"
+    assert lines == [announced, ""]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
@@ -81,12 +82,14 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _report(given: argparse.Namespace) -> int:
     if given.prove:
+        announce_compilation(NAME)
         from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
 
         return prove_bag(given)
     kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
     from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
 
+    announce_compilation(NAME)
     files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
     check_ours(files)
     import numpy as np

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping
+from uuid import uuid4
 
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
@@ -28,7 +29,8 @@ class ImpactPrinter(Node):
     """Prints rows until it has printed what was asked."""
 
     def __init__(self, table: Mapping[str, Spec]) -> None:
-        super().__init__("echo_impacts")
+        # a name of its own, as those of ros2 topic echo: several may run beside each other
+        super().__init__(f"echo_impacts_{uuid4().hex[:8]}")
         values = options(self, table)
         self._once, self._csv = bool(values["once"]), bool(values["csv"])
         self._count, self._timeout = int(values["count"]), float(values["timeout"])

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec, Value, items_of
 from bouncing_disk_ros.topics import TOPICS, Direction
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 _SPECS = (
     Spec("output", "", "", "folder of the bag, must be new; may also be the first argument; empty: "
          "bag_ with date and time", read_only=True),
-    Spec("topics", "", "", "names of the topics, separated by blanks or commas; empty: those that "
-         "the simulator publishes, unless regex or all is given", read_only=True),
+    Spec("topics", "", "", "names of the topics; empty: those that the simulator publishes, unless "
+         "regex or all is given", read_only=True, listed=True),
     Spec("regex", "", "", "regular expression; topics whose whole name matches are recorded as "
          "well", read_only=True),
     Spec("exclude", "", "", "regular expression; topics whose whole name matches are not recorded",
@@ -37,8 +37,7 @@ _SPECS = (
     Spec("repeat_latched", True, "", "begin every further file with the latched messages in force, "
          "so that it can be used alone", read_only=True),
     Spec("presets", "", "", "files that may be attached when a simulator names one of them as its "
-         "preset, separated by blanks or commas; the presets of the package always are",
-         read_only=True),
+         "preset; the presets of the package always are", read_only=True, listed=True),
     Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; what comes beyond is "
          "dropped and counted", low=0.001, high=1e6, read_only=True),
     Spec("start_paused", False, "", "record nothing before ~/resume", read_only=True),
@@ -69,7 +68,7 @@ def default_folder() -> str:
 
 def preset_files(values: Mapping[str, Value]) -> list[Path]:
     """The files that the user has named."""
-    return [Path(name) for name in str(values["presets"]).replace(",", " ").split()]
+    return [Path(name) for name in items_of(str(values["presets"]))]
 
 
 class Selection:
@@ -79,7 +78,7 @@ class Selection:
     """
 
     def __init__(self, values: Mapping[str, Value], resolve: Callable[[str], str]) -> None:
-        given = str(values["topics"]).replace(",", " ").split()
+        given = items_of(str(values["topics"]))
         self._all = bool(values["all"])
         self._regex = _pattern("regex", str(values["regex"]))
         self._exclude = _pattern("exclude", str(values["exclude"]))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
@@ -37,6 +38,7 @@ def main(args: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(split_arguments(args)[0])
     folders.use_package_index()
     with stop.importing():
+        announce_compilation("replay")
         from bouncing_disk_ros.nodes.replay import bag_streams as _  # noqa: F401 (loads kernels)
 
     interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag

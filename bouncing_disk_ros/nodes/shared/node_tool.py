@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping
 from rclpy.node import Node
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec, Value, items_of
 from bouncing_disk_ros.ros.spin import spin_until
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.ros.validated_parameters import descriptor_of, is_rclpy_parameter
@@ -29,7 +29,9 @@ def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) 
             given[name] = _listed(given[name])
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
     for name, spec in table.items():
-        node.declare_parameter(name, values[name], descriptor_of(spec), True)
+        # an empty list has no type: a list of one empty text stands for it
+        shown = (items_of(str(values[name])) or [""]) if spec.listed else values[name]
+        node.declare_parameter(name, shown, descriptor_of(spec), True)
     return values
 
 

@@ -43,7 +43,11 @@ class Start:
 
 
 def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """What stands before --ros-args, and the rest; None: the command line of the process."""
+    """What stands before --ros-args, and the rest; None: the command line of the process.
+
+    The first step of every executable, so it makes stdout take any text, whatever the terminal.
+    """
+    environment.accept_any_text()
     argv = list(sys.argv[1:] if args is None else args)
     at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
     return argv[:at], argv[at:]

@@ -24,6 +24,7 @@ from bouncing_disk_ros.run.command_validation import (
     Instant,
     ProgrammeRequest,
     describe,
+    far_ahead,
     schedule_impulse,
     schedule_programme,
     validate_impulse,
@@ -31,6 +32,7 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
+from bouncing_disk_ros.units import NS
 
 
 class CommandNode(Protocol):
@@ -44,6 +46,9 @@ class CommandNode(Protocol):
 
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
+
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Log an accepted input; a remark makes it a warning."""
 
 
 class Commands:
@@ -92,7 +97,8 @@ class Commands:
             self._target.refuse(error)
             return False
         session.command(points)
-        self._node.get_logger().debug(f"{request.field}: {describe(points)}")
+        line = f"{describe(points)}; pending: {session.pending}"
+        self._target.log_accepted(request.field, line, far_ahead(request, instant))
         self._target.publish_consequences()
         return True
 
@@ -106,6 +112,8 @@ class Commands:
             self._target.refuse(error)
             return False
         session.apply_impulse(at_ns, axial, angular)
+        line = f"{axial:g} N·s, {angular:g} N·m·s at {at_ns / NS:.9f} s; pending: {session.pending}"
+        self._target.log_accepted(request.field, line, far_ahead(request, instant))
         self._target.publish_consequences()
         return True
 

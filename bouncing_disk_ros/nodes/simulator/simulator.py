@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
-from bouncing_disk_ros.kernel_cache import compile_kernels
+from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -49,6 +49,7 @@ def main(args: Sequence[str] | None = None) -> int:
     environment.prepare()
     with stop.importing():
         compile_kernels()
+        announce_compilation("simulator")
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin
 

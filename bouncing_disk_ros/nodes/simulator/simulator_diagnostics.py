@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.ros.conversions import named_numbers_to_msg
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
+from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.health import Health, Level, Reading
 from bouncing_disk_ros.run.refusal_log import RefusalLog
+from bouncing_disk_ros.run.run_values import run_values
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
+from bouncing_disk_ros.topics import TOPICS
 
 
 class Diagnostics:
@@ -18,20 +24,42 @@ class Diagnostics:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._health = Health()
-        self._refusals = RefusalLog(node.get_logger().warning)
+        logger = node.get_logger()
+        self._refusals = RefusalLog(logger.warning)
+        # rclpy wants a line of source of its own for each severity
+        self._accepted = ThrottledLog(lambda line: logger.info(line))
+        self._remarks = ThrottledLog(lambda line: logger.warning(line))
         self._levels: dict[str, Level] = {}
         self._publisher = DiagnosticsPublisher(node)
+        topic = TOPICS["disk/run_state"]
+        self._run_state = node.create_publisher(JointState, topic.name, profile_of(topic))
 
     def refuse(self, error: InputError) -> None:
         """Count a refused input; log it unless its reason was on the log a moment ago."""
         self._health.refuse(error)
         self._refusals.note(error)
 
-    def publish(self, reading: Reading, lateness: Mapping[str, float]) -> None:
-        """Publish the report on a reading, and log each task whose level has changed."""
-        self._refusals.flush()
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Log an accepted input unless one of its kind was on the log a moment ago."""
+        if remark:
+            self._remarks.note(field, lambda: f"accepted: {field}: {line}; {remark}")
+        else:
+            self._accepted.note(field, lambda: f"accepted: {field}: {line}")
+
+    def publish(
+        self, reading: Reading, lateness: Mapping[str, float], stamp_ns: int | None = None
+    ) -> None:
+        """Publish the report on a reading, and log each task whose level has changed.
+
+        `stamp_ns`: of disk/run_state where time is simulated; None: now.
+        """
+        for lines in (self._refusals, self._accepted, self._remarks):
+            lines.flush()
         report = self._health.report(reading, lateness)
         self._publisher.publish(report)
+        stamp = self._node.get_clock().now().nanoseconds if stamp_ns is None else stamp_ns
+        values = run_values(reading, self._health.refused)
+        self._run_state.publish(named_numbers_to_msg(values, stamp))
         for status in report:
             if self._levels.get(status.task, Level.OK) == status.level:
                 continue
@@ -39,5 +67,7 @@ class Diagnostics:
             line = f"{status.task}: {status.message}"
             if status.level == Level.OK:  # rclpy wants a line of its own for each severity
                 self._node.get_logger().info(line)
-            else:
+            elif status.level == Level.WARN:
                 self._node.get_logger().warning(line)
+            else:
+                self._node.get_logger().error(line)

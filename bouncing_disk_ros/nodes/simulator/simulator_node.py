@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -17,12 +18,17 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
+from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.transforms import tf_message
-from bouncing_disk_ros.ros.validated_parameters import ValidatedParameters, start_values
-from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.ros.validated_parameters import (
+    ValidatedParameters,
+    start_values,
+    with_slider,
+)
+from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap, tick_period
@@ -55,6 +61,7 @@ class SimulatorNode(LifecycleNode):
         self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
+        self._last_refusal: InputError | None = None
         self._starting = False
         try:
             self._set_up()
@@ -68,7 +75,9 @@ class SimulatorNode(LifecycleNode):
         self._diagnostics = Diagnostics(self)
         self._door: ValidatedParameters | None = None
         start = start_values(self)
-        self._door = ValidatedParameters(self, start, self._on_parameters, self.refuse)
+        self._door = ValidatedParameters(
+            self, start, self._on_parameters, self.refuse, lambda: self.run is not None
+        )
         self._values: dict[str, Value] = self._door.values
         self.commands = Commands(self, self)
         self.create_service(SetBool, "~/pause", self._on_pause)
@@ -78,8 +87,23 @@ class SimulatorNode(LifecycleNode):
         self._lateness = Ticks(TICK_NS[1])
         self.ticks = TickTimer(self, self._steady, self._on_tick)
         self._times_of_ticks: TimeMap | None = None  # for which the ticks were set
+        self._standard = self._standard_services()
         guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
+
+    def _standard_services(self) -> StandardServices | None:
+        """The services and the action of simulation_interfaces, where that is installed."""
+        types = installed_types()
+        if types is None:
+            return None
+        standard = StandardServices(self, types)
+        for name, (kind, callback) in standard.callbacks.items():
+            self.create_service(getattr(types.srv, kind), name, callback)
+        self._steps = ActionServer(
+            self, types.action.SimulateSteps, "~/simulate_steps", standard.simulate_steps,
+            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+        )  # fmt: skip
+        return standard
 
     def _autostart(self) -> None:
         self._starting = True
@@ -172,11 +196,12 @@ class SimulatorNode(LifecycleNode):
     def _on_tick(self) -> None:
         now = time.monotonic_ns()
         self._lateness.note(now)
-        if self.run is None:
-            return
-        self.run.tick(now)
-        if self.run.times is not self._times_of_ticks:  # resumed, reset or another factor
-            self._set_ticking(True)
+        if self.run is not None:
+            self.run.tick(now)
+            if self.run.times is not self._times_of_ticks:  # resumed, reset or another factor
+                self._set_ticking(True)
+        if self._standard is not None:
+            self._standard.on_tick()
 
     def _realign_ticks(self) -> None:
         """Set the ticks anew where clocks have drifted apart."""
@@ -188,14 +213,16 @@ class SimulatorNode(LifecycleNode):
     def _on_second(self) -> None:
         self._realign_ticks()
         self.commands.recount_publishers()
-        self._diagnostics.publish(self._read(), self._lateness.take())
+        stamp_ns = None if self.run is None else self.run.simulated_stamp_ns
+        self._diagnostics.publish(self._read(), self._lateness.take(), stamp_ns)
 
     def _read(self) -> Reading:
         lost, uncertain = self.commands.lost
         if self.run is not None:
             reading = self.run.read()
         else:
-            reading = Reading(time.monotonic_ns(), 0, 0, 0, 0, 0, None, "unconfigured", 0.0, 0)
+            factor, now = float(self._values["real_time_factor"]), time.monotonic_ns()
+            reading = Reading(now, 0, 0, 0, 0, 0, None, "unconfigured", factor, 0)
         return replace(reading, lost=lost, uncertain=uncertain)
 
     # --- inputs -----------------------------------------------------------------------------------
@@ -208,6 +235,27 @@ class SimulatorNode(LifecycleNode):
             raise inactive(self, field, "unconfigured")
         return self.run
 
+    # --- for simulation_interfaces
+    def apply_impulse(self, request: ImpulseRequest) -> str:
+        """Apply an impulse; why it was refused, or nothing."""
+        before = self._last_refusal
+        if self.commands.apply_impulse(request):
+            return ""
+        refusal = self._last_refusal
+        return refusal.line if refusal is not None and refusal is not before else "refused"
+
+    def restart(self) -> bool:
+        """Discard the run and start a new one at time 0; False when that failed."""
+        ways = (
+            self.trigger_deactivate, self.trigger_cleanup, self.trigger_configure,
+            self.trigger_activate,
+        )  # fmt: skip
+        return all(way() == SUCCESS for way in ways)
+
+    def quit(self) -> None:
+        """End the process in order, once the answer is sent."""
+        self.trigger_shutdown()
+
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
         if self.run is not None:
@@ -215,7 +263,12 @@ class SimulatorNode(LifecycleNode):
 
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
+        self._last_refusal = error
         self._diagnostics.refuse(error)
+
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Log an accepted input; a remark makes it a warning."""
+        self._diagnostics.log_accepted(field, line, remark)
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """As rclpy's, but that every refusal is one clear line, and counted."""
@@ -224,7 +277,20 @@ class SimulatorNode(LifecycleNode):
         changes = self._door.changed(parameter_list)
         if not changes:  # rclpy would refuse an empty list
             return SetParametersResult(successful=True)
-        return self._door.refusal(changes) or super().set_parameters_atomically(changes)
+        refusal = self._door.refusal(changes)
+        if refusal is not None:
+            return refusal
+        result = super().set_parameters_atomically(changes)
+        if result.successful and (notice := self._door.notice(changes)):
+            self.get_logger().info(notice)
+            result.reason = notice
+        return result
+
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
+        """As rclpy's, with a range for sliders: a wider one would be of no use there."""
+        descriptor = super().describe_parameter(name)
+        values = {} if self._door is None else self._door.values
+        return with_slider(descriptor, values[name]) if name in values else descriptor
 
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:
@@ -234,18 +300,21 @@ class SimulatorNode(LifecycleNode):
 
     # --- services ---------------------------------------------------------------------------------
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return self._answer(response, lambda: self._current("~/pause").pause(request.data))
+        return self._answer(
+            "~/pause", response, lambda: self._current("~/pause").pause(request.data)
+        )
 
     def _on_step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer(response, lambda: self._current("~/step").step())
+        return self._answer("~/step", response, lambda: self._current("~/step").step())
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer(response, lambda: self._current("~/reset").reset())
+        return self._answer("~/reset", response, lambda: self._current("~/reset").reset())
 
-    def _answer(self, response: Any, action: Callable[[], str]) -> Any:
+    def _answer(self, field: str, response: Any, action: Callable[[], str]) -> Any:
         try:
             response.message = action()
             response.success = True
+            self.log_accepted(field, response.message)
         except InputError as error:
             self.refuse(error)
             response.message = error.line

@@ -168,14 +168,38 @@ class Run:
         self._update_paused()
         return ("paused" if paused else "running") + self._at
 
-    def step(self) -> str:
-        """Simulate `step_periods` periods; only while paused. A long step goes on in the ticks."""
+    @property
+    def active(self) -> bool:
+        """Whether inputs are accepted, unless a fault has ended the run."""
+        return self._active
+
+    @property
+    def step_until(self) -> int | None:
+        """The simulated time at which a step under way ends; None: none is under way."""
+        return self._step_until
+
+    @property
+    def stepping(self) -> bool:
+        """Whether a step is under way."""
+        return self._step_until is not None and not self.session.fault
+
+    @property
+    def stamp_ns(self) -> int:
+        """ROS time of the state reached: the present where time is not simulated."""
+        simulated = self.simulated_stamp_ns
+        return self._ros_now() if simulated is None else simulated
+
+    def step(self, times: int = 1) -> str:
+        """Simulate `times` × `step_periods` periods; only while paused.
+
+        A long step goes on in the ticks.
+        """
         session, _ = self.open("~/step")
         if not session.paused:
             raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
-        periods = int(self._values["step_periods"])
+        periods = int(self._values["step_periods"]) * times
         frequency = session.simulation.motion_in_force.target.frequency
-        end = self._steps.next_end(session.time_ns, frequency, periods)
+        end = min(self._steps.next_end(session.time_ns, frequency, periods), FAR_NS)
         deadline = time.monotonic_ns() + _STEP_NS
         while not self._slice(end) and not session.fault:
             if time.monotonic_ns() >= deadline:
@@ -221,6 +245,12 @@ class Run:
         shown = ", ".join(f"{name} {value:g}" for name, value in motion._asdict().items())
         return f"{self._state}{self._at}: {shown}"
 
+    @property
+    def simulated_stamp_ns(self) -> int | None:
+        """The time of /clock now; None where time is not simulated."""
+        times = self._times
+        return times.to_ros(self.session.time_ns) if times.clock_is_simulated else None
+
     # --- diagnostics ------------------------------------------------------------------------------
     def read(self) -> Reading:
         """What the diagnostics need, once a second."""
@@ -240,6 +270,8 @@ class Run:
             factor=factor,
             other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
             fault=session.fault,
+            pending=session.pending,
+            motion_index=session.simulation.motion_index,
         )
 
 

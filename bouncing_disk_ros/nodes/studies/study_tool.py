@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.shared.startup import Start
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec
@@ -33,6 +34,7 @@ class StudyTool:
         start = Start(self.name, self.about, self.table, self.example, args, ExitCode.INTERRUPTED)
         start.parse()
         with start.stop.importing():
+            announce_compilation(self.name)
             from bouncing_disk_ros.nodes.studies.study_node import StudyNode
             from bouncing_disk_ros.ros.spin import run_node
 

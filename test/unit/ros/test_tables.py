@@ -9,9 +9,9 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from bouncing_disk_ros.parameters import TABLE, Spec
+from bouncing_disk_ros.parameters import TABLE, Spec, slider_of
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of
+from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of, with_slider
 from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
 
 
@@ -65,6 +65,28 @@ def test_descriptors_carry_the_row(spec: Spec) -> None:
     ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
     bounds = [(bounds.from_value, bounds.to_value) for bounds in ranges]
     assert bounds == ([(spec.low, spec.high)] if None not in (spec.low, spec.high) else [])
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_sliders_lie_within_what_is_allowed_and_hold_the_value(name: str) -> None:
+    spec = TABLE[name]
+    for value in (spec.default, spec.low, spec.high):
+        slider = slider_of(name, spec.default if value is None else value)
+        if slider is not None and value is not None:
+            low, high = slider
+            assert (spec.low or low) <= low <= float(value) <= high <= (spec.high or high)
+            assert low < high
+        descriptor = with_slider(descriptor_of(spec), spec.default if value is None else value)
+        assert descriptor.additional_constraints == spec.allowed
+
+
+def test_a_slider_has_a_scale_of_use() -> None:
+    assert slider_of("frequency", 3.0) == (0.1, 20.0)
+    assert slider_of("frequency", 40_000.0) == (0.1, 80_000.0)
+    (bounds,) = with_slider(descriptor_of(TABLE["preload"]), -3.0).floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (-6.0, 10.0)
+    wide = [n for n, s in TABLE.items() if s.type is float and (s.high or 0) > 100]
+    assert all(slider_of(name, TABLE[name].default) for name in wide)
 
 
 def test_integers_for_doubles_are_cast_and_nothing_else() -> None:

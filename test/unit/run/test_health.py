@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
+from bouncing_disk_ros.run.pending_inputs import Pending
+from bouncing_disk_ros.run.run_values import STATES, run_values
 from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 10 + [1e-15, 1.0])
@@ -130,3 +135,38 @@ def test_a_first_tick_that_was_late_does_not_stay_in_the_schedule() -> None:
     for now in (105, 110, 120, 130):
         ticks.note(now)
     assert ticks.take()["max"] == 0.0
+
+
+def test_what_is_pending_is_shown() -> None:
+    assert report(FIRST)["inputs"][2]["pending"] == "none"
+    pending = Pending(motions=2, impulses=0, waiting=1, next_ns=5 * NS)
+    row = report(replace(FIRST, pending=pending))["inputs"]
+    assert row[2]["pending"] == "2 motion(s), 1 waiting, the first at 5.000000000 s"
+
+
+def test_a_reading_as_named_numbers() -> None:
+    pending = Pending(motions=2, impulses=3, waiting=1, next_ns=5 * NS)
+    now = replace(FIRST, pending=pending, motion_index=7, rows=40, lost=2, state="stepping")
+    values = run_values(now, refused=9)
+    assert values["state"] == 4.0
+    assert (values["motion_index"], values["refused_inputs"], values["lost_commands"]) == (7, 9, 2)
+    assert (values["pending_motions"], values["pending_impulses"]) == (2, 3)
+    assert values["next_input_time"] == 5.0
+    assert values["energy_throughput"] == BOOKS.throughput
+    empty = run_values(replace(now, energy=None, pending=Pending()), refused=9)
+    assert list(empty) == list(values)
+    assert math.isnan(empty["energy_residual"])
+    assert math.isnan(empty["next_input_time"])
+
+
+def test_the_page_lists_the_named_numbers_in_their_order() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "interfaces.md").read_text("utf-8")
+    section = page.split("## The state of a run")[1].split("\n## ")[0]
+    rows = [row.split("|")[1:3] for row in section.splitlines() if row.startswith("| ")][1:]
+    names = [name for _, cell in rows for name in re.findall(r"`(\w+)`", cell)]
+    assert names == list(run_values(FIRST, refused=0))
+    for indices, cell in rows:
+        first = int(re.split(r"\D", indices.strip())[0])
+        assert names[first] == re.findall(r"`(\w+)`", cell)[0]
+    for number, state in enumerate(STATES):
+        assert f"{number} {state}" in section

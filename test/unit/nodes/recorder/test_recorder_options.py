@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS, Selection, writer_options
+from bouncing_disk_ros.nodes.recorder.recorder_options import (
+    OPTIONS,
+    Selection,
+    preset_files,
+    writer_options,
+)
 from bouncing_disk_ros.parameters import Value
 
 
@@ -38,6 +45,19 @@ def test_names_regular_expressions_and_exclusions() -> None:
     assert [name for name in ("/one/joint_states", "/scan", "/one/camera", "/arm/x", "/arm/x/raw",
                               "/one/disk/impacts", "/my/arm/x") if chosen.wants(name)] == [
         "/one/joint_states", "/scan", "/one/camera", "/arm/x"]  # fmt: skip
+
+
+def test_lists_are_arrays_or_one_text(tmp_path: Path) -> None:
+    for given in (["/a", "/b"], ("/a", "/b"), "/a /b", "/a,/b"):
+        values_ = {name: spec.checked(spec.default) for name, spec in OPTIONS.items()}
+        values_["topics"] = OPTIONS["topics"].checked(given)
+        assert Selection(values_, str).named == ["/a", "/b"]
+    with_blanks = str(tmp_path / "my preset.yaml")
+    values_["presets"] = OPTIONS["presets"].checked([with_blanks])
+    assert preset_files(values_) == [Path(with_blanks)]
+    assert OPTIONS["topics"].checked([""]) == ""  # as an empty list is declared
+    with pytest.raises(InputError, match="It is a string array, not a list"):
+        OPTIONS["topics"].checked([1, 2])
 
 
 def test_all_but_hidden_ones() -> None:

@@ -72,3 +72,30 @@ def test_impulses_ahead_do_not_pile_up_without_end() -> None:
     assert "a command behind 1000 that have not acted yet" in commanded.last.line
     commanded.session.reset()
     assert commanded.take("disk/impulse", serialize_message(later))
+
+
+def test_accepted_commands_are_logged_with_what_is_pending() -> None:
+    commanded = CommandedSession()
+    programme = trajectory(["axial_amplitude"], ([0.02], 10), ([0.03], 20))
+    assert commanded.take("platform/command", serialize_message(programme))
+    (line,) = commanded.lines
+    assert "2 point(s)" in line
+    assert "pending: 2 motion(s), the first at 9.66666666" in line
+    later = wrench("z", 0.1)
+    later.header.stamp.sec = WALL_NS // NS + 5
+    assert commanded.take("disk/impulse", serialize_message(later))
+    assert "2 motion(s), 1 impulse(s), the first at 5.000000000 s" in commanded.lines[-1]
+    assert commanded.take("platform/command", serialize_message(trajectory([])))
+    assert "what was pending is cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
+
+
+@pytest.mark.parametrize(("ahead", "remarked"), [(86_399, False), (3 * 86_400, True)])
+def test_a_stamp_more_than_a_day_ahead_is_accepted_with_a_remark(
+    ahead: int, remarked: bool
+) -> None:
+    commanded = CommandedSession()
+    later, programme = wrench("z", 0.1), trajectory(["frequency"], ([2.0], 0))
+    for msg, topic in ((later, "disk/impulse"), (programme, "platform/command")):
+        msg.header.stamp.sec = WALL_NS // NS + ahead
+        assert commanded.take(topic, serialize_message(msg))
+        assert ("its stamp lies 3 days ahead" in commanded.lines[-1]) is remarked

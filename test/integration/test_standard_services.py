@@ -1,0 +1,259 @@
+"""The services of simulation_interfaces on a stepped simulator, with stand-ins for its types."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Coroutine, Iterator
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bouncing_disk_ros.nodes.simulator.standard_services import (
+    FEATURES,
+    StandardServices,
+    installed_types,
+)
+from bouncing_disk_ros.testing import SteppedSimulator
+from support.standard_types import (
+    TYPES,
+    Answer,
+    EntityAnswer,
+    FeaturesAnswer,
+    Goal,
+    ResetRequest,
+    Result,
+    SetEntityRequest,
+    SetStateAnswer,
+    SimulationState,
+    SimulatorFeatures,
+    StateAnswer,
+)
+
+Make = Callable[..., tuple[SteppedSimulator, StandardServices]]
+
+
+@pytest.fixture
+def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
+    """A stepped simulator and the services on it."""
+    made: list[SteppedSimulator] = []
+
+    def one(**values: Any) -> tuple[SteppedSimulator, StandardServices]:
+        made.append(SteppedSimulator(**values))
+        return made[-1], StandardServices(made[-1].node, TYPES)
+
+    yield one
+    for simulator in made:
+        simulator.close()
+
+
+def set_state(services: StandardServices, state: int) -> Result:
+    request = SimpleNamespace(state=SimulationState(state))
+    result: Result = services.set_state(request, SetStateAnswer()).result
+    return result
+
+
+def state_of(services: StandardServices) -> int:
+    return int(services.get_state(None, StateAnswer()).state.state)
+
+
+def finish(services: StandardServices, work: Coroutine[Any, Any, Any], tick: Any) -> Any:
+    """Run a coroutine; `tick` between its turns."""
+    for _ in range(100_000):
+        try:
+            work.send(None)
+        except StopIteration as end:
+            return end.value
+        tick()
+        services.on_tick()
+    raise AssertionError("it does not end")
+
+
+def test_features_are_known_ones(make: Make) -> None:
+    _, services = make()
+    features = services.get_features(None, FeaturesAnswer()).features
+    assert features.features == [getattr(SimulatorFeatures, name) for name in FEATURES]
+    assert SimulatorFeatures.SIMULATION_RESET_TIME not in features.features
+    assert "platform" in features.custom_info
+
+
+def test_play_pause_and_stop(make: Make) -> None:
+    simulator, services = make()
+    assert state_of(services) == SimulationState.STATE_PAUSED
+    simulator.advance(0.5)
+    assert set_state(services, SimulationState.STATE_PLAYING).result == Result.RESULT_OK
+    assert state_of(services) == SimulationState.STATE_PLAYING
+    again = set_state(services, SimulationState.STATE_PLAYING)
+    assert again.result == SetStateAnswer.ALREADY_IN_TARGET_STATE
+    assert set_state(services, SimulationState.STATE_PAUSED).result == Result.RESULT_OK
+    simulator.command(frequency=5.0)
+    assert set_state(services, SimulationState.STATE_STOPPED).result == Result.RESULT_OK
+    assert state_of(services) == SimulationState.STATE_STOPPED
+    assert simulator.motion.frequency == 3.0
+    stopped = set_state(services, SimulationState.STATE_STOPPED)
+    assert stopped.result == SetStateAnswer.ALREADY_IN_TARGET_STATE
+    assert set_state(services, SimulationState.STATE_PAUSED).result == Result.RESULT_OK
+    assert state_of(services) == SimulationState.STATE_PAUSED
+
+
+def test_what_cannot_be_set_or_reset_says_so(make: Make) -> None:
+    simulator, services = make()
+    unsupported = Result.RESULT_FEATURE_UNSUPPORTED
+    assert set_state(services, SimulationState.STATE_NO_WORLD).result == unsupported
+    for scope in (ResetRequest.SCOPE_TIME, ResetRequest.SCOPE_SPAWNED):
+        assert services.reset(ResetRequest(scope), Answer()).result.result == unsupported
+    for flag in ("set_pose", "set_acceleration"):
+        request = SetEntityRequest("disk", **{flag: True})
+        assert services.set_entity_state(request, Answer()).result.result == unsupported
+    request = SetEntityRequest("platform", set_twist=True)
+    assert services.set_entity_state(request, Answer()).result.result == unsupported
+    unknown = SetEntityRequest("table", set_twist=True)
+    for answer in (
+        services.set_entity_state(unknown, Answer()),
+        services.get_entity_state(unknown, EntityAnswer()),
+    ):
+        assert answer.result.result == Result.RESULT_NOT_FOUND
+        assert "disk and platform" in answer.result.error_message
+    assert simulator.time == 0.0
+
+
+def test_an_inactive_node_is_in_the_wrong_state(make: Make) -> None:
+    _, services = make(autostart=False)
+    assert state_of(services) == SimulationState.STATE_NO_WORLD
+    wrong = Result.RESULT_INCORRECT_STATE
+    assert set_state(services, SimulationState.STATE_PLAYING).result == wrong
+    steps = SimpleNamespace(steps=1)
+    assert services.step(steps, Answer()).result.result == wrong
+    assert services.reset(ResetRequest(), Answer()).result.result == wrong
+    disk = SimpleNamespace(entity="disk")
+    assert services.get_entity_state(disk, EntityAnswer()).result.result == wrong
+
+
+def test_a_reset_of_everything_begins_a_new_run(make: Make) -> None:
+    simulator, services = make()
+    simulator.advance(1.0)
+    reset = services.reset(ResetRequest(ResetRequest.SCOPE_STATE), Answer())
+    assert (reset.result.result, simulator.time) == (Result.RESULT_OK, 1.0)
+    assert services.reset(ResetRequest(), Answer()).result.result == Result.RESULT_OK
+    assert simulator.time == 0.0
+    assert simulator.node.run is not None
+    assert simulator.node.run.active
+
+
+def test_steps_are_periods_and_long_ones_end_where_they_are(make: Make) -> None:
+    simulator, services = make(step_periods=2)
+    answer = services.step(SimpleNamespace(steps=3), Answer())
+    assert (answer.result.result, simulator.time) == (Result.RESULT_OK, 2.0)
+    answer = services.step(SimpleNamespace(steps=2**64 - 1), Answer())
+    assert answer.result.result == Result.RESULT_OPERATION_FAILED
+    assert "simulate_steps" in answer.result.error_message
+    assert simulator.node.run is not None
+    assert not simulator.node.run.stepping
+    set_state(services, SimulationState.STATE_PLAYING)
+    answer = services.step(SimpleNamespace(steps=1), Answer())
+    assert answer.result.result == Result.RESULT_OPERATION_FAILED
+    assert "Pause first" in answer.result.error_message
+
+
+def test_the_action_steps_with_feedback(make: Make) -> None:
+    simulator, services = make()
+    goal = Goal(5)
+    answer = finish(services, services.simulate_steps(goal), lambda: None)
+    assert answer.result.result == Result.RESULT_OK
+    assert goal.feedback == [(k, 5 - k) for k in range(1, 6)]
+    assert goal.ends == ["succeeded"]
+    assert simulator.time == pytest.approx(5 / 3, abs=1e-9)
+
+
+def test_a_long_action_goes_on_in_the_ticks_and_a_cancel_pauses_it(make: Make) -> None:
+    simulator, services = make(frequency=1e-6)
+    run = simulator.node.run
+    assert run is not None
+    goal, ticks = Goal(2), []
+
+    def tick() -> None:
+        ticks.append(run.session.time_ns)
+        run.tick(0)
+        goal.is_cancel_requested = len(ticks) == 3
+
+    answer = finish(services, services.simulate_steps(goal), tick)
+    assert goal.ends == ["cancelled"]
+    assert goal.feedback == []
+    assert answer.result.result == Result.RESULT_OK
+    assert len(set(ticks)) == 3
+    assert not run.stepping
+
+
+def test_an_action_whose_step_another_ends_is_aborted(make: Make) -> None:
+    simulator, services = make(frequency=1e-6)
+    run = simulator.node.run
+    assert run is not None
+    goal = Goal(2)
+    answer = finish(services, services.simulate_steps(goal), lambda: run.pause(True))
+    assert goal.ends == ["aborted"]
+    assert "something else has ended the step" in answer.result.error_message
+
+
+def test_the_state_of_the_entities(make: Make) -> None:
+    simulator, services = make(initial_height=0.5, initial_angle=1.0, initial_angular_velocity=2.0)
+    simulator.advance(0.125)
+    sample = simulator.state
+    disk = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    assert disk.pose.position.z == sample.axial_position
+    assert 2 * math.atan2(disk.pose.orientation.z, disk.pose.orientation.w) == pytest.approx(1.25)
+    assert (disk.twist.linear.z, disk.twist.angular.z) == (sample.axial_velocity, 2.0)
+    assert disk.acceleration.linear.z == pytest.approx(-9.80665, rel=1e-12)
+    assert disk.header.frame_id == "world"
+    entity = SimpleNamespace(entity="platform")
+    platform = services.get_entity_state(entity, EntityAnswer()).state
+    assert platform.pose.position.z == sample.platform_position
+    assert platform.twist.angular.z == sample.platform_angular_velocity
+
+
+def test_a_disk_at_rest_moves_as_the_platform_does(make: Make) -> None:
+    simulator, services = make(axial_amplitude=0.001)
+    simulator.advance(0.1)
+    disk = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    omega = 6 * math.pi
+    assert disk.acceleration.linear.z == pytest.approx(
+        -(omega**2) * simulator.state.platform_position, rel=1e-9
+    )
+
+
+def test_the_twist_of_the_disk_is_set_by_an_impulse_on_record(make: Make) -> None:
+    simulator, services = make(initial_height=0.5)
+    simulator.advance(0.125)
+    request = SetEntityRequest("disk", set_twist=True)
+    request.state.twist.linear.z, request.state.twist.angular.z = 1.5, -2.0
+    assert services.set_entity_state(request, Answer()).result.result == Result.RESULT_OK
+    assert simulator.state.axial_velocity == pytest.approx(1.5, rel=1e-14)
+    assert simulator.state.angular_velocity == pytest.approx(-2.0, rel=1e-14)
+    request.state.twist.linear.x = 1.0
+    answer = services.set_entity_state(request, Answer())
+    assert answer.result.result == Result.RESULT_OPERATION_FAILED
+    assert "The disk moves along and about z only" in answer.result.error_message
+
+
+def test_quitting_ends_the_process(make: Make) -> None:
+    simulator, services = make()
+    assert set_state(services, SimulationState.STATE_QUITTING).result == Result.RESULT_OK
+    assert simulator.node.finished
+
+
+def test_without_the_package_nothing_changes(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    for kind in ("", ".msg", ".srv", ".action"):
+        monkeypatch.setitem(sys.modules, f"simulation_interfaces{kind}", None)
+    assert installed_types() is None
+    simulator, _ = make()
+    names = {service.srv_name for service in simulator.node.services}
+    assert not {name for name in names if "simulation" in name or "entity" in name}
+
+
+def test_with_the_package_its_modules_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    for kind in ("", ".msg", ".srv", ".action"):
+        name = f"simulation_interfaces{kind}"
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    types = installed_types()
+    assert types is not None
+    assert types.srv.__name__ == "simulation_interfaces.srv"
