@@ -202,7 +202,9 @@ class Engine:
         sums = dict(zip(LEDGER_FIELDS, (float(v) for v in ledger[0] + ledger[1]), strict=True))
         throughput = sums.pop("throughput")
         initial = float(state["initial_energy"][0])
-        gains = sum(v if name.startswith("work") else -v for name, v in sums.items())
+        gains = 0.0
+        for name, value in sums.items():  # not sum(): from Python 3.12 on it gives other bits
+            gains += value if name.startswith("work") else -value
         residual = (energy - initial) - gains
         potential = energy - kinetic
         throughput += kinetic + abs(potential) + abs(initial)
