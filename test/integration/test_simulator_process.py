@@ -373,7 +373,7 @@ def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
     process = simulator(start, "preset:=swum", "real_time_factor:=100000.0", "state_rate:=1.0")
     peer = peers(without=("disk/impacts", "/clock"))
     peer.settle()
-    process.wait_for(r"WARN.*real time: running, .* behind: lower real_time_factor")
+    process.wait_for(r"\[ERROR\].*real time: running, .* behind: lower real_time_factor")
     peer.spin_until(lambda: peer.diagnostic("real time")[0] == 2)
     assert peer.set_parameters(restitution=0.4).successful
     assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
