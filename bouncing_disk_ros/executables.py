@@ -6,8 +6,8 @@ Read by `setup.py` (which may import nothing of the package, so this file import
 
 from __future__ import annotations
 
-#: room in `nodes` -> name of the executable -> what it does, in one line
-ROOMS: dict[str, dict[str, str]] = {
+#: package in `nodes` -> name of the executable -> what it does, in one line
+PACKAGES: dict[str, dict[str, str]] = {
     "simulator": {
         "simulator": "simulate the disk in real time: platform commands in, disk state and "
         "impacts out",
@@ -39,10 +39,10 @@ ROOMS: dict[str, dict[str, str]] = {
     },
 }
 #: name of the executable -> what it does, in one line
-EXECUTABLES = {name: summary for room in ROOMS.values() for name, summary in room.items()}
+EXECUTABLES = {name: summary for package in PACKAGES.values() for name, summary in package.items()}
 
 
 def entry_point(name: str) -> str:
     """Return `module:function` of the executable called `name` (one of `EXECUTABLES`)."""
-    room = next(room for room, names in ROOMS.items() if name in names)
-    return f"bouncing_disk_ros.nodes.{room}.{name}:main"
+    package = next(package for package, names in PACKAGES.items() if name in names)
+    return f"bouncing_disk_ros.nodes.{package}.{name}:main"

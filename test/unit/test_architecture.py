@@ -40,11 +40,11 @@ TABLES = {
     "units",
 }
 ANALYSIS = {"analysis"} | {
-    f"analysis.{room}" for room in ("dynamics", "toss", "recorded", "report")
+    f"analysis.{package}" for package in ("dynamics", "toss", "recorded", "report")
 }
 #: the next-collision map, alone and in lanes
 MAP = ("collision_map", "collision_map.lanes")
-#: room -> the rooms it may import. A new room must be entered here.
+#: package -> the packages it may import. A new package must be entered here.
 MAY_IMPORT = {
     "core": {"core"},
     "collision_map": {"collision_map", "core"},
@@ -79,7 +79,7 @@ MAY_IMPORT = {
     "__init__": {"kernel_cache", "safe_path", "core", "nodes.simulator", "ros", "run"},
     "__main__": TABLES,
 }  # fmt: skip
-#: room -> libraries from outside that it may import besides the standard library
+#: package -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
     "parsing": {"yaml"},
     "kernel_cache": {"numba"},
@@ -132,13 +132,13 @@ def parsed(file: Path) -> ast.Module:
     return ast.parse(file.read_text("utf-8"))
 
 
-def room(file: Path) -> str:
-    """`core`, `errors`; where folders are rooms of their own, `nodes.bags`."""
-    return room_of(file.relative_to(PACKAGE).with_suffix("").parts)
+def package(file: Path) -> str:
+    """`core`, `errors`; where folders are packages of their own, `nodes.bags`."""
+    return package_of(file.relative_to(PACKAGE).with_suffix("").parts)
 
 
-def room_of(parts: Sequence[str]) -> str:
-    """The room of a module, by its name's parts below the package."""
+def package_of(parts: Sequence[str]) -> str:
+    """The package of a module, by its name's parts below the package."""
     inner = ".".join(parts[:2])
     return inner if inner in MAY_IMPORT else parts[0]
 
@@ -166,16 +166,16 @@ def identify(file: Path) -> str:
 def test_imports_point_down() -> None:
     for file in FILES:
         own = {
-            room_of(name.split(".")[1:])
+            package_of(name.split(".")[1:])
             for name in imports(file)
             if name.startswith("bouncing_disk_ros.")
         }
         own.discard("__version__")
-        assert own <= MAY_IMPORT[room(file)], f"{identify(file)}: not allowed by MAY_IMPORT"
+        assert own <= MAY_IMPORT[package(file)], f"{identify(file)}: not allowed by MAY_IMPORT"
 
 
 def test_no_files_import_each_other_in_a_circle() -> None:
-    """Within a room as between rooms, and within functions too."""
+    """Within a package as between packages, and within functions too."""
     modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
     uses = {
         name: {
@@ -217,13 +217,13 @@ def test_chains_of_imports_are_short() -> None:
     assert depth[deepest] <= MAX_DEPTH, deepest
 
 
-def test_what_the_executables_share_is_used_by_several_rooms() -> None:
+def test_what_the_executables_share_is_used_by_several_packages() -> None:
     users: dict[str, set[str]] = {}
     for file in FILES:
         for name in imports(file):
             if name.startswith("bouncing_disk_ros.nodes.shared."):
-                users.setdefault(name.split(".")[3], set()).add(room(file))
-    shared = {f.stem for f in FILES if room(f) == "nodes.shared" and f.stem != "__init__"}
+                users.setdefault(name.split(".")[3], set()).add(package(file))
+    shared = {f.stem for f in FILES if package(f) == "nodes.shared" and f.stem != "__init__"}
     assert {name for name in shared if len(users.get(name, ())) < 2} == set()
 
 
@@ -231,13 +231,13 @@ def test_only_the_libraries_of_the_table() -> None:
     for file in FILES:
         outside = {library(name) for name in imports(file)} - set(sys.stdlib_module_names)
         outside.discard("bouncing_disk_ros")
-        allowed = LIBRARIES.get(room(file).split(".")[0], set())
+        allowed = LIBRARIES.get(package(file).split(".")[0], set())
         assert outside <= allowed, f"{identify(file)}: not allowed by LIBRARIES"
 
 
 def test_core_knows_no_clock_log_or_file() -> None:
     for file in FILES:
-        if room(file) in {"core", *MAP}:
+        if package(file) in {"core", *MAP}:
             assert not {library(name) for name in imports(file)} & NOT_IN_CORE, identify(file)
 
 
@@ -260,7 +260,7 @@ def test_constants_of_the_kernels_cannot_be_confused() -> None:
     """No name stands for two offsets: what is imported from the wrong table fails at import."""
     homes: dict[str, list[str]] = {}
     for file in FILES:
-        if room(file) in MAP:
+        if package(file) in MAP:
             for node in parsed(file).body:
                 targets = node.targets if isinstance(node, ast.Assign) else []
                 for name in (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)):
@@ -344,9 +344,9 @@ def test_arrows_of_the_diagram_are_allowed_imports() -> None:
     assert len(arrows) > 10
     for above, below in arrows:
         allowed = set().union(
-            *(may for room, may in MAY_IMPORT.items() if room.split(".")[0] == above)
+            *(may for package, may in MAY_IMPORT.items() if package.split(".")[0] == above)
         )
-        assert below in {room.split(".")[0] for room in allowed}, f"{above} --> {below}"
+        assert below in {package.split(".")[0] for package in allowed}, f"{above} --> {below}"
     packages = set(re.findall(r"^\| `(\w+)` \|", PAGE, re.MULTILINE))
     folders = {f.parent.name for f in (ROOT / "bouncing_disk_ros").glob("*/__init__.py")}
     assert packages == folders

@@ -22,7 +22,7 @@ FRACTAL = math.log(2.0)
 """A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
 FEWEST_SIZES = 3
 LARGEST = 256
-"""Largest square and distance (pixels): strips of a huge map overlap by so much."""
+"""Largest square and distance (pixels): blocks of a huge map overlap by so much."""
 
 
 class BasinEntropy(NamedTuple):

@@ -33,7 +33,7 @@ class LabelMap(Protocol):
 def row_blocks(
     labels: LabelMap, begin: int, end: int, unit: int = 1, before: int = 0, after: int = 0
 ) -> Iterator[NDArray[Any]]:
-    """Rows begin to end in strips of whole units, the last one cut at `end`.
+    """Rows begin to end in blocks of whole units, the last one cut at `end`.
 
     Each comes with so many rows `before` and `after` it, those that the map has, in the smallest
     type that holds its labels: less memory to go through.

@@ -19,15 +19,15 @@ from numba.core.dispatcher import Dispatcher
 import bouncing_disk_ros
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
-ROOMS = ("collision_map", "core")
+PACKAGES = ("collision_map", "core")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"}}
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 
 def kernels() -> Iterator[tuple[str, Dispatcher]]:
-    for room in ROOMS:
-        package = importlib.import_module(f"bouncing_disk_ros.{room}")
+    for package in PACKAGES:
+        package = importlib.import_module(f"bouncing_disk_ros.{package}")
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             module = importlib.import_module(found.name)
             for name, value in vars(module).items():
