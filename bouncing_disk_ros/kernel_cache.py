@@ -29,6 +29,16 @@ UNUSED_DAYS = 30
 _PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
 """Modules whose kernels take longest to compile, in shares of the same size; the rest takes less
 than one share."""
+_STUDIES = (
+    ("collision_map.lanes.attractor_lanes", "collision_map.single_toss"),
+    (
+        "collision_map.lanes.basin_kernel",
+        "collision_map.lanes.toss_lanes",
+        "collision_map.lyapunov_and_speed",
+        "collision_map.map_tangent",
+        "collision_map.clearance",
+    ),
+)
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
 _held: dict[Path, int] = {}
 """Folders in use by this process, and the descriptors that lock them."""
@@ -156,29 +166,32 @@ def passing_folder() -> Path | None:
     return None
 
 
-def compile_kernels() -> None:
+def compile_kernels(*, studies: bool = False) -> None:
     """Compile the simulator's kernels into the cache if it lacks them, in two processes; say so.
 
-    What fails here is compiled again, and raises its error, where it is imported.
+    `studies`: those of the studies too. What fails here is compiled again, and raises its error,
+    where it is imported.
     """
-    marker = Path(os.environ.get("NUMBA_CACHE_DIR", ".")) / f"compiled-{_package_digest()}"
+    _compile("the physics", "some 15 s", _PARTS, (("core.stepper",),))
+    if studies:
+        _compile("the maps of the studies", "about a minute", _STUDIES)
+
+
+def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:
+    """Import the modules of each step, one process for each share, unless that has been done."""
+    key = hashlib.sha256(f"{Path(__file__).parent} {what}".encode()).hexdigest()[:16]
+    marker = Path(os.environ.get("NUMBA_CACHE_DIR", ".")) / f"compiled-{key}"
     if marker.is_file():
         return
-    print(
-        "bouncing_disk_ros: compiling the physics once for this machine, some 10 s on two cores",
-        file=sys.stderr,
-        flush=True,
-    )
-    processes = [subprocess.Popen(_import_command(share)) for share in _PARTS]
-    done = [process.wait() == 0 for process in processes]
-    if all(done) and subprocess.call(_import_command(("core.stepper",))) == 0:
-        with suppress(OSError):  # then it says the line again, and finds all compiled
-            marker.touch()
-
-
-def _package_digest() -> str:
-    """The place of this package: numba keeps the kernels of each copy apart."""
-    return hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:16]
+    line = f"bouncing_disk_ros: compiling {what} once for this machine, {time} on two cores"
+    print(line, file=sys.stderr, flush=True)
+    for shares in steps:
+        processes = [subprocess.Popen(_import_command(share)) for share in shares]
+        codes = [process.wait() for process in processes]
+        if any(codes):
+            return
+    with suppress(OSError):  # then it says the line again, and finds all compiled
+        marker.touch()
 
 
 def _import_command(modules: tuple[str, ...]) -> list[str]:

@@ -138,9 +138,13 @@ def build(level: str, parts: "list[str]") -> None:
     STAMP.write_text(json.dumps({"made_from": fingerprint(), "parts": [*parts, *missing]}))
 
 
-def compile_kernels() -> None:
-    """Compile the simulator's kernels now, so that the first start is like the others."""
-    code = "from bouncing_disk_ros.kernel_cache import compile_kernels; compile_kernels()"
+def compile_kernels(level: str) -> None:
+    """Compile the kernels now, so that the first start is like the others."""
+    studies = level != "run"
+    code = (
+        "from bouncing_disk_ros.kernel_cache import compile_kernels\n"
+        f"compile_kernels(studies={studies})"
+    )
     subprocess.call([str(VENV / "bin" / "python"), "-P", "-c", code], cwd=str(ROOT))
 
 
@@ -161,7 +165,7 @@ def main() -> int:
             build(level, parts)
         else:
             install_package("--no-deps", "--force-reinstall", ".")
-    compile_kernels()
+    compile_kernels(level)
     return 0
 
 

@@ -270,3 +270,31 @@ def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:
         if "from numba import" in (text := file.read_text("utf-8")) or "import numba" in text
     }
     assert compiled - {"kernel_cache.py"} == set(kernel_cache.KERNEL_FOLDERS)
+
+
+def test_kernels_are_compiled_once_by_a_process_for_each_share(
+    clean: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    clean.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    clean.setattr(kernel_cache, "_PARTS", (("errors",), ("units", "angles")))
+    clean.setattr(
+        kernel_cache, "_import_command",
+        lambda modules: [sys.executable, "-c", f"print({' '.join(modules)!r})"],
+    )  # fmt: skip
+    kernel_cache.compile_kernels()
+    out, err = capfd.readouterr()
+    assert sorted(out.split("\n")[:2]) == ["errors", "units angles"]
+    assert out.split("\n")[2] == "core.stepper"
+    assert err.count("compiling the physics once for this machine") == 1
+    kernel_cache.compile_kernels()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_failed_compilation_is_tried_again(
+    clean: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    clean.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    clean.setattr(kernel_cache, "_import_command", lambda _: [sys.executable, "-c", "exit(1)"])
+    for _ in range(2):
+        kernel_cache.compile_kernels()
+        assert "compiling the physics" in capfd.readouterr().err
