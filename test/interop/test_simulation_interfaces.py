@@ -14,14 +14,26 @@ from support.processes import Starter
 from support.ros_peer import Peer
 
 pytestmark = pytest.mark.interop
-srv = pytest.importorskip("simulation_interfaces.srv")
-actions = pytest.importorskip("simulation_interfaces.action")
 OK = 1
+
+
+class _Types:
+    """A module of types, imported when the first of them is used: the tests skip without it."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(pytest.importorskip(self._name), name)
+
+
+srv, actions = _Types("simulation_interfaces.srv"), _Types("simulation_interfaces.action")
 
 
 @pytest.fixture
 def call(start: Starter, ros_domain: int) -> Iterator[Callable[[str, Any], Any]]:
     """Call a service of a paused simulator by its name and a request."""
+    pytest.importorskip("simulation_interfaces")
     start("simulator", "--ros-args", "-p", "start_paused:=true")
     peer = Peer()
     peer.settle()

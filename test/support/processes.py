@@ -107,7 +107,11 @@ class Process:
     @property
     def complaints(self) -> list[str]:
         """The lines of stderr that are not mere information."""
-        return [line for line in self.stderr.splitlines() if "[INFO]" not in line]
+        return [
+            line
+            for line in self.stderr.splitlines()
+            if "[INFO]" not in line and ": compiling the " not in line  # of a first start
+        ]
 
     @property
     def running(self) -> bool:
