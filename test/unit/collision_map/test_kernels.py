@@ -27,8 +27,8 @@ TAKEN = {"numba": {"from_dtype", "njit", "types"}, "numba.extending": {"intrinsi
 
 
 def kernels() -> Iterator[tuple[str, Dispatcher]]:
-    for package in PACKAGES:
-        package = importlib.import_module(f"bouncing_disk_ros.{package}")
+    for folder in PACKAGES:
+        package = importlib.import_module(f"bouncing_disk_ros.{folder}")
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             module = importlib.import_module(found.name)
             for name, value in vars(module).items():
