@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.metadata import qos_from_text
+from bouncing_disk_ros.bag.metadata import FileRow, Metadata, qos_from_text
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError
@@ -224,3 +224,10 @@ def test_memory_stays_small_however_large_the_bag(tmp_path: Path, whole: bool) -
     assert count == 1500
     # by the index: some chunks of 1 MiB; by a walk: LET_GO between two releases
     assert grown < (20e6 if whole else 90e6)
+
+
+def test_the_duration_is_from_the_first_to_the_last_message() -> None:
+    files = [FileRow("a", 500, 700, 2), FileRow("b", 650, 900, 1), FileRow("c")]
+    content = Metadata(files, [], {}).content()
+    assert content["starting_time"] == {"nanoseconds_since_epoch": 500}
+    assert content["duration"] == {"nanoseconds": 400}

@@ -65,6 +65,17 @@ def test_a_future_stamp_is_exact_to_the_nanosecond() -> None:
     assert when == 22 * NS + 7
 
 
+def test_a_point_as_old_as_the_tolerance_is_taken() -> None:
+    stamp = WALL + (NOW - 10 * NS) - NS // 10
+    ((when, _),) = ruled(programme((0.0, (0.05,)), stamp_ns=stamp))
+    assert when == NOW
+
+
+def test_a_phase_lag_wraps() -> None:
+    ((_, motion),) = ruled(programme((0.0, (4.0,)), names=("phase_lag",)))
+    assert motion.phase_lag == math.remainder(4.0, math.tau)
+
+
 def test_slow_motion_stretches_ros_time() -> None:
     ((when, _),) = ruled(programme((1.0, (0.05,))), factor=0.25)
     assert when == NOW + NS // 4

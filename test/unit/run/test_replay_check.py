@@ -213,6 +213,13 @@ def test_records_out_of_order_are_refused(driven: Driven) -> None:
         replay([*driven.record_list[:3], driven.record_list[1]])
 
 
+def test_records_back_in_time_are_refused(driven: Driven) -> None:
+    later = {**driven.record_list[1], "time_ns": driven.record_list[1]["time_ns"] + 1}
+    back = {**driven.record_list[1], "index": later["index"] + 1}
+    with pytest.raises(InputError, match="rising index and time"):
+        replay([driven.record_list[0], later, back])
+
+
 def test_rows_of_another_layout_are_refused(driven: Driven) -> None:
     with pytest.raises(InputError, match="IMPACT_DTYPE"):
         replay(driven.record_list, [np.zeros(1, [("index", "f8")])])

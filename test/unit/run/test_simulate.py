@@ -175,3 +175,9 @@ def test_a_programme_is_given_by_its_name() -> None:
     by_name = simulate(3.0, preset="pizza_multiple_toss", programme=name)
     by_points = simulate(3.0, preset="pizza_multiple_toss", programme=points)
     assert by_name.inputs == by_points.inputs
+
+
+def test_impulses_are_axial_then_angular() -> None:
+    found = simulate(1.0, impulses=[(0.5, 0.05, 0.001)])
+    (record,) = [one for one in found.inputs if one["kind"] == "impulse"]
+    assert (record["axial_impulse"], record["angular_impulse"]) == (0.05, 0.001)
