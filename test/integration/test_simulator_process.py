@@ -473,6 +473,9 @@ def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> No
 
     process = simulator(start, "autostart:=false")
     request = ChangeState.Request()
+    # does not fit the state, so it may be asked twice: a first answer may be lost
+    request.transition.id = Transition.TRANSITION_DEACTIVATE
+    assert not peer.call(ChangeState, "change_state", request, repeatable=True).success
     for transition in (
         Transition.TRANSITION_CONFIGURE,
         Transition.TRANSITION_ACTIVATE,

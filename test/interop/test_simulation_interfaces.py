@@ -24,6 +24,8 @@ class _Types:
         self._name = name
 
     def __getattr__(self, name: str) -> Any:
+        if not name[0].isupper():  # pytest looks at what it collects
+            raise AttributeError(name)
         return getattr(pytest.importorskip(self._name), name)
 
 
