@@ -232,7 +232,7 @@ def _locator_class(standard: Any) -> Any:
 
     package = Path(__file__).resolve().parent
 
-    class SharedLocator(standard):  # type: ignore[misc]
+    class SharedLocator(standard):
         """For sources of this package, where the cache's folder is named by their digest."""
 
         @classmethod
