@@ -33,7 +33,7 @@ from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-    from bouncing_disk_ros.ros.conversions import impacts_from_msg
+    from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.simulate import simulate
 
 __all__ = ["Simulation", "SimulatorNode", "__version__", "impacts_from_msg", "simulate"]
@@ -42,7 +42,7 @@ __all__ = ["Simulation", "SimulatorNode", "__version__", "impacts_from_msg", "si
 _HOMES = {
     "Simulation": "bouncing_disk_ros.core.simulation",
     "SimulatorNode": "bouncing_disk_ros.nodes.simulator.simulator_node",
-    "impacts_from_msg": "bouncing_disk_ros.ros.conversions",
+    "impacts_from_msg": "bouncing_disk_ros.ros.from_messages",
     "simulate": "bouncing_disk_ros.run.simulate",
 }
 

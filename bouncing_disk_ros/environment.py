@@ -5,6 +5,7 @@ Every executable calls `prepare` first in its `main`. Imports neither numba nor 
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import os
 import socket
@@ -28,6 +29,16 @@ DOMAINS_ALLOWED = (
     "(0 to 101 and 215 to 232 keep clear of the ports that Linux hands out)"
 )
 FAST_DISCOVERY_PROFILE = "fast_discovery.xml"
+ROS_PACKAGES = ("rclpy", "std_msgs", "sensor_msgs")
+"""What there is of ROS 2 wherever it is installed."""
+
+
+def ros_is_here() -> bool:
+    """Return whether ROS 2 can be imported; the library, studies and bag tools do without it."""
+    try:
+        return all(importlib.util.find_spec(name) is not None for name in ROS_PACKAGES)
+    except (ModuleNotFoundError, ValueError):
+        return False
 
 
 # ROS settings -------------------------------------------------------------------------------------
@@ -92,14 +103,16 @@ def prepare() -> None:
     """Make the process ready for rclpy, or end it with one line on stderr and exit code 2.
 
     To be called first in an executable's `main`, before `rclpy.init` and the import of matplotlib.
+    Where ROS is not installed, its settings do not matter.
     """
     try:
         use_package_index()
-        use_log_folder()
         use_matplotlib_folder()
-        check_domain()
-        check_middleware()
-        check_security()
+        if ros_is_here():
+            use_log_folder()
+            check_domain()
+            check_middleware()
+            check_security()
     except InputError as error:
         sys.stderr.write(f"{PACKAGE}: {error.line}\n")
         raise SystemExit(int(ExitCode.BAD_INPUT)) from None

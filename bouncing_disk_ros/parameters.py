@@ -226,6 +226,15 @@ GROUPS: Mapping[str, str] = MappingProxyType(
 )
 
 
+RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service")
+"""Parameters that rclpy itself declares on every node."""
+
+
+def is_rclpy_parameter(name: str) -> bool:
+    """Whether a parameter belongs to rclpy, not to a table of this package."""
+    return name in RCLPY_PARAMETERS or name.startswith("qos_overrides.")
+
+
 def joined(items: Sequence[str]) -> str:
     """A list of texts as one text, for `items_of`."""
     return "".join(f"{item}\n" for item in items if item)

@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
-from bouncing_disk_ros.ros.conversions import time_to_ns
+from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS

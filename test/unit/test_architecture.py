@@ -62,7 +62,7 @@ MAY_IMPORT = {
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
     "nodes": set(),
-    "nodes.shared": {"ros", "run", "core"} | ANALYSIS | TABLES,
+    "nodes.shared": {"nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
     "nodes.live": {"nodes.live", "nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.recorder": {"nodes.recorder", "nodes.shared", "ros", "bag", "run"} | TABLES,
@@ -91,7 +91,7 @@ LIBRARIES = {
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
-    "ros": {"numpy", "rclpy", "ament_index_python", "messages"},
+    "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "nodes": {
         "numpy",
         "yaml",

@@ -21,7 +21,7 @@ from bouncing_disk_ros.nodes.bags.bounded_columns import Bounded, EveryNth, Newe
 from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
 from bouncing_disk_ros.nodes.bags.simulators import WANTED, choose, is_there
 from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder, record_of
-from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 
 MOST_SAMPLES = 200_000
 """Of joint_states and of disk/rotor_speed at most so many messages are kept, evenly taken."""

@@ -22,7 +22,7 @@ from bouncing_disk_ros.bag.metadata import FileRow, Metadata, qos_from_text
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from support.bags import QOS, START_NS, STEP_NS, TYPES, Sent, impact_rows, make, message, messages
 
 WAYS: list[dict[str, Any]] = [
