@@ -9,8 +9,10 @@ import importlib.util
 import io
 import os
 import socket
+import stat
 import sys
 from pathlib import Path
+from typing import Any
 
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.folders import (
@@ -97,6 +99,47 @@ def accept_any_text() -> None:
     """Let stdout show letters that the terminal's encoding lacks as escapes, as stderr does."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
+
+
+class _Pipe(io.FileIO):
+    """A pipe to a reader that may go (`| head`): what is written later is dropped quietly."""
+
+    def write(self, data: Any) -> int:
+        """Write, or drop what nobody reads."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            return memoryview(data).nbytes
+
+
+def outlive_reader() -> None:
+    """Let stdout drop what is written once its reader has gone, where it is a pipe.
+
+    The work goes on and its files are written; nothing is said about the pipe. `end_with_reader`
+    undoes it.
+    """
+    out = sys.stdout
+    if out is not sys.__stdout__ or not isinstance(out, io.TextIOWrapper):
+        return  # captured, or not to be written to
+    try:
+        if not stat.S_ISFIFO(os.fstat(out.fileno()).st_mode):
+            return
+    except OSError:
+        return
+    out.flush()
+    pipe = io.BufferedWriter(_Pipe(out.fileno(), "wb", closefd=False))
+    sys.stdout = io.TextIOWrapper(
+        pipe, encoding=out.encoding, errors=out.errors, line_buffering=out.line_buffering,
+        write_through=out.write_through,
+    )  # fmt: skip
+
+
+def end_with_reader() -> None:
+    """Let writing to a pipe without a reader raise BrokenPipeError again."""
+    buffer = getattr(sys.stdout, "buffer", None)
+    if isinstance(getattr(buffer, "raw", None), _Pipe) and sys.__stdout__ is not None:
+        sys.stdout = sys.__stdout__
 
 
 def prepare() -> None:

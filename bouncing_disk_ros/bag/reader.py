@@ -55,6 +55,12 @@ class Bag:
             given = int(version) if version.isdecimal() and len(version) <= 9 else version
             raise InputError("bag format", given, f"1 to {FORMAT_VERSION}", hint)
 
+    def __repr__(self) -> str:
+        """Where it is and what is in it."""
+        remarks = f", {len(self.remarks)} remarks" if self.remarks else ""
+        counts = f"{self.message_count} messages on {len(self.topics)} topics"
+        return f"<bag {self.path}: {counts}{remarks}>"
+
     def _notes(self) -> dict[str, str]:
         notes: dict[str, str] = {}
         for source in self._sources:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
@@ -15,6 +16,7 @@ from bouncing_disk_ros.analysis.recorded.run_record import (
 )
 from bouncing_disk_ros.analysis.report.run_report import Source, TopicCount
 from bouncing_disk_ros.bag import Bag, BagError
+from bouncing_disk_ros.bag import open as open_bag
 from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.bounded_columns import Bounded, EveryNth, Newest
@@ -53,6 +55,21 @@ class ReadOptions(NamedTuple):
         hint = "No message lies within." if inside else "That lies outside the run."
         allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
         return InputError("from, to", given, allowed, hint)
+
+
+def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> RunRecord:
+    """A recorded run from its bag: impacts, states, speeds, motions, inputs.
+
+    `namespace` and `run` (from 1; 0: the last) choose where a bag holds several. Raises InputError,
+    BagError where it cannot be read.
+
+    >>> read_run("output/demo_bag").rows["axial_impact_velocity"]
+    """
+    with open_bag(path) as opened:
+        reader = BagRun(opened, ReadOptions(namespace, run))
+        for _ in reader.read():
+            pass
+        return reader.record
 
 
 class BagRun:

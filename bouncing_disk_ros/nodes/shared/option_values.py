@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Collection, Mapping
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
+from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter, listed_text
 
 
 def option_values(
@@ -23,14 +22,5 @@ def option_values(
             hint = closest(name, table) or "--help lists them."
             raise InputError("parameter", name, ", ".join(table), hint)
         if name in lists:
-            taken[name] = _listed(taken[name])
+            taken[name] = listed_text(taken[name])
     return {name: spec.checked(taken.get(name, spec.default)) for name, spec in table.items()}
-
-
-def _listed(value: object) -> object:
-    """Numbers as a text; everything else as it is."""
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return repr(value)
-    if isinstance(value, (array, list)):
-        return " ".join(str(one) for one in value)
-    return value

@@ -77,9 +77,11 @@ def run_without_ros(name: str, work: Callable[[], int]) -> int:
 def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
     """What stands before --ros-args, and the rest; None: the command line of the process.
 
-    The first step of every executable, so it makes stdout take any text, whatever the terminal.
+    The first step of every executable, so it makes stdout take any text, whatever the terminal, and
+    outlive its reader.
     """
     environment.accept_any_text()
+    environment.outlive_reader()
     argv = list(sys.argv[1:] if args is None else args)
     at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
     return argv[:at], argv[at:]

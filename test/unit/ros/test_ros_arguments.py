@@ -76,7 +76,7 @@ FILES = [
     "/**:\n  ros__parameters:\n    <<: {a: 1}\n    b: 2021-01-01\n    c: 1:30\n    d: oN\n",
     "/**:\n\tros__parameters:\n\t\ta: 1\n", "\ufeff/**:\n  ros__parameters: {a: 1}\n",
 ]  # fmt: skip
-NAMESPACES = ([], ["-r", "__ns:=/ns"], ["-r", "__ns:=/ns/deep"])
+NAMESPACES: tuple[list[str], ...] = ([], ["-r", "__ns:=/ns"], ["-r", "__ns:=/ns/deep"])
 
 
 def plain(value: Any) -> str:
