@@ -10,10 +10,12 @@ from typing import Any
 from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.nodes.shared.option_values import option_values
 from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study_tables import table_of
+from bouncing_disk_ros.ros.ros_arguments import RosArguments
+from bouncing_disk_ros.study_tables import LISTS, table_of
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,12 @@ class StudyTool:
         return run_node(self.name, start.ros, make, StudyNode.present, start.stop)
 
     def _run_without_ros(self, start: Start) -> int:
+        overrides = RosArguments(start.ros, self.name).overrides
+        values = option_values(overrides, self.table, LISTS)
         with start.stop.importing():
             announce_compilation(self.name)
             from bouncing_disk_ros.nodes.studies.study_work import run_study
 
-        return run_study(self.name, self.table, self.make_view, start.ros, start.stop)
+        return run_study(
+            self.name, self.table, values, set(overrides), self.make_view(), start.stop
+        )

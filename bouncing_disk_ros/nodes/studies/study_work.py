@@ -12,7 +12,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +25,11 @@ from tqdm import tqdm
 from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
-from bouncing_disk_ros.nodes.shared.option_values import option_values
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Progress, export, run
-from bouncing_disk_ros.study_tables import COMMON, LISTS
+from bouncing_disk_ros.study_tables import COMMON
 
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
@@ -63,17 +61,16 @@ class Outlet:
 def run_study(
     name: str,
     table: Mapping[str, Spec],
-    make_view: Callable[[], StudyView[Any]],
-    ros: Sequence[str],
+    values: Mapping[str, Value],
+    given: Collection[str],
+    view: StudyView[Any],
     stop: Stop,
 ) -> int:
-    """Run a study where there is no ROS; the exit code. `ros`: arguments from --ros-args on."""
-    overrides = RosArguments(ros, name).overrides
-    values = option_values(overrides, table, LISTS)
+    """Run a study where there is no ROS; the exit code. As `StudyWork`."""
     if values["hold"]:
         hint = "There are no topics to hold."
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
-    work = StudyWork(name, table, values, set(overrides), make_view())
+    work = StudyWork(name, table, values, given, view)
     outlet = Outlet()
     outlet.stop = stop
     stop.running = True
