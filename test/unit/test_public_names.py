@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -47,6 +49,23 @@ def test_what_draws_is_found(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(set(bouncing_disk_ros.__all__) - {"__version__"}))
 def test_public_names_say_what_they_are(name: str) -> None:
     assert len((getattr(bouncing_disk_ros, name).__doc__ or "").strip()) > 20
+
+
+FUNCTIONS = [
+    name
+    for name in bouncing_disk_ros.__all__
+    if inspect.isfunction(getattr(bouncing_disk_ros, name))
+    and getattr(bouncing_disk_ros, name).__module__
+    != "bouncing_disk_ros.analysis.dynamics.boundary"
+]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_public_functions_show_an_example(name: str) -> None:
+    text = getattr(bouncing_disk_ros, name).__doc__
+    assert ">>> " in text
+    for line in re.findall(">>> (.*)", text):
+        compile(line, name, "exec")
 
 
 def test_a_mistyped_name_gets_the_nearest() -> None:

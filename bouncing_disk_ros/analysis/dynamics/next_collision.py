@@ -189,6 +189,8 @@ def spread_starts(count: int, velocity_begin: float) -> list[MapState]:
     The points {½ + k/p}, {½ + k/p²} of the unit square with the plastic number p (M. Roberts,
     2018): of few as of many no two are close, and more starts begin with the same ones. Velocities
     in units of πg/ω. Raises InputError.
+
+    >>> spread_starts(24, velocity_begin=-5.0)
     """
     if count < 1:
         raise InputError("starts", count, "a whole number >= 1")
