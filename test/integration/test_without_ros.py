@@ -63,6 +63,21 @@ def test_a_bag_is_reported_on_replayed_and_recovered(start: Starter, tmp_path: P
     basins.wait_for(r"^basins: from .*: Γ = 0\.45, ε = 0\.5$")
 
 
+def test_the_demonstration_tells_its_story(start: Starter, tmp_path: Path) -> None:
+    picture = tmp_path / "demo.png"
+    node = begin(start, "demo", "--ros-args", "-p", f"picture:={picture}")
+    assert node.wait(WAIT) == 0, node.output
+    node.wait_for("^ .* changes to a helical motion")
+    node.wait_for(r"^  orbit found +period-1: τ_imp 0\.736624 rad")
+    node.wait_for(r"^  rotor speed +27\.390382 rad/s")
+    node.wait_for("^Verified: the orbit found is period-1")
+    assert "nan" not in node.output
+    assert picture.stat().st_size > 10_000
+    wrong = begin(start, "demo", "--ros-args", "-p", "picture:=demo.gif")
+    assert wrong.wait(WAIT) == 2
+    wrong.wait_for("^demo: picture: got 'demo.gif', allowed: a file ending in .png")
+
+
 CODE = """
 import sys
 import bouncing_disk_ros
