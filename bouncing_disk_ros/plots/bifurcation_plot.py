@@ -71,7 +71,8 @@ def bifurcation_figure(
         _mark(axes, doublings, named=axes is top)
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.set_axisbelow(True)
-    top.set_xlim(float(branch.values.min()), float(branch.values.max()))
+    if len(branch.values) > 1:
+        top.set_xlim(float(branch.values.min()), float(branch.values.max()))
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     symbol, unit = MAP_PARAMETERS[axis]

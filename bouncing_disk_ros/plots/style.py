@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,18 @@ MOST_PIXELS = 1500
 """Along one side of a drawn map, or less than twice as many."""
 
 
+class NotebookFigure(Figure):
+    """A figure that a notebook shows as it is, without an import of pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=100)
+        return buffer.getvalue()
+
+
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     """An empty figure (inches) that needs no screen; dpi: of images within a vector figure."""
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
+    figure = NotebookFigure(figsize=(width, height), layout="constrained", dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 

@@ -174,6 +174,9 @@ class Basins(Study):
         owner, phase, speed = np.array(points).reshape(-1, 3).T
         added = {
             "attractor_name": ("attractor", numbered([a.name for a in found])),
+            "attractor_kind": ("attractor", [str(a.kind) for a in found]),
+            "attractor_period": ("attractor", [_period_of(a) for a in found]),
+            "attractor_cycles": ("attractor", [a.cycles for a in found]),
             "multiplier": ("attractor", [a.multiplier for a in found]),
             "fraction": ("attractor", [part.fraction for part in parts]),
             "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
@@ -198,6 +201,12 @@ class Basins(Study):
             "box_dimension": ((), dimension.exponent),
             "box_dimension_error": ((), dimension.uncertainty),
         }
+
+
+def _period_of(attractor: Attractor) -> int:
+    """Impacts in one repetition; 0: it does not repeat, or has contact and no impacts alone."""
+    periodic = attractor.kind is AttractorKind.PERIODIC
+    return len(attractor.forcing_phases) if periodic else 0
 
 
 def refuse_conservative(restitution: float) -> None:

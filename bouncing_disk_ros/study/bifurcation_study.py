@@ -63,6 +63,8 @@ class Bifurcation(Study):
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         self.axis = str(given["along"])
+        if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
+            given["begin"] = _first_forcing(float(given["restitution"]))
         if int(given["kept"]) > int(given["measured"]):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
@@ -71,6 +73,11 @@ class Bifurcation(Study):
         self.sequential = not self._starts
         if self.sequential:
             self._start()
+
+    @property
+    def _follows_period_one(self) -> bool:
+        """Whether the first value starts on the period-1 orbit."""
+        return not int(self.parameters["starts"]) and self.parameters["initial_velocity"] == 0.0
 
     def _spread(self) -> list[MapState]:
         """The starts at each value, none to follow; what then plays no part is no parameter."""
@@ -115,7 +122,8 @@ class Bifurcation(Study):
             except InputError as error:
                 hint = (
                     "It starts on the period-1 orbit, which begin does not have; choose another "
-                    "begin, or a start of your own: initial_velocity < 0 and initial_phase."
+                    "begin (along axial_forcing 0 takes the first that has it), or a start of "
+                    "your own: initial_velocity < 0 and initial_phase."
                 )
                 raise InputError("begin", given["begin"], _threshold(error), hint) from None
         return begin(section, MapState(float(given["initial_phase"]) % math.tau, velocity))
@@ -225,6 +233,11 @@ def _fields_of(branch: Branch, start: int | slice) -> Arrays:
     arrays = {name: getattr(branch, name)[:, start] for name in Branch._fields[1:-1]}
     arrays["contact"] = arrays["contact"].astype(np.uint8)
     return {**arrays, "state": branch.ends[:, start]}
+
+
+def _first_forcing(restitution: float) -> float:
+    """Γ half a percent above where the period-1 orbit begins, (1 − ε)/(1 + ε): 0.335 at ε = 0.5."""
+    return round(1.005 * (1.0 - restitution) / (1.0 + restitution), 6)
 
 
 def branch_of(result: xr.Dataset) -> Branch:

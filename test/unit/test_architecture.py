@@ -32,6 +32,7 @@ TABLES = {
     "kernel_cache",
     "limits",
     "parameters",
+    "renamed",
     "safe_path",
     "parsing",
     "regular_file",
@@ -62,7 +63,7 @@ MAY_IMPORT = {
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
     "nodes": set(),
-    "nodes.shared": {"ros", "run", "core"} | ANALYSIS | TABLES,
+    "nodes.shared": {"nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
     "nodes.live": {"nodes.live", "nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.recorder": {"nodes.recorder", "nodes.shared", "ros", "bag", "run"} | TABLES,
@@ -76,7 +77,8 @@ MAY_IMPORT = {
                    "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
-    "__init__": {"kernel_cache", "safe_path", "core", "nodes.simulator", "ros", "run"},
+    "__init__": {"core", "nodes.simulator", "nodes.bags", "ros", "run", "study", "bag", "plots"}
+    | ANALYSIS | TABLES,
     "__main__": TABLES,
 }  # fmt: skip
 #: package -> libraries from outside that it may import besides the standard library
@@ -88,10 +90,10 @@ LIBRARIES = {
     "proof": {"numpy", "flint"},
     "analysis": {"numpy"},
     "run": {"numpy", "yaml"},
-    "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4"},
+    "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4", "tqdm"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
-    "ros": {"numpy", "rclpy", "ament_index_python", "messages"},
+    "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "nodes": {
         "numpy",
         "yaml",

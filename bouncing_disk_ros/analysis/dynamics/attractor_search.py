@@ -56,6 +56,9 @@ def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, flo
     An orbit is periodic when Newton's method, started from a piece of it that nearly repeats, finds
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE
     impacts have shown none and the Lyapunov exponent is above 0; anything else is not resolved.
+
+    >>> section = NextCollisionMap(axial_forcing=0.48, restitution=0.5)
+    >>> find_attractors(section, [(tau, -1.3) for tau in (0.5, 1.5, 2.5, 3.5)]).found
     """
     search = _Search(section)
     after_contact = search.contact()

@@ -45,12 +45,18 @@ class Attractor(NamedTuple):
     cycles: int  # periods of the platform in one repetition; 0: chaotic, rest
     multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
 
+    def __repr__(self) -> str:
+        """The name, and the multiplier where there is one."""
+        size = "" if math.isnan(self.multiplier) else f", multiplier {self.multiplier:.6g}"
+        return f"<attractor {self.name}{size}>"
+
     @property
     def name(self) -> str:
         """As people say it: period-1, chattering (3 cycles), chaotic, rest."""
         n = len(self.forcing_phases)
         if self.kind is AttractorKind.PERIODIC:
-            return f"period-{n}" if n == self.cycles else f"period-{n} in {self.cycles} cycles"
+            cycles = f"{self.cycles} cycle{'s' if self.cycles > 1 else ''}"
+            return f"period-{n}" if n == self.cycles else f"period-{n} in {cycles}"
         if self.kind is AttractorKind.CHATTERING:
             return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
         return str(self.kind)

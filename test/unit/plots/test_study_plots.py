@@ -223,3 +223,12 @@ def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
     assert "τ_sep = 0.1599 rad" in lines[0]
     assert lines[1].endswith("the disk never leaves")
     assert math.isfinite(float(lines[0].split("τ_sep = ")[1].split()[0]))
+
+
+def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
+    small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
+    for starts in (0, 3):
+        figures, _, _ = shown(
+            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.6, starts=starts, **small
+        )
+        assert list(figures) == ["bifurcation"]
