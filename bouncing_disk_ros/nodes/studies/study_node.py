@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
@@ -93,7 +94,8 @@ class StudyNode(Node):
         worker = threading.Thread(target=self._compute, args=(stop,), daemon=True)
         worker.start()
         with Bar(self._name) as bar:
-            timer = self.create_timer(0.2, lambda: self._report_progress(bar))
+            steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
+            timer = self.create_timer(0.2, lambda: self._report_progress(bar), clock=steady)
             if not wait_for(self, stop, lambda: not worker.is_alive(), math.inf):
                 print(f"{self._name}: stopping when the parts at work are done",
                       file=sys.stderr, flush=True)  # fmt: skip
