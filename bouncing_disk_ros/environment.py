@@ -177,13 +177,35 @@ def domain_is_free(domain: int) -> bool:
         return True
 
 
-def free_domain() -> int:
-    """Return a free ROS domain in 1..101, another one for each process where there is a choice."""
+#: tests that share a machine hold TCP port 32768 + domain (the package domain_coordinator)
+_FIRST_RESERVATION = 32768
+
+
+def reserved(domain: int) -> socket.socket | None:
+    """Return what keeps others from taking the ROS domain until it is closed; None: it is taken.
+
+    A session of tests has its domain also while none of its nodes is there.
+    """
+    reservation = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        reservation.bind(("", _FIRST_RESERVATION + domain))
+    except OSError:
+        reservation.close()
+        return None
+    return reservation
+
+
+def free_domain() -> tuple[int, socket.socket]:
+    """Return a free ROS domain in 1..101, and what reserves it until it is closed."""
     for step in range(101):
         domain = 1 + (os.getpid() + step) % 101
-        if domain_is_free(domain):
-            return domain
+        if domain_is_free(domain) and (reservation := reserved(domain)):
+            return domain, reservation
     raise InputError("ROS_DOMAIN_ID", "nothing, and 1 to 101 are all in use", DOMAINS_ALLOWED)
+
+
+_reservations: list[socket.socket] = []
+"""Of this process, for as long as it lives."""
 
 
 def use_private_domain() -> str:
@@ -191,7 +213,10 @@ def use_private_domain() -> str:
 
     What the user has set stays. Returns the line that joins a second terminal to it.
     """
-    os.environ.setdefault("ROS_DOMAIN_ID", str(free_domain()))
+    if "ROS_DOMAIN_ID" not in os.environ:
+        domain, reservation = free_domain()
+        _reservations.append(reservation)
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     use_fast_discovery()
     names = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")

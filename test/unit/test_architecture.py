@@ -119,6 +119,14 @@ NOT_IN_CORE = {
     "socket",
 }
 
+#: what the core may use of libraries of numbers: nothing whose last digits are the library's choice
+EXACT = {
+    "math": {"ceil", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
+    "np": {"array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo", "flatnonzero",
+           "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique", "void",
+           "zeros"},
+}  # fmt: skip
+
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
@@ -241,6 +249,20 @@ def test_core_knows_no_clock_log_or_file() -> None:
     for file in FILES:
         if package(file) in {"core", *MAP}:
             assert not {library(name) for name in imports(file)} & NOT_IN_CORE, identify(file)
+
+
+def test_core_has_the_same_bits_with_every_version_of_its_libraries() -> None:
+    """A sine of the C library or a matrix of LAPACK has other last digits on another machine."""
+    for file in (file for file in FILES if package(file) == "core"):
+        used = {
+            (node.value.id, node.attr)
+            for node in ast.walk(parsed(file))
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
+        }
+        others = {f"{of}.{name}" for of, name in used if of in EXACT and name not in EXACT[of]}
+        assert others == set(), identify(file)
+        direct = {name for name in imports(file) if name.startswith(("math.", "numpy."))}
+        assert direct <= {"numpy.typing.NDArray"}, f"{identify(file)}: import the module itself"
 
 
 def test_files_are_short() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
@@ -55,7 +56,8 @@ class _Topics(Outlet):
 
     def wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> bool:
         """Run callbacks until a condition holds or a signal came; whether it holds."""
-        timer = self._node.create_timer(REPORT_SECONDS, meanwhile)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
+        timer = self._node.create_timer(REPORT_SECONDS, meanwhile, clock=steady)
         try:
             return wait_for(self._node, self.stop, condition, math.inf)
         finally:
