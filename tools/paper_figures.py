@@ -12,6 +12,7 @@ import xarray as xr
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.tosses import toss
+from bouncing_disk_ros.nodes.studies.basins import scales
 
 
 class Number(NamedTuple):
@@ -100,6 +101,11 @@ def _diagram(result: xr.Dataset) -> list[Number]:
     ]
 
 
+def _interval(result: xr.Dataset, name: str) -> tuple[float, str]:
+    """A number of a result and, as its unit, the half-width of its interval of 95 %."""
+    return float(result[name]), f"± {float(result[f'{name}_error']):.2g}"
+
+
 def _share(paper: str) -> Callable[[xr.Dataset], list[Number]]:
     def numbers(result: xr.Dataset) -> list[Number]:
         names = [str(name) for name in result["attractor_name"].values]
@@ -111,9 +117,14 @@ def _share(paper: str) -> Callable[[xr.Dataset], list[Number]]:
         ]  # fmt: skip
         rows.append(Number("unresolved", "", 100.0 * float(result["unresolved_fraction"]), "%"))
         if not math.isnan(float(result["box_dimension"])):
+            alpha, box = (
+                _interval(result, name) for name in ("uncertainty_exponent", "box_dimension")
+            )
+            at = f", {scales(result)}"
             rows += [
-                Number("box dimension of the boundary", "", float(result["box_dimension"])),
-                Number("uncertainty exponent", "", float(result["uncertainty_exponent"])),
+                Number(f"uncertainty exponent α{at}", "", *alpha),
+                Number("dimension of the boundary there, 2 − α", "", 2.0 - alpha[0], *alpha[1:]),
+                Number("dimension of the boundary there, by boxes", "", *box),
                 Number("boundary basin entropy (only above ln 2 a proof of fractality)", "",
                        float(result["boundary_basin_entropy"]), "nat"),
             ]  # fmt: skip

@@ -189,14 +189,18 @@ class Basins(Study):
             return {}
         entropy = basin_entropy(labels)
         alpha = uncertainty_exponent(labels, periodic=self.whole_period)
-        dimension = box_dimension(labels)
+        dimension = box_dimension(labels, periodic=self.whole_period)
+        interval = {"long_name": "half-width of the interval of 95 %, at these distances"}
+        pixels = {"long_name": "distance, and side of the squares", "units": "pixel"}
         return {
             "basin_entropy": ((), entropy.basin),
             "boundary_basin_entropy": ((), entropy.boundary),
             "uncertainty_exponent": ((), alpha.exponent),
-            "uncertainty_exponent_error": ((), alpha.uncertainty),
+            "uncertainty_exponent_error": ((), alpha.uncertainty, interval),
             "box_dimension": ((), dimension.exponent),
-            "box_dimension_error": ((), dimension.uncertainty),
+            "box_dimension_error": ((), dimension.uncertainty, interval),
+            "boundary_distance": ("distance", alpha.sizes, pixels),
+            "uncertain_fraction": ("distance", alpha.counts),
         }
 
 
