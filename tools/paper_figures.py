@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.tosses import toss
@@ -54,7 +56,7 @@ def _tosses(_: xr.Dataset) -> list[Number]:
     flat = "the maximum is at another place, close by"
     ledger = (
         "no bookkeeping of the energies gives 0.519 with E_in = ∫(Nṡ + Mβ̇)dt from rest to "
-        "separation; a wrong sign of gravity would give 0.522"
+        "separation; a wrong sign of gravity would give 0.5222 at φ_L = 0.248π, at most 0.5236"
     )
     return [
         Number("largest airborne speed", "27.1", abs(speed.airborne_speed), "rad/s",
@@ -88,17 +90,28 @@ def _diagram(result: xr.Dataset) -> list[Number]:
     ]
     first = stability_limit(0.5)
     phase = math.acos(1.0 / (3.0 * first))
-    values, speeds = result["value"].values, result["mean_speed"].values
-    beyond = (values > first) & (values < 0.545)
-    peak = int(np.flatnonzero(beyond)[np.argmax(speeds[beyond])])
+    peak_place, peak = _largest_mean_speed()
     return [
         *rows,
         Number("τ_imp/2π of the period-1 orbit at Γ₁", "0.13", phase / math.tau),
         Number("best phase lag θ/π there", "-0.26", -phase / math.pi),
-        Number("mean α̇/(ωΦ) at Γ₁, θ = 0", "0.69", float(np.interp(first, values, speeds))),
-        Number("largest mean α̇/(ωΦ) beyond Γ₁", "", float(speeds[peak])),
-        Number("Γ there (the paper: the period-4 bifurcation)", "0.531", float(values[peak])),
-    ]
+        Number("mean α̇/(ωΦ) at Γ₁, θ = 0: cos τ_imp", "0.69", math.cos(phase)),
+        Number("largest mean α̇/(ωΦ) beyond Γ₁", "", peak),
+        Number("Γ there, to 1e-6 (the paper: the period-4 bifurcation)", "0.531", peak_place),
+        Number("Γ where the chaotic attractor first comes to contact (a crisis)", "",
+               float(result["contact_onset"])),
+    ]  # fmt: skip
+
+
+def _largest_mean_speed() -> tuple[float, float]:
+    """Γ and the mean speed at the cusp of Fig. 3, where the period-2 orbit becomes one of 4.
+
+    Up to there the mean speed of the period-2 orbit grows; that of the period-4 orbit falls within
+    1e-6 of it.
+    """
+    point = period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.54, 2)[1]
+    section = replace(point.orbit.map, phase_lag=0.0, angular_forcing=100.0)
+    return point.value, periodic_orbit(section, point.orbit.state, point.impacts).mean_speed
 
 
 def _interval(result: xr.Dataset, name: str) -> tuple[float, str]:

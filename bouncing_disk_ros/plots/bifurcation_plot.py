@@ -21,7 +21,7 @@ from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sect
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
-from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
+from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILION, new_figure
 
 Array = NDArray[np.float64]
 
@@ -41,13 +41,15 @@ def bifurcation_figure(
     phases: tuple[float, float] | None = None,
     *,
     followed: bool | None = None,
+    onset: float = math.nan,
 ) -> Figure:
     """Three panels over one parameter, as Fig. 3 of the paper, with the theory of period 1.
 
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
     circle is emptiest). A branch that was not `followed` (default: one of several starts) is drawn
-    as points, those of starts that end with contact in another colour.
+    as points, those of starts that end with contact in another colour. `onset` is where what is
+    followed first comes to contact (nan: nowhere).
     """
     followed = branch.mean_speed.shape[1] == 1 if followed is None else followed
     figure = new_figure(9.0, 9.0)
@@ -69,6 +71,7 @@ def bifurcation_figure(
         middle.legend(loc="lower left", fontsize=9)
     for axes in panels:
         _mark(axes, doublings, named=axes is top)
+        _mark_onset(axes, onset, named=axes is top)
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.set_axisbelow(True)
     top.set_xlim(float(branch.values.min()), float(branch.values.max()))
@@ -218,6 +221,20 @@ def _mark(axes: Any, doublings: Sequence[Doubling], named: bool) -> None:
                 annotation_clip=True,
             )  # fmt: skip
             text.set_in_layout(False)
+
+
+def _mark_onset(axes: Any, onset: float, named: bool) -> None:
+    """Where the attractor that was followed gives way to one with contact."""
+    if math.isnan(onset):
+        return
+    axes.axvline(onset, color=PURPLE, lw=1.0, zorder=1.2)
+    if named:
+        text = axes.annotate(
+            f"contact from {onset:.6f} on", (onset, 0.98), xycoords=("data", "axes fraction"),
+            xytext=(2, 0), textcoords="offset points", ha="left", va="top", rotation=90,
+            fontsize=8, color=PURPLE, annotation_clip=True,
+        )  # fmt: skip
+        text.set_in_layout(False)
 
 
 def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool) -> str:

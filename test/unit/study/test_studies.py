@@ -13,6 +13,7 @@ import xarray as xr
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.nodes.studies.bifurcation import lines
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basin_study as basins_module
 from bouncing_disk_ros.study import bifurcation_study as bifurcation_module
@@ -98,6 +99,20 @@ def test_a_diagram_cut_into_regions_is_the_same(
     assert branch.contact.dtype == bool
     phase = math.acos(1.0 / 3.0 / 0.4)
     np.testing.assert_allclose(branch.forcing_phase[0], phase, rtol=1e-9)
+
+
+def test_the_crisis_of_the_chaotic_attractor_is_found_between_the_values(tmp_path: Path) -> None:
+    """From the period-1 orbit on, in steps of 0.01: contact begins at Γ = 0.56075 (5e6 impacts)."""
+    given: dict[str, Value] = {"begin": 0.45, "end": 0.58, "count": 14, "settling": 1000,
+                               "measured": 1000, "kept": 5, "doublings": 1}  # fmt: skip
+    found = result_of(tmp_path, "bifurcation", **given)
+    onset, without = (float(found[f"contact_onset{end}"]) for end in ("", "_without"))
+    assert 0.0 < onset - without <= 1e-6
+    assert 0.5607507 <= onset < 0.56076
+    assert float(found["contact_onset_exponent"]) > 0.0
+    assert any("a crisis" in line for line in lines(found))
+    alone = result_of(tmp_path / "up to it", "bifurcation", **given | {"end": 0.55})
+    assert "contact_onset" not in alone
 
 
 def test_starts_show_what_coexists_in_any_order_and_company(
