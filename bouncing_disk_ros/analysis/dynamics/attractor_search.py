@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import (
+    LARGEST_ERROR,
     SAME,
     Attractor,
     AttractorKind,
@@ -15,6 +16,7 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
     Cells,
     Floats,
     distance,
+    error_at_end,
     same,
     separation,
 )
@@ -164,8 +166,12 @@ class _Search:
 
     def _chattering(self, rows: Floats, end: int) -> int:
         """The orbit from separation to separation; rows[end] is the first impact of the next."""
-        cycles = round(float(np.sum(rows[1 : end + 1, ORBIT_DELAY])) / math.tau)
-        one = rows[:end]
+        one, after = rows[:end], rows[1 : end + 1]
+        cycles = round(float(np.sum(after[:, ORBIT_DELAY])) / math.tau)
+        state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
+        flights = np.concatenate((one[:-1, state], after[:-1, arrival]), axis=1)
+        if error_at_end(flights, *self._platform) > LARGEST_ERROR:
+            cycles = 0
         found = Attractor(
             AttractorKind.CHATTERING, one[:, ORBIT_TAU].copy(), one[:, ORBIT_W].copy(), cycles, 0.0
         )
