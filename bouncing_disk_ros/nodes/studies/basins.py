@@ -62,6 +62,9 @@ def lines(result: xr.Dataset) -> list[str]:
         )
     ]
     rows.append(f"  {'unresolved':24} {100 * float(result['unresolved_fraction']):8.3f} %")
+    if "missed_attractor_name" in result:
+        names = ", ".join(map(str, result["missed_attractor_name"].values))
+        rows.append(f"  unresolved starts lead to attractors that the search missed: {names}")
     if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
         rows.append("  no boundary within the window, or too little of it")
     elif "box_dimension" in result:
