@@ -34,6 +34,7 @@ class PaperFigure(NamedTuple):
     heading: str
     statement: str
     numbers: Callable[[xr.Dataset], list[Number]]
+    caption: str  # what the pictures show, line by line and colour by colour
     remark: str = ""
 
 
@@ -158,38 +159,75 @@ def _widest(result: xr.Dataset) -> list[Number]:
     ]  # fmt: skip
 
 
+BASINS = (
+    "Left: each pixel is a start, the state just before a first impact, in the colour of the "
+    "attractor that it goes to; the legend has the shares of the window with their standard "
+    "errors. Dots: the impacts of the attractors themselves, white, or orange where the attractor "
+    "comes to contact. Right: how long it takes until it is clear where the start goes, in periods "
+    "of the platform; grey: no such time, on a chaotic attractor."
+)
+SHARES = (
+    "Top: the parts of the plane of starts that go to each kind of attractor, stacked to 100 %. "
+    "Where a single value has no chattering attractor between values that have one, the orbit that "
+    "leaves contact ends on a periodic or chaotic attractor there, and takes all starts that come "
+    "to contact with it. Middle and bottom: the phase lag at which the largest attractor that is "
+    "neither rest nor chattering turns the disk fastest, and the mean speed there, in ωΦ; they "
+    "jump where another attractor becomes the largest."
+)
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
                 "Trajectories traced by the hand as θ varies at φ_L = π/4 (a-c), and as φ_L varies "
                 "at θ = −π/4 (d-f).", _none,
+                "The closed curve that a point of the platform describes in one period, arc a_e β "
+                "to the right and height s upward, for six pairs of phase lag θ and amplitude "
+                "angle φ_L.",
                 "The text gives no numbers for (b) and (d-f) but φ_L = π/4 and θ = −π/4; the other "
                 "angles are chosen."),
     PaperFigure("fig2", "Fig. 2: single tosses",
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
-                "with crosses; (d) details of two motions.", _tosses),
+                "with crosses; (d) details of two motions.", _tosses,
+                "Each point is one toss from rest on the platform at its lowest point, at fixed "
+                "arc and frequency: airborne speed, speed ratio and efficiency at the first "
+                "separation, as colours over phase lag θ and amplitude angle φ_L; crosses mark "
+                "the largest values. Grey: the platform never lets go. The second picture shows "
+                "two of the tosses in time."),
     PaperFigure("fig3", "Fig. 3: period doubling",
                 "τ_imp over Γ with a period-doubling route to chaos at ε = 0.5; angular speed at "
-                "θ = 0, Γ_T = 100.", _diagram),
+                "θ = 0, Γ_T = 100.", _diagram,
+                "Top: forcing phase of the impacts of the attractor followed upward in Γ; the "
+                "darker a cell, the more impacts fall there. Blue: an orbit without contact; "
+                "orange: one that comes to contact in each repetition. Black dashes: the "
+                "period-1 orbit, which goes on unstable beyond Γ₁. Green lines: period doublings, "
+                "by continuation. The purple line is the crisis: the chaotic attractor comes to "
+                "contact, and what is followed from there on is the orbit that leaves contact, "
+                "another attractor. Middle: mean rotor speed, in ωΦ; the values with contact "
+                "scatter, for where that orbit is long roundings decide its length. Bottom: "
+                "Lyapunov exponent of the axial motion for each impact, above 0 in chaos; orange "
+                "marks at the edge: −∞, for contact makes all orbits one."),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
-                _share("11.6"),
+                _share("11.6"), BASINS,
                 "The window is not in the text: τ_imp in [0, 2π), w_A in (−5, 0) πg/ω gives both "
                 "printed shares."),
-    PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7")),
+    PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7"), BASINS),
     PaperFigure("fig4c", "Fig. 4, Γ = 0.55",
                 "The fractal nature of the basin boundary implies a sensitive dependence on the "
-                "initial condition.", _share("")),
+                "initial condition.", _share(""), BASINS,
+                "α and the dimension belong to the distances named: in this window α is 0.2 at "
+                "1e-3, 0.1 at 1e-7 and 0.05 to 0.1 below 1e-9."),
     PaperFigure("fig4d", "Fig. 4, Γ = 0.60",
-                "The whole region is in the basin of one attractor.", _share("")),
+                "The whole region is in the basin of one attractor.", _share(""), BASINS,
+                "How long that attractor takes from contact to contact is not told: roundings "
+                "grow beyond its size on the way, so that each arithmetic finds another number."),
     PaperFigure("ease", "Beyond the paper: how easy a multiple toss is",
                 "A wide basin implies a wider margin of variability: it would be easier to "
                 "maintain a period-1 orbit for Γ ≈ 0.486, where the best phase lag is −0.26π.",
-                _widest),
+                _widest, SHARES),
     PaperFigure("ease_restitution", "Beyond the paper: the same over the restitution",
-                "Named as further work.", _none),
+                "Named as further work.", _none, SHARES),
     PaperFigure("ease_angular_forcing", "Beyond the paper: best phase lag over Γ_T",
                 "Named as further work. Shares do not depend on Γ_T; phase lag and speed of orbits "
-                "beyond period 1 do.", _none),
+                "beyond period 1 do.", _none, SHARES),
 )  # fmt: skip
 
 
@@ -221,6 +259,7 @@ def page(results: Mapping[str, xr.Dataset]) -> str:
         parts.append(f"```sh\n{command}\n```")
         parts += [f"![{figure.heading}](figures/{figure.name}_{picture}.png)"
                   for picture in PICTURES.get(study, (study,))]  # fmt: skip
+        parts.append(f"*{figure.caption}*")
         numbers = figure.numbers(result)
         if numbers:
             rows = ["| quantity | paper | computed | |", "|---|---|---|---|"]

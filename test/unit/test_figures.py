@@ -46,6 +46,9 @@ def test_every_parameter_file_is_a_figure_and_on_the_page(tool: Any) -> None:
         assert f"share bouncing_disk_ros)/config/{name}.yaml" in page
     for picture in re.findall(r"\]\((figures/[^)]+)\)", page):
         assert (ROOT / "docs" / picture).is_file(), picture
+    for figure in tool["FIGURES"]:
+        assert len(figure.caption) > 100
+        assert f"*{figure.caption}*" in page, f"{figure.name}: make figures writes the page"
 
 
 @pytest.mark.parametrize(
