@@ -27,6 +27,7 @@ from bouncing_disk_ros.analysis.dynamics.continuation import (
     feigenbaum_ratios,
     period_doublings,
 )
+from bouncing_disk_ros.analysis.dynamics.grazing import contact_onset
 from bouncing_disk_ros.analysis.dynamics.next_collision import (
     MapState,
     NextCollisionMap,
@@ -39,6 +40,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
+ONSET_IMPACTS = 100_000
+"""Impacts in which contact is looked for at each value, where its onset is refined."""
 VALUES_OF_A_REGION = 64
 LEAST_OF_A_REGION, IMPACTS_OF_A_REGION, KEPT_OF_A_REGION = 256, 30_000_000, 1_000_000
 """From starts: at least so many trajectories, else about so many impacts, or so many to keep."""
@@ -188,7 +191,7 @@ class Bifurcation(Study):
         return _fields_of(follow(self.section(), self.axis, values, state, **self._counts), 0)
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
-        """Add the period doublings between the ends of the axis, where it is Γ or ε."""
+        """Add the period doublings along Γ or ε, and where what is followed comes to contact."""
         points = self.doublings
         values = [point.value for point in points]
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
@@ -197,8 +200,37 @@ class Bifurcation(Study):
                 "doubling": ("doubling_number", np.array(values)),
                 "doubling_impacts": ("doubling_number", [point.impacts for point in points]),
                 "feigenbaum_ratio": ("ratio_number", np.asarray(ratios)),
+                **self._onset(result),
             }
         )
+
+    def _onset(self, result: xr.Dataset) -> dict[str, object]:
+        """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
+        if self._starts or self.axis not in ("axial_forcing", "restitution"):
+            return {}
+        contacts, values = result["contacts"].values, result["value"].values
+        first = np.flatnonzero((contacts[:-1] == 0.0) & (contacts[1:] > 0.0))
+        if not len(first):
+            return {}
+        before, after = float(values[first[0]]), float(values[first[0] + 1])
+        tau, w, *_ = result["state"].values[first[0]]
+        section = self.section(**{self.axis: before, "angular_forcing": math.inf})
+        state = MapState(float(tau), float(w))
+        try:
+            found = contact_onset(section, self.axis, after, state, impacts=ONSET_IMPACTS)
+        except InputError:  # contact so rare that the impacts measured had none
+            found = None
+        if found is None:
+            return {}
+        seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
+        exponent = result["lyapunov_exponent"].values[first[0]]
+        return {
+            "contact_onset": ((), found.value, {"long_name": f"first contact {seen}"}),
+            "contact_onset_without": ((), found.without, {"long_name": f"no contact {seen}"}),
+            "contact_onset_exponent": (
+                (), exponent, {"long_name": "Lyapunov exponent at the value before", "units": "1"}
+            ),
+        }  # fmt: skip
 
     @cached_property
     def doublings(self) -> list[Doubling]:
