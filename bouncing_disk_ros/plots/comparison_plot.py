@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
 from bouncing_disk_ros.plots.run_plot import SETTINGS
-from bouncing_disk_ros.plots.style import BLUE, GREY, VERMILION, new_figure
+from bouncing_disk_ros.plots.style import BLUE, GREY, VERMILION, mark_turns, new_figure
 from bouncing_disk_ros.units import NS
 
 STYLES = (
@@ -116,6 +116,7 @@ def _section(axes: Any, first: Shown, second: Shown) -> None:
     axes.margins(y=0.12)
     kept = f", the newest {len(first.rows)} rows" if newest else ""
     axes.set_title(f"Next-collision section{kept}", **SETTINGS)
-    axes.set_xlabel("forcing phase at impact τ/2π")
+    mark_turns(axes.xaxis)
+    axes.set_xlabel("forcing phase at impact τ (rad)")
     axes.set_ylabel("impact velocity w_A / (πg/ω)")
     axes.legend(loc="best", fontsize=9)

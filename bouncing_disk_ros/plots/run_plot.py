@@ -15,7 +15,7 @@ from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from bouncing_disk_ros.plots.style import BLUE, GREY, ORANGE, VERMILION, mark_turns, new_figure
 from bouncing_disk_ros.units import NS
 
 SETTINGS = {"fontsize": 11}
@@ -139,7 +139,8 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.margins(y=0.12)
     axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
-    axes.set_xlabel("forcing phase at impact τ/2π")
+    mark_turns(axes.xaxis)
+    axes.set_xlabel("forcing phase at impact τ (rad)")
     axes.set_ylabel("impact velocity w_A / (πg/ω)")
 
 

@@ -68,6 +68,12 @@ def in_pi(value: float, _position: object = None) -> str:
     return f"{sign}{top}" if whole == 1 else f"{sign}{top}/{whole}"
 
 
+def mark_turns(axis: Any) -> None:
+    """Ticks of an axis of phase whose unit is a turn, from 0 to 1, as parts of π."""
+    axis.set_major_locator(MultipleLocator(0.25))
+    axis.set_major_formatter(FuncFormatter(lambda turns, _: in_pi(2.0 * turns)))
+
+
 def mark_in_pi(axis: Any, step: float = 0.5) -> None:
     """Ticks of an axis whose unit is π: in steps of that many, finer where few would be seen."""
     low, high = sorted(axis.get_view_interval())

@@ -63,9 +63,12 @@ class Transient(NamedTuple):
     note: str
 
     @property
-    def has_rate(self) -> bool:
-        """Whether a linear transient is more than a few steps: its rate is known, and not 0."""
-        return self.rate.impacts >= FEWEST and self.rate.low * self.rate.high > 0.0
+    def is_known(self) -> bool:
+        """Whether it is more than a few steps: its rate or time constant is known to a quarter."""
+        _, low, high, points, _ = found = (
+            self.rate if self.kind is TransientKind.LINEAR else self.time_constant
+        )
+        return points >= FEWEST and high - low <= 0.5 * abs(found.value)
 
 
 def transient_of(times: NDArray[np.float64], speeds: NDArray[np.float64]) -> Transient:

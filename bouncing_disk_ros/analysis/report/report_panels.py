@@ -110,7 +110,9 @@ def _speed(
 
 
 def _fitted(transient: Transient, first: float, end: float) -> list[Series]:
-    """The fitted transient from its first point to the end of its segment."""
+    """The fitted transient from its first point to the end of its segment, if it is known."""
+    if not transient.is_known:
+        return []
     if transient.kind is TransientKind.EXPONENTIAL:
         constant = transient.time_constant.value
         times = np.concatenate((np.linspace(first, min(end, first + 6.0 * constant), 200), [end]))
@@ -119,7 +121,7 @@ def _fitted(transient: Transient, first: float, end: float) -> list[Series]:
         return [
             series(f"exponential fit, T = {constant:.4g} s", times, curve, SeriesStyle.DASHED, 2)
         ]
-    if transient.kind is TransientKind.LINEAR and transient.has_rate:
+    if transient.kind is TransientKind.LINEAR:
         last = end if math.isnan(transient.end) else transient.end
         times = np.array([first, last, end])
         curve = transient.initial + transient.rate.value * (np.minimum(times, last) - first)
