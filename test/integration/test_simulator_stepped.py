@@ -194,9 +194,7 @@ def test_kicks_and_commands_work_without_a_peer(make: Make) -> None:
 
 def test_a_refused_command_raises_what_the_simulator_says(make: Make) -> None:
     simulator = make()
-    with pytest.raises(
-        InputError, match=r"frequency: got -1\.0, allowed: a finite number >= 1e-06"
-    ):
+    with pytest.raises(InputError, match=r"frequency \(Hz\): got -1\.0, allowed: a finite"):
         simulator.command(frequency=-1.0)
     with pytest.raises(InputError, match="Did you mean frequency"):
         simulator.command(frequenzy=3.0)
