@@ -1,9 +1,9 @@
 """Contact: when the disk leaves, sticks, slips and stops slipping (model: phases 3 and 4).
 
-With a = g + s̈ (the normal force over the mass) and ρ = β̈ + T_L/(m a_g²) (the torque that
-sticking needs over the moment of inertia), friction can supply up to `grip`·a, grip = μ a_e/a_g².
-Four functions are watched, each positive until its event and searched with steps that cannot pass
-its first root.
+With a = g + s̈ (the normal force over the mass) and ρ = β̈ + drag (the torque that sticking needs
+over the moment of inertia), friction can supply up to `grip`·a. The drag is what the load, and a
+brake while α̇ keeps its sign, take from α̇, rad/s². The functions watched are each positive until
+their event and searched with steps that cannot pass the first root.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ def watched(
     sign: float,
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     tau: float,
     slip: Slip,
@@ -65,7 +66,7 @@ def watched(
     if which == UNLOAD:
         return -a, -s3
     _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
-    rho = b2 + disk.lag
+    rho = b2 + drag
     if which == MARGIN:
         return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
     if which == DRIVE:
@@ -73,7 +74,7 @@ def watched(
     w, spin, s, c = slip
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
     pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
-    return w - disk.grip * pushed - sign * (b1 - spin + disk.lag * d), -disk.grip * a - sign * rho
+    return w - disk.grip * pushed - sign * (b1 - spin + drag * d), -disk.grip * a - sign * rho
 
 
 @kernel
@@ -100,6 +101,7 @@ def first_zero(
     sign: float,
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     tau: float,
     slip: Slip,
@@ -121,7 +123,7 @@ def first_zero(
         if d >= over.until:
             over = bounds_from(motion, elapsed, d)
             curvature = _curvature(which, over, disk)
-        f, f1 = watched(which, sign, motion, disk, elapsed, tau, slip, d)
+        f, f1 = watched(which, sign, motion, disk, drag, elapsed, tau, slip, d)
         if f <= 0.0:
             if f1 < 0.0:
                 return Search(d, d, i)
@@ -158,7 +160,7 @@ def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon
         return Search(wrapped(leave - tau) / motion.omega, horizon, 0)
     if disk.g > motion.s2:
         return Search(math.inf, horizon, 0)
-    return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
+    return first_zero(LOAD, 0.0, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
@@ -174,22 +176,22 @@ def load_returns(
         ahead = wrapped(math.pi - leave - tau)
         returns = min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
         return Search(returns, returns, 0)
-    return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
+    return first_zero(UNLOAD, 0.0, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
 def stick_fails(
-    motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
+    motion: Record, disk: Record, drag: float, elapsed: float, tau: float, horizon: float
 ) -> tuple[Search, float]:
     """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there."""
     weakest = disk.g - motion.s2
-    if motion.b2 + abs(disk.lag) <= disk.grip * weakest:
+    if motion.b2 + abs(drag) <= disk.grip * weakest:
         return Search(math.inf, horizon, 0), 0.0
     within = horizon
     if motion.kind == STEADY:
         within = min(horizon, _ONE_PERIOD * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, within)
-    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, up.reached)
+    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), -1.0
@@ -201,7 +203,14 @@ def stick_fails(
 
 @kernel
 def slip_ends(
-    motion: Record, disk: Record, elapsed: float, tau: float, sign: float, w: float, horizon: float
+    motion: Record,
+    disk: Record,
+    drag: float,
+    elapsed: float,
+    tau: float,
+    sign: float,
+    w: float,
+    horizon: float,
 ) -> tuple[Search, int]:
     """Delay at which sliding with sign·w_T = w reaches w_T = 0, and whole periods to skip.
 
@@ -217,30 +226,32 @@ def slip_ends(
     slip = (w, b1, sine, cosine)
     within = horizon
     if motion.kind == STEADY:
-        skip = _periods_without_root(motion, disk, sign, w + disk.grip * s1 + sign * b1)
+        skip = _periods_without_root(motion, disk, drag, sign, w + disk.grip * s1 + sign * b1)
         if skip > 0:
             return never, skip
     turns = Search(0.0, 0.0, 0)
     if w == 0.0:
         reach = min(horizon, _ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
-        turns = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
+        turns = first_zero(DRIVE, sign, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, reach)
         if turns.zero == math.inf:
             return (never if turns.reached >= reach else turns), 0
-    if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
+    if motion.kind == STEADY and disk.grip * disk.g + sign * drag <= 0.0:
         # higher after each period: now or never
         within = min(horizon, turns.zero + _ONE_PERIOD * period_of(motion))
-    end = first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, turns.zero, within)
+    end = first_zero(SLIPPING, sign, motion, disk, drag, elapsed, tau, slip, turns.zero, within)
     reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
     return Search(end.zero, reached, turns.steps + end.steps), 0
 
 
 @kernel
-def _periods_without_root(motion: Record, disk: Record, sign: float, start: float) -> int:
+def _periods_without_root(
+    motion: Record, disk: Record, drag: float, sign: float, start: float
+) -> int:
     """Whole periods in which sign·w_T surely stays positive: slow sliding is not stepped.
 
     sign·w_T = start − p(τ) − r d with p a sinusoid of amplitude `swing`.
     """
-    rate = (disk.grip * disk.g + sign * disk.lag) * period_of(motion)
+    rate = (disk.grip * disk.g + sign * drag) * period_of(motion)
     if rate <= 0.0:
         return 0
     along = disk.grip * motion.a + sign * motion.p * motion.lag_cosine
@@ -266,6 +277,7 @@ def slip_sign(disk: Record, a: float, slip: float, rho: float) -> float:
 def slide(
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     sine: float,
     cosine: float,
@@ -279,8 +291,8 @@ def slide(
     """
     fall = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, d)
     pushed, q = -fall[0], -fall[1]
-    turned = (omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed
-    return turned, omega - (sign * disk.grip * q + disk.lag * d), pushed, q
+    turned = (omega - 0.5 * drag * d) * d - sign * disk.grip * pushed
+    return turned, omega - (sign * disk.grip * q + drag * d), pushed, q
 
 
 @kernel

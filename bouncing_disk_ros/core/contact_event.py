@@ -41,7 +41,7 @@ def after_sticking(
     """Next event of a disk that sticks."""
     leave = separation(motion, disk, since, state.tau, horizon)
     until = min(leave.reached, leave.zero)
-    fail, sign = stick_fails(motion, disk, since, state.tau, min(horizon, until))
+    fail, sign = stick_fails(motion, disk, state.drag, since, state.tau, min(horizon, until))
     steps = leave.steps + fail.steps
     near = fail.zero <= until and (until - fail.zero) * motion.omega_max <= _LAST_SLIP
     if near and leave.zero == math.inf and until < horizon and fail.zero > 0.0:
@@ -72,7 +72,7 @@ def after_sliding(
     until = min(leave.reached, leave.zero)
     b = angular_jet(motion, state.sine, state.cosine, since)
     w = max(state.slip_sign * (state.omega - b[1]), 0.0)
-    stop, skip = slip_ends(motion, disk, since, state.tau, state.slip_sign, w, until)
+    stop, skip = slip_ends(motion, disk, state.drag, since, state.tau, state.slip_sign, w, until)
     steps = leave.steps + stop.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)
     if stop.zero < until or (stop.zero == until < math.inf and leave.zero == math.inf):
         return NextEvent(SLIP_ENDS, stop.zero, 0.0, steps)

@@ -84,6 +84,7 @@ def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, fl
 def chatter_verdict(
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     sine: float,
     cosine: float,
@@ -91,12 +92,15 @@ def chatter_verdict(
     u: float,
     omega: float,
 ) -> tuple[int, float, float]:
-    """`chatter_end` with friction, which must be decided too; and the sign of w_T (0: sticks)."""
+    """`chatter_end` with friction, which must be decided too; and the sign of w_T (0: sticks).
+
+    `drag` is what load and brake take from α̇ in flight, rad/s².
+    """
     end, t = chatter_end(motion, disk, s, u)
     if end != COMPLETES:
         return end, t, 0.0
     b = angular_jet(motion, sine, cosine, elapsed)
-    rho = b[2] + disk.lag
+    rho = b[2] + drag
     total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
     friction, sign = chatter_friction(disk, disk.g + s[2], rho, omega - b[1], total, t)
     if friction == UNDECIDED:
@@ -115,6 +119,7 @@ def chatter_sums(disk: Record, s: Jet, u: float) -> tuple[float, float]:
 @kernel
 def chatter_rotation(
     disk: Record,
+    drag: float,
     sign: float,
     omega: float,
     b: Jet,
@@ -130,9 +135,9 @@ def chatter_rotation(
     """
     moment, squares = sums
     if sign == 0.0:
-        return b_end[0] - b[0] - 0.5 * (b[2] + disk.lag) * squares, b_end[1]
-    turned = (omega - 0.5 * disk.lag * t) * t - sign * disk.grip * moment * disk.restitution
-    return turned, omega - sign * disk.grip * push - disk.lag * t
+        return b_end[0] - b[0] - 0.5 * (b[2] + drag) * squares, b_end[1]
+    turned = (omega - 0.5 * drag * t) * t - sign * disk.grip * moment * disk.restitution
+    return turned, omega - sign * disk.grip * push - drag * t
 
 
 @kernel
