@@ -23,8 +23,8 @@ from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
-_ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
-LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
+ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
+LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD, TURNING, SPINNING, SPIN_DRIVE, HOLD = range(9)
 Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
 NO_SLIP = (0.0, 0.0, 0.0, 0.0)
 
@@ -56,7 +56,9 @@ def watched(
     """A watched function and its derivative d seconds after (elapsed, tau).
 
     LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this
-    sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip.
+    sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
+    TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
+    brake has left: their `slip` begins with the speed or the brake's most, and the sign of friction.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
@@ -65,13 +67,23 @@ def watched(
         return a, s3
     if which == UNLOAD:
         return -a, -s3
+    w, spin, s, c = slip
+    if which == HOLD:
+        return w - sign * (drag + spin * disk.grip * a), -sign * spin * disk.grip * s3
+    if which == SPIN_DRIVE:
+        return -spin * disk.grip * a - sign * drag, -spin * disk.grip * s3
+    if which == SPINNING:
+        pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
+        slowed = spin * disk.grip * a + sign * drag
+        return w - spin * disk.grip * pushed - sign * drag * d, -slowed
     _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
+    if which == TURNING:
+        return sign * b1, sign * b2
     rho = b2 + drag
     if which == MARGIN:
         return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
-    w, spin, s, c = slip
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
     pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
     return w - disk.grip * pushed - sign * (b1 - spin + drag * d), -disk.grip * a - sign * rho
@@ -84,6 +96,12 @@ def _curvature(which: int, over: Bounds, disk: Record) -> float:
         return over.s4
     if which == SLIPPING:
         return disk.grip * over.s3 + over.b3
+    if which == TURNING:
+        return over.b3
+    if which == SPINNING:
+        return disk.grip * over.s3
+    if which in (SPIN_DRIVE, HOLD):
+        return disk.grip * over.s4
     return disk.grip * over.s4 + over.b4
 
 
@@ -189,7 +207,7 @@ def stick_fails(
         return Search(math.inf, horizon, 0), 0.0
     within = horizon
     if motion.kind == STEADY:
-        within = min(horizon, _ONE_PERIOD * period_of(motion))
+        within = min(horizon, ONE_PERIOD * period_of(motion))
     up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
     down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
     steps = up.steps + down.steps
@@ -231,13 +249,13 @@ def slip_ends(
             return never, skip
     turns = Search(0.0, 0.0, 0)
     if w == 0.0:
-        reach = min(horizon, _ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
+        reach = min(horizon, ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
         turns = first_zero(DRIVE, sign, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, reach)
         if turns.zero == math.inf:
             return (never if turns.reached >= reach else turns), 0
     if motion.kind == STEADY and disk.grip * disk.g + sign * drag <= 0.0:
         # higher after each period: now or never
-        within = min(horizon, turns.zero + _ONE_PERIOD * period_of(motion))
+        within = min(horizon, turns.zero + ONE_PERIOD * period_of(motion))
     end = first_zero(SLIPPING, sign, motion, disk, drag, elapsed, tau, slip, turns.zero, within)
     reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
     return Search(end.zero, reached, turns.steps + end.steps), 0

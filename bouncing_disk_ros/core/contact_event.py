@@ -8,14 +8,17 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.bounds import span_from
+from bouncing_disk_ros.core.brake import brake_event
 from bouncing_disk_ros.core.contact import period_of, separation, slip_ends, stick_fails, stopped
 from bouncing_disk_ros.core.layout import (
     DISK,
     LONGEST,
     MOTION,
     NEXT_EVENT,
+    NOTHING,
     SEPARATION,
     SKIP,
+    SLIDING,
     SLIP,
     SLIP_ENDS,
     STATE,
@@ -86,11 +89,36 @@ def after_sliding(
     return stopped(until, horizon, steps)
 
 
+@kernel
+def after_held(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> NextEvent:
+    """Next event of a disk that its brake holds, but for those of the brake."""
+    within = horizon
+    if motion.kind != STEADY:  # its energy takes quadrature, as that of a slide
+        within = min(horizon, span_from(motion, since, motion.duration, SLIDE_PERIODS))
+    leave = separation(motion, disk, since, state.tau, within)
+    steps = leave.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)
+    if leave.zero == math.inf:
+        return stopped(leave.reached, horizon, steps)
+    return NextEvent(SEPARATION, leave.zero, 0.0, steps)
+
+
 @entry(NEXT_EVENT(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64))
 def after_contact(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
     """Next event of a disk in contact, up to `horizon` s ahead."""
     if state.phase == STICKING:
-        return after_sticking(state, motion, disk, since, horizon)
-    return after_sliding(state, motion, disk, since, horizon)
+        found = after_sticking(state, motion, disk, since, horizon)
+    elif state.phase == SLIDING:
+        found = after_sliding(state, motion, disk, since, horizon)
+    else:
+        found = after_held(state, motion, disk, since, horizon)
+    if disk.brake > 0.0:
+        until = horizon if found.kind == NOTHING else found.delay
+        sooner = brake_event(state, motion, disk, since, until)
+        steps = found.steps + sooner.steps
+        if sooner.kind != NOTHING:
+            return NextEvent(sooner.kind, sooner.delay, sooner.value, steps)
+    return found

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, two_sum
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
 from bouncing_disk_ros.core.bounds import frequency_at
+from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_FRICTION,
@@ -83,9 +84,14 @@ def add_axial_work(ledger: Ledger, disk: Record, s: Jet, s_end: Jet) -> None:
 
 
 @kernel
-def add_sticking_work(ledger: Ledger, disk: Record, b: Jet, b_end: Jet) -> None:
-    """Angular work of the platform while the disk sticks to the platform, from the jets of β."""
+def add_sticking_work(ledger: Ledger, disk: Record, spin: float, b: Jet, b_end: Jet) -> None:
+    """Angular work of the platform while the disk sticks to it, from the jets of β.
+
+    `spin` is the sign of the brake's direction. What it takes is entered by itself.
+    """
     work = disk.load_torque * (b_end[0] - b[0])
+    if spin != 0.0:
+        work += disk.brake_torque * spin * (b_end[0] - b[0])
     work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
     add_entry(ledger, W_ANGULAR, work)
 
@@ -95,6 +101,7 @@ def add_sliding_work(
     ledger: Ledger,
     motion: Record,
     disk: Record,
+    drag: float,
     sign: float,
     slip: float,
     elapsed: float,
@@ -112,14 +119,33 @@ def add_sliding_work(
     """
     if disk.grip == 0.0:
         return
-    if motion.kind == STEADY and motion.omega * t > 0.5:
-        drift = disk.g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
-    else:
-        drift = _drift(motion, disk.g, elapsed, tau, t, b[1])
+    drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
     scale = disk.inertia * disk.grip
     add_entry(ledger, W_ANGULAR, -sign * scale * (b[1] * q + drift))
-    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - pushed) - drift
+    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - drag * (t * q - pushed) - drift
     add_entry(ledger, L_SLIDING, sign * scale * rubbed)
+
+
+@kernel
+def _power_beyond(
+    motion: Record, g: float, elapsed: float, tau: float, t: float, q: float, b: Jet, b_end: Jet
+) -> float:
+    """∫(g + s̈)(β̇ − β̇₀)dt over t seconds, with q = ∫(g + s̈)dt."""
+    if motion.kind == STEADY and motion.omega * t > 0.5:
+        return g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
+    return _drift(motion, g, elapsed, tau, t, b[1])
+
+
+@rare_kernel
+def rubbing(motion: Record, disk: Record, elapsed: float, tau: float, t: float) -> float:
+    """∫ μ a_e N β̇ dt over t seconds of contact, J: what friction takes with α̇ = 0."""
+    sine, cosine = sincos(tau)
+    sine_end, cosine_end = sincos(tau + phase_advance(motion, elapsed, t))
+    b = angular_jet(motion, sine, cosine, elapsed)
+    b_end = angular_jet(motion, sine_end, cosine_end, elapsed + t)
+    q = -gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, t)[1]
+    drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
+    return disk.inertia * disk.grip * (b[1] * q + drift)
 
 
 @kernel

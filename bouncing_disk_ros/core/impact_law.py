@@ -21,6 +21,7 @@ _NO_BOUNCE = 1e-17
 _STRAIGHT = 4e-6
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
 _MARGIN = 1e-3
+MARGIN_OF_FRICTION = 1.0 + _MARGIN
 
 
 @kernel
