@@ -20,6 +20,7 @@ import time
 import warnings
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 
@@ -179,8 +180,12 @@ def compile_kernels(*, studies: bool = False) -> None:
 
 def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:
     """Import the modules of each step, one process for each share, unless that has been done."""
-    key = hashlib.sha256(f"{Path(__file__).parent} {what}".encode()).hexdigest()[:16]
-    marker = Path(os.environ.get("NUMBA_CACHE_DIR", ".")) / f"compiled-{key}"
+    from importlib.metadata import version
+
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
+    place = "" if _NAME.fullmatch(folder.name) else Path(__file__).parent  # see below
+    versions = f"{sys.version} {version('numba')} {place} {what}"
+    marker = folder / f"compiled-{hashlib.sha256(versions.encode()).hexdigest()[:16]}"
     if marker.is_file():
         return
     line = f"bouncing_disk_ros: compiling {what} once for this machine, {time} on two cores"
@@ -198,3 +203,53 @@ def _import_command(modules: tuple[str, ...]) -> list[str]:
     names = ", ".join(f"bouncing_disk_ros.{module}" for module in modules)
     quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
     return [sys.executable, "-P", "-c", f"{quiet}; import {names}"]
+
+
+def share_compiled_kernels() -> bool:
+    """Let all installations with the same sources share compiled kernels, from now on.
+
+    numba files them by the folder of the source, so that each colcon build, virtual environment and
+    clone would compile for itself. Our folder is named by the digest of the sources: within it the
+    place in the package is enough. False where this numba has other classes for it.
+    """
+    from numba.core import caching
+
+    implementation = getattr(caching, "CacheImpl", None) or getattr(caching, "_CacheImpl", None)
+    standard = getattr(caching, "UserProvidedCacheLocator", None) or getattr(
+        caching, "_UserProvidedCacheLocator", None
+    )
+    classes = getattr(implementation, "_locator_classes", None)
+    if standard is None or classes is None:
+        return False
+    if not any(found.__name__ == "SharedLocator" for found in classes):
+        classes.insert(0, _locator_class(standard))
+    return True
+
+
+def _locator_class(standard: Any) -> Any:
+    """Make the class that tells numba where a kernel of this package lies from numba's own."""
+    from numba import config
+
+    package = Path(__file__).resolve().parent
+
+    class SharedLocator(standard):
+        """For sources of this package, where the cache's folder is named by their digest."""
+
+        @classmethod
+        def get_suitable_cache_subpath(cls, py_file: str) -> str:
+            """Return the source's folder within the package."""
+            return str(Path(py_file).resolve().parent.relative_to(package.parent))
+
+        def get_source_stamp(self) -> str:
+            """Return nothing: the digest in the folder's name stands for the source."""
+            return ""
+
+        @classmethod
+        def from_function(cls, py_func: Any, py_file: str) -> Any:
+            """Return a locator, or None for what is not ours: numba's own follow."""
+            ours = Path(py_file).resolve().is_relative_to(package)
+            if not ours or not _NAME.fullmatch(Path(config.CACHE_DIR or "/").name):
+                return None
+            return super().from_function(py_func, py_file)
+
+    return SharedLocator

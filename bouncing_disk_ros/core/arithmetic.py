@@ -63,8 +63,10 @@ def rare_kernel(function: Kernel) -> Kernel:
 
 def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """Compile a function that Python calls: one signature, cached, without the GIL."""
+    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
 
     def compile_entry(function: Kernel) -> Kernel:
+        share_compiled_kernels()
         compiled: Kernel = njit(*signature, error_model="numpy", nogil=True, cache=True)(function)
         return compiled
 

@@ -9,7 +9,13 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.toss.extremes import MEASURES, Extreme, Ridge, extreme, ridge
+from bouncing_disk_ros.analysis.toss.extremes import (
+    Extreme,
+    Ridge,
+    bounded_measures,
+    extreme,
+    ridge,
+)
 from bouncing_disk_ros.analysis.toss.tosses import CODES, TossSetting, check_setting, toss
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
@@ -100,16 +106,13 @@ class TossMap(Study):
 
     @cached_property
     def extremes(self) -> list[Extreme]:
-        """The largest airborne speed, speed ratio and efficiency over all θ and φ_L."""
-        given = self.parameters
+        """The largest airborne speed, speed ratio (where it is bounded) and efficiency."""
+        speed = float(self.parameters["initial_angular_velocity"])
+        phase = float(self.parameters["initial_forcing_phase"])
         return [
-            extreme(
-                measure, self.setting,
-                angular_velocity=float(given["initial_angular_velocity"]),
-                forcing_phase=float(given["initial_forcing_phase"]),
-            )
-            for measure in MEASURES
-        ]  # fmt: skip
+            extreme(measure, self.setting, angular_velocity=speed, forcing_phase=phase)
+            for measure in bounded_measures(self.setting, speed)
+        ]
 
     def ridge(self) -> Ridge | None:
         """θ = −τ_sep, for a disk that starts at rest."""

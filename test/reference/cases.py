@@ -7,6 +7,7 @@ so that each draw has impacts, contact and slip in comparable amounts whatever t
 from __future__ import annotations
 
 import math
+import os
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,11 @@ NS = 1_000_000_000
 FIXED = settings(derandomize=True, deadline=None, database=None, print_blob=True)
 #: the same where one example takes long: the first failure is reported as it is found
 SLOW = settings(FIXED, phases=[HypothesisPhase.explicit, HypothesisPhase.generate])
+
+
+def examples(number: int) -> int:
+    """So many examples of a slow test, EXAMPLES times as many in `make soak`."""
+    return number * int(os.environ.get("EXAMPLES", "1"))
 
 
 class Fade(NamedTuple):

@@ -19,7 +19,7 @@ from mpmath import mpf
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
-from reference.cases import NS, SLOW, axial_amplitude
+from reference.cases import NS, SLOW, axial_amplitude, examples
 from reference.precise import Constants
 from reference.precise_contact import Contact, Turning
 from reference.precise_path import Path
@@ -79,7 +79,7 @@ def compare(motion: Motion, disk: Disk, initial: InitialState, count: int = 40) 
     spin=signed(3.0),
     load=signed(0.8),
 )
-@settings(SLOW, max_examples=60)
+@settings(SLOW, max_examples=examples(24))
 def test_platform_that_only_rotates(
     friction: float, swing: float, phase: float, spin: float, load: float
 ) -> None:
@@ -99,7 +99,7 @@ def test_platform_that_only_rotates(
     phase=st.floats(0.0, 6.28),
     spin=signed(2.0),
 )
-@settings(SLOW, max_examples=60)
+@settings(SLOW, max_examples=examples(24))
 def test_platform_that_presses(
     axial_forcing: float, friction: float, swing: float, lag: float, phase: float, spin: float
 ) -> None:

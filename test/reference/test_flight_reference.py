@@ -22,7 +22,7 @@ from mpmath import mpf
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from reference import precise
-from reference.cases import NS, SLOW, Case, Fade, axial_amplitude, effective_gravity
+from reference.cases import NS, SLOW, Case, Fade, axial_amplitude, effective_gravity, examples
 from reference.precise import Landing, landing
 from reference.precise_path import Path
 
@@ -81,7 +81,7 @@ def assert_lands(row: np.void, end: Landing, allowed: Tolerance) -> None:
 )
 @example(axial_forcing=0.45, frequency=3.0, phase=4.0, exponent=-10.0)
 @example(axial_forcing=0.0, frequency=3.0, phase=4.0, exponent=-10.0)
-@settings(SLOW, max_examples=150)
+@settings(SLOW, max_examples=examples(100))
 def test_bounce_from_contact(
     axial_forcing: float, frequency: float, phase: float, exponent: float
 ) -> None:
@@ -113,7 +113,7 @@ def test_bounce_from_contact(
     speed=st.floats(-1.0, 3.0),
     preload=st.sampled_from([0.0, -2.0, 30.0]),
 )
-@settings(SLOW, max_examples=150)
+@settings(SLOW, max_examples=examples(100))
 def test_flight_from_anywhere(
     axial_forcing: float,
     frequency: float,
@@ -146,7 +146,7 @@ def test_flight_from_anywhere(
     factors=st.tuples(st.floats(0.0, 2.0), st.floats(0.3, 3.0)),
     fade=st.tuples(st.floats(0.0, 0.4), st.floats(0.05, 1.0)),
 )
-@settings(SLOW, max_examples=80)
+@settings(SLOW, max_examples=examples(60))
 def test_flight_through_a_crossfade(
     axial_forcing: float,
     phase: float,

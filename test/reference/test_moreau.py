@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample
 from reference import moreau
-from reference.cases import NS, SLOW, Case, Fade, runs
+from reference.cases import NS, SLOW, Case, Fade, examples, runs
 
 PERIODS = 2.0
 HALVINGS = 7  # J
@@ -45,7 +45,6 @@ LEAST_RESPONSE = (
     0.75  # of the core alone, which has no noise: between first order and a square root
 )
 SATURATED = 0.1  # a response as large, in the model's units, is no small change
-EXAMPLES = 10
 NOISE = 1e-10  # rounding of 1e6 steps, in the units of Case.scales
 
 
@@ -161,7 +160,7 @@ def test_time_stepping_converges_to_the_core(start: int) -> None:
     @given(runs(PERIODS, restitution=st.just(0.0) | st.floats(0.1, 0.9)))
     @settings(
         SLOW,
-        max_examples=EXAMPLES,
+        max_examples=examples(6),
         suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
     )
     def converges(case: Case) -> None:

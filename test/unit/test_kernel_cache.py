@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import shutil
 import stat
 import subprocess
 import sys
@@ -298,3 +299,30 @@ def test_a_failed_compilation_is_tried_again(
     for _ in range(2):
         kernel_cache.compile_kernels()
         assert "compiling the physics" in capfd.readouterr().err
+
+
+def test_another_installation_of_the_same_sources_compiles_nothing(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    clean.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    clean.delenv("NUMBA_CACHE_DIR", raising=False)
+    count = (
+        "import bouncing_disk_ros\n"  # sets the folder, which numba reads once
+        "from numba.core import event\n"
+        "with event.install_recorder('numba:compile') as found:\n"
+        "    import bouncing_disk_ros.core.arithmetic as arithmetic\n"
+        "    arithmetic.sine_and_cosine(1.0)\n"
+        "print(len(found.buffer), arithmetic.__file__)"
+    )
+    found = []
+    for place in ("first", "second"):
+        shutil.copytree(Path(kernel_cache.__file__).parent, tmp_path / place / "bouncing_disk_ros")
+        done = subprocess.run(
+            [sys.executable, "-c", count], cwd=tmp_path / place, capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": str(tmp_path / place)}, check=True,
+        )  # fmt: skip
+        compiled, file = done.stdout.split()
+        assert Path(file).is_relative_to(tmp_path / place)
+        found.append(int(compiled))
+    assert found[0] > 0
+    assert found[1] == 0

@@ -55,6 +55,17 @@ class Ridge(NamedTuple):
     end: float  # largest φ_L at which the disk sticks until it leaves (ν = 1), rad, to 1e-7
 
 
+def bounded_measures(setting: TossSetting, angular_velocity: float) -> tuple[str, ...]:
+    """The measures that have a largest value, of MEASURES.
+
+    A disk that turns without the platform, by its initial speed (rad/s) or by a load torque, has a
+    speed ratio without bound as φ_L falls to 0.
+    """
+    if angular_velocity == 0.0 and setting.disk.load_torque == 0.0:
+        return MEASURES
+    return tuple(name for name in MEASURES if name != "speed_ratio")
+
+
 def extreme(
     measure: str,
     setting: TossSetting = PAPER,
@@ -72,7 +83,7 @@ def extreme(
     """
     if measure not in MEASURES:
         raise InputError("measure", measure, "one of " + ", ".join(MEASURES))
-    if measure == "speed_ratio" and (angular_velocity != 0.0 or setting.disk.load_torque != 0.0):
+    if measure not in bounded_measures(setting, angular_velocity):
         allowed = "airborne_speed or efficiency for a disk that turns without the platform"
         raise InputError("measure", measure, allowed, "The ratio has no bound as φ_L falls to 0.")
 

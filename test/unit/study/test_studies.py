@@ -206,6 +206,14 @@ def test_the_largest_toss_of_the_paper_is_found_whatever_the_map(tmp_path: Path)
     assert set(found["code"].attrs["flag_values"]) >= set(np.unique(found["code"].values))
 
 
+@pytest.mark.parametrize("given", [{"initial_angular_velocity": 3.0}, {"load_torque": 0.001}])
+def test_a_toss_that_turns_without_the_platform_has_no_largest_speed_ratio(
+    tmp_path: Path, given: dict[str, Value]
+) -> None:
+    found = result_of(tmp_path, "toss_map", phase_lag_count=4, amplitude_angle_count=3, **given)
+    assert list(found["extreme_measure"].values) == ["airborne_speed", "efficiency"]
+
+
 def test_paths_are_closed(tmp_path: Path) -> None:
     found = result_of(tmp_path, "toss_paths", phase_lags="0 -0.25pi",
                       amplitude_angles="0.25pi 0.25pi", points=33)  # fmt: skip
