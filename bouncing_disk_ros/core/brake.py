@@ -326,9 +326,7 @@ def end_braked_phase(
 
 
 @rare_kernel
-def stick_or_reverse_braked(
-    state: Record, motion: Record, disk: Record, a: float, b: Jet
-) -> None:
+def stick_or_reverse_braked(state: Record, motion: Record, disk: Record, a: float, b: Jet) -> None:
     """Where a slip has reached w_T = 0 (contact.stick_or_reverse)."""
     grip = disk.grip * a
     spin = sign_of(b[1])
@@ -451,9 +449,7 @@ def braked_chatter(
 
 
 @rare_kernel
-def stopped_tail(
-    disk: Record, side: float, u: float, omega: float
-) -> tuple[float, float, float]:
+def stopped_tail(disk: Record, side: float, u: float, omega: float) -> tuple[float, float, float]:
     """Angle turned, and way, in a chatter whose flights each stop the disk; Σ(Δα̇)² of its impacts.
 
     Each impact gives Δα̇ = −side·grip·(1+ε)w from rest, and the flight turns by

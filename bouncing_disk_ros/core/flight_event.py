@@ -37,7 +37,9 @@ def _chatter(
     if disk.brake > 0.0:
         end, t, sign = braked_chatter(motion, disk, since, sine, cosine, s, u, state.omega)
     else:
-        end, t, sign = chatter_verdict(motion, disk, disk.lag, since, sine, cosine, s, u, state.omega)
+        end, t, sign = chatter_verdict(
+            motion, disk, disk.lag, since, sine, cosine, s, u, state.omega
+        )
     if end == STILL:
         return NextEvent(CHATTER_ENDS, 0.0, STILLED, 0)
     if end == BOUNCES or t + PAST_BOUNDARY > horizon:

@@ -156,7 +156,7 @@ NEXT_EVENT = types.NamedTuple([types.int64, types.float64, types.float64, types.
 def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
     """The disk as the kernels read it, with what follows from it."""
     record = np.zeros(1, DISK_DTYPE)
-    inertia = disk.mass * disk.gyration_radius**2 + disk.load_inertia
+    inertia = disk.inertia
     record["mass"], record["restitution"] = disk.mass, disk.restitution
     record["friction"] = disk.friction
     record["inertia"] = inertia

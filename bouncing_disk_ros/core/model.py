@@ -59,6 +59,11 @@ class Disk(NamedTuple):
     brake_torque: float = 0.0  # T_B, N·m, a dry brake: −T_B sgn α̇
     load_inertia: float = 0.0  # J, kg·m², turns with the disk
 
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia of all that turns, I = m a_g² + J, kg·m²."""
+        return self.mass * self.gyration_radius**2 + self.load_inertia
+
 
 class InitialState(NamedTuple):
     """Where a run starts."""

@@ -104,7 +104,19 @@ def propagate(
             slip = state.omega - b0[1]
             add_axial_work(ledger, disk, s0, s1)
             add_sliding_work(
-                ledger, motion, disk, state.drag, sign, slip, before, state.tau, d, q, pushed, b0, b1
+                ledger,
+                motion,
+                disk,
+                state.drag,
+                sign,
+                slip,
+                before,
+                state.tau,
+                d,
+                q,
+                pushed,
+                b0,
+                b1,
             )
             add_brake_loss(ledger, disk, turned)
             turn(state, turned)
