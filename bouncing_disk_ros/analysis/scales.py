@@ -41,7 +41,7 @@ def axial_forcing_of(motion: Motion, disk: Disk) -> float:
 
 
 def angular_forcing_of(motion: Motion, disk: Disk) -> float:
-    """Γ_T = I Φ ω² / (m a_e π g μ), 1, I = m a_g² + J; inf without friction, nan without rotation besides."""
+    """Γ_T = I Φ ω² / (m a_e π g μ), 1; inf without friction, nan without rotation besides."""
     omega = math.tau * motion.frequency
     pull = disk.friction_radius * math.pi * acceleration(disk) * disk.friction
     turn = (

@@ -1,9 +1,9 @@
 """A dry brake on the disk's shaft: −T_B sgn α̇, and at α̇ = 0 whatever within ±T_B keeps it at rest.
 
-In contact α̈ is the one solution of α̈ + lag + grip·a·Sgn(w_T) + brake·Sgn(α̇) ∋ 0, where a sign that
-is not decided (w_T or α̇ = 0) is that of the derivative, and anything in [−1, 1] where that is 0 too.
-Between its events the brake is a constant torque: `drag` stands for it and the load. Only kernels of
-a disk with a brake come here: without one nothing changes, to the bit.
+In contact α̈ is the one solution of α̈ + lag + grip·a·Sgn(w_T) + brake·Sgn(α̇) ∋ 0, where a sign
+that is not decided (w_T or α̇ = 0) is that of the derivative, and anything in [−1, 1] where that is
+0 too. Between its events the brake is a constant torque: `drag` stands for it and the load. Only
+disks with a brake come here: without one nothing changes, to the bit.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from bouncing_disk_ros.core.layout import (
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet
 
 STOPPED_TAIL = 3.0
-"""Value of a CHATTER_ENDS in which the brake stops the disk in each flight, times the slip's sign."""
+"""Value of a CHATTER_ENDS whose flights each stop the disk, by its brake; times the slip's sign."""
 _SAFE = 1.0 + 1e-12  # bounds are rounded up
 _TURN = 1.0 + 1e-9  # more than half a period ahead is the zero that has just been
 

@@ -58,7 +58,8 @@ def watched(
     LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this
     sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
     TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
-    brake has left: their `slip` begins with the speed or the brake's most, and the sign of friction.
+    brake has left: for these `slip` begins with the speed, or the most that the brake can hold, and
+    the sign of friction.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
