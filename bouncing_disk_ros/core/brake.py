@@ -93,7 +93,7 @@ def braked_spin(omega: float, disk: Record, d: float) -> tuple[float, float, flo
         left = max(d - lasts, 0.0)
     rest = left_over(disk.lag, disk.brake)
     more = -0.5 * rest * left * left
-    return turned + more, -rest * left, way + abs(more)
+    return turned + more, 0.0 - rest * left, way + abs(more)
 
 
 # --- how contact begins ---------------------------------------------------------------------------

@@ -49,7 +49,7 @@ class Motor(NamedTuple):
         run = self.start(load, brake)
         found = []
         for periods in (SETTLING, SETTLING + MEASURED):
-            run.advance(round(periods / self.motion.frequency * NS))
+            run.advance(round((periods + 0.5) / self.motion.frequency * NS))  # between impacts
             found.append((run.time_ns, run.sample().unwrapped_angle, run.energy()))
         (t0, angle0, energy0), (t1, angle1, energy1) = found
         gained = [(b - a) / MEASURED for a, b in zip(energy0, energy1, strict=True)]
