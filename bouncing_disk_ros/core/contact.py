@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
 from bouncing_disk_ros.core.bounds import Bounds, bounds_from
+from bouncing_disk_ros.core.brake import slip_out_sign
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     gap_after,
@@ -312,12 +313,6 @@ def slide(
     pushed, q = -fall[0], -fall[1]
     turned = (omega - 0.5 * drag * d) * d - sign * disk.grip * pushed
     return turned, omega - (sign * disk.grip * q + drag * d), pushed, q
-
-
-@kernel
-def slip_out_sign(rho: float) -> float:
-    """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
-    return -1.0 if rho > 0.0 else 1.0
 
 
 @kernel

@@ -19,6 +19,7 @@ from bouncing_disk_ros.core.bounds import frequency_at
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
+    L_BRAKE,
     L_FRICTION,
     L_SLIDING,
     STEADY,
@@ -26,7 +27,15 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
+from bouncing_disk_ros.core.platform import (
+    Jet,
+    Record,
+    angular_jet,
+    axial_jet,
+    phase_advance,
+    turning_phase,
+    until_turning,
+)
 
 Ledger = Any  # float64 (2, 8): sums and what their rounding left out
 
@@ -146,6 +155,44 @@ def rubbing(motion: Record, disk: Record, elapsed: float, tau: float, t: float) 
     q = -gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, t)[1]
     drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
     return disk.inertia * disk.grip * (b[1] * q + drift)
+
+
+@rare_kernel
+def add_held_work(
+    ledger: Ledger, state: Record, motion: Record, disk: Record, elapsed: float, d: float
+) -> None:
+    """Work of the platform that slides beneath a held disk, all of it lost; the sign of the slip.
+
+    A steady motion may turn back many times on the way.
+    """
+    rubbed, tau, left, sign = 0.0, state.tau, d, state.slip_sign
+    if motion.kind == STEADY:
+        half = math.pi / motion.omega
+        for _ in range(4):
+            span = until_turning(motion, tau, -sign)
+            if span >= left:
+                break
+            rubbed -= sign * rubbing(motion, disk, elapsed, tau, span)
+            left -= span
+            tau = turning_phase(motion, -sign)
+            sign = -sign
+            periods = math.floor(left / (2.0 * half))
+            if periods >= 1.0:
+                other = turning_phase(motion, -sign)
+                rubbed -= sign * periods * rubbing(motion, disk, elapsed, tau, half)
+                rubbed += sign * periods * rubbing(motion, disk, elapsed, other, half)
+                left = max(left - periods * 2.0 * half, 0.0)
+    rubbed -= sign * rubbing(motion, disk, elapsed, tau, left)
+    state.slip_sign = sign
+    add_entry(ledger, W_ANGULAR, rubbed)
+    add_entry(ledger, L_SLIDING, rubbed)
+
+
+@kernel
+def add_brake_loss(ledger: Ledger, disk: Record, way: float) -> None:
+    """What the brake takes while the disk turns by `way` rad, without its sign."""
+    if disk.brake > 0.0:
+        add_entry(ledger, L_BRAKE, disk.brake_torque * abs(way))
 
 
 @kernel

@@ -7,10 +7,9 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel
-from bouncing_disk_ros.core.brake import braked_chatter
 from bouncing_disk_ros.core.contact import load_returns, stopped
 from bouncing_disk_ros.core.flight import search_impact
-from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, chatter_verdict
+from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,

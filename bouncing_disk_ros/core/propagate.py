@@ -6,8 +6,6 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
 from bouncing_disk_ros.core.brake import (
-    add_brake_loss,
-    add_held_work,
     begin_braked_contact,
     braked_spin,
     stick_or_reverse_braked,
@@ -16,6 +14,8 @@ from bouncing_disk_ros.core.contact import load, slide, slip_sign
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_axial_work,
+    add_brake_loss,
+    add_held_work,
     add_sliding_work,
     add_sticking_work,
 )

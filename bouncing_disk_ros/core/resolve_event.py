@@ -7,12 +7,16 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.brake import (
     STOPPED_TAIL,
-    add_brake_loss,
     chatter_drag,
     end_braked_phase,
     stopped_tail,
 )
-from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, add_impact_energy
+from bouncing_disk_ros.core.energy_ledger import (
+    Ledger,
+    add_brake_loss,
+    add_entry,
+    add_impact_energy,
+)
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.impact_law import (

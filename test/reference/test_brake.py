@@ -64,7 +64,7 @@ def forcing(motion: Motion, disk: Disk) -> float:
 
 @st.composite
 def motors(draw: st.DrawFn) -> Motor:
-    """Motors of 3 Hz to 100 kHz within the stable range of period 1, half a period whole nanoseconds."""
+    """Motors of 3 Hz to 100 kHz in the stable range of period 1; half a period is whole ns."""
     period_ns = draw(st.sampled_from([10_000, 25_000, 10**6, 1_234_568, 333_333_334]))
     omega = math.tau / (period_ns / NS)
     e = draw(st.floats(0.2, 0.7))
