@@ -24,7 +24,7 @@ export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 16
 
-demo: run-environment   ## set up, then run the demonstration (20 s)
+demo: run-environment   ## set up (minutes, once), then run the demonstration (half a minute)
 	@$(BIN)/python -m bouncing_disk_ros demo
 
 test: lint types   ## set up, then run every check and the whole test suite, on all cores

@@ -1,5 +1,13 @@
 """A disk that bounces and turns on a vibrating platform, simulated exactly and in real time.
 
+What a user calls is a name of this package (`dir(bouncing_disk_ros)`), or in `bag`, `plots` and
+`study`; none but `SimulatorNode` needs ROS:
+
+>>> from bouncing_disk_ros import basins, fixed_point, simulate
+>>> impacts = simulate(10.0, axial_forcing=0.45, frequency=3.0).impacts
+>>> fixed_point(0.45, 0.5).multipliers
+>>> basins(axial_forcing=0.34, width=60, height=60)["fraction"]
+
 The packages, from the top; imports point down only:
 
 | package | what it holds | may import |
@@ -25,26 +33,98 @@ from __future__ import annotations
 import bouncing_disk_ros.safe_path  # noqa: F401 (before anything else is looked for)
 
 # isort: split
+import functools
 import importlib
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
+    from bouncing_disk_ros import bag, plots, study
+    from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+    from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+    from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
+    from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
+    from bouncing_disk_ros.analysis.dynamics.boundary import (
+        basin_entropy,
+        box_dimension,
+        uncertainty_exponent,
+    )
+    from bouncing_disk_ros.analysis.dynamics.next_collision import (
+        Impacts,
+        MapState,
+        NextCollisionMap,
+        spread_starts,
+    )
+    from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
+        PeriodicOrbit,
+        fixed_point,
+        periodic_orbit,
+    )
+    from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
+    from bouncing_disk_ros.analysis.recorded.run_summary import summary_of
+    from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss
     from bouncing_disk_ros.core.simulation import Simulation
+    from bouncing_disk_ros.errors import FailedError, InputError
+    from bouncing_disk_ros.nodes.bags.bag_run import read_run
     from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-    from bouncing_disk_ros.ros.conversions import impacts_from_msg
-    from bouncing_disk_ros.run.simulate import simulate
+    from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+    from bouncing_disk_ros.run.presets import load_preset, preset_names
+    from bouncing_disk_ros.run.programmes import load_programme, programme_names
+    from bouncing_disk_ros.run.simulate import Result, simulate
+    from bouncing_disk_ros.study.functions import (
+        basin_shares,
+        basins,
+        bifurcation,
+        parameter_map,
+        toss_map,
+        toss_paths,
+    )
+    from bouncing_disk_ros.study.runner import run as run_study
+    from bouncing_disk_ros.study.store import open_result
 
-__all__ = ["Simulation", "SimulatorNode", "__version__", "impacts_from_msg", "simulate"]
-
-#: public name -> the module that has it
-_HOMES = {
-    "Simulation": "bouncing_disk_ros.core.simulation",
-    "SimulatorNode": "bouncing_disk_ros.nodes.simulator.simulator_node",
-    "impacts_from_msg": "bouncing_disk_ros.ros.conversions",
-    "simulate": "bouncing_disk_ros.run.simulate",
+#: module that has them -> public names
+_PUBLIC = {
+    "analysis.dynamics.attractor_search": "find_attractors",
+    "analysis.dynamics.attractors": "Attractor AttractorKind Attractors",
+    "analysis.dynamics.basin_labels": "label_starts",
+    "analysis.dynamics.best_lag": "best_lag",
+    "analysis.dynamics.boundary": "basin_entropy box_dimension uncertainty_exponent",
+    "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
+    "analysis.dynamics.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
+    "analysis.recorded.run_record": "RunRecord",
+    "analysis.recorded.run_summary": "summary_of",
+    "analysis.toss.tosses": "TossSetting toss",
+    "core.simulation": "Simulation",
+    "errors": "FailedError InputError",
+    "nodes.bags.bag_run": "read_run",
+    "nodes.simulator.simulator_node": "SimulatorNode",
+    "ros.from_messages": "impacts_from_msg",
+    "run.presets": "load_preset preset_names",
+    "run.programmes": "load_programme programme_names",
+    "run.simulate": "Result simulate",
+    "study.functions": "basin_shares basins bifurcation parameter_map toss_map toss_paths",
+    "study.runner": "run_study",
+    "study.store": "open_result",
 }
+_MODULES = ("bag", "plots", "study")
+NEED_ROS = ("SimulatorNode",)
+"""Public names that cannot be had where ROS 2 is not installed."""
+#: public name -> the module that has it
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
+_RENAMED = {"run_study": "run"}
+"""Public names that their module calls otherwise."""
+
+__all__ = [
+    "Attractor", "AttractorKind", "Attractors", "FailedError", "Impacts", "InputError",
+    "MapState", "NextCollisionMap", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
+    "SimulatorNode", "TossSetting", "__version__", "bag", "basin_entropy", "basin_shares",
+    "basins", "best_lag", "bifurcation", "box_dimension", "find_attractors", "fixed_point",
+    "impacts_from_msg", "label_starts", "load_preset", "load_programme", "open_result",
+    "parameter_map", "periodic_orbit", "plots", "preset_names", "programme_names", "read_run",
+    "run_study", "simulate", "spread_starts", "study", "summary_of", "toss", "toss_map",
+    "toss_paths", "uncertainty_exponent",
+]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once
 
@@ -53,17 +133,43 @@ def __getattr__(name: str) -> object:
     """Load a public name when it is first used (PEP 562)."""
     if name == "__version__":
         value: object = _version()
+    elif name in _MODULES:
+        value = importlib.import_module(f"{__name__}.{name}")
     elif name in _HOMES:
-        value = getattr(importlib.import_module(_HOMES[name]), name)
+        value = _loaded(name)
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from bouncing_disk_ros.errors import closest
+
+        hint = closest(name, __all__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}. {hint}".rstrip(". "))
     globals()[name] = value
     return value
 
 
+def _loaded(name: str) -> object:
+    """A public name from its module, whose kernels may have to be compiled first."""
+    if name in NEED_ROS:
+        from bouncing_disk_ros.environment import ros_is_here
+
+        if not ros_is_here():
+            raise ImportError(f"{name} needs ROS 2, which is not installed here")
+    module = f"{__name__}.{_HOMES[name]}"
+    if _HOMES[name] != "errors":
+        _announce_compilation()
+    return getattr(importlib.import_module(module), _RENAMED.get(name, name))
+
+
+@functools.cache
+def _announce_compilation() -> None:
+    """Let the first compilation of a kernel say on stderr what it is; once."""
+    from bouncing_disk_ros.kernel_cache import announce_compilation
+
+    announce_compilation(__name__)
+
+
 def __dir__() -> list[str]:
     """List the public names, loaded or not."""
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
 
 
 def _version() -> str:

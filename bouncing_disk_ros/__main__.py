@@ -6,7 +6,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 
-from bouncing_disk_ros.environment import accept_any_text
+from bouncing_disk_ros.environment import accept_any_text, outlive_reader
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
@@ -35,6 +35,7 @@ def run(name: str, arguments: Sequence[str]) -> int | None:
 def main() -> int | None:
     """Run what the command line names; list the executables if it names none."""
     accept_any_text()
+    outlive_reader()
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in ("-h", "--help"):
         print(overview())

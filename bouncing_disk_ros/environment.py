@@ -5,11 +5,14 @@ Every executable calls `prepare` first in its `main`. Imports neither numba nor 
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import os
 import socket
+import stat
 import sys
 from pathlib import Path
+from typing import Any
 
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.folders import (
@@ -28,6 +31,16 @@ DOMAINS_ALLOWED = (
     "(0 to 101 and 215 to 232 keep clear of the ports that Linux hands out)"
 )
 FAST_DISCOVERY_PROFILE = "fast_discovery.xml"
+ROS_PACKAGES = ("rclpy", "std_msgs", "sensor_msgs")
+"""What there is of ROS 2 wherever it is installed."""
+
+
+def ros_is_here() -> bool:
+    """Return whether ROS 2 can be imported; the library, studies and bag tools do without it."""
+    try:
+        return all(importlib.util.find_spec(name) is not None for name in ROS_PACKAGES)
+    except (ModuleNotFoundError, ValueError):
+        return False
 
 
 # ROS settings -------------------------------------------------------------------------------------
@@ -88,18 +101,61 @@ def accept_any_text() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
 
 
+class _Pipe(io.FileIO):
+    """A pipe to a reader that may go (`| head`): what is written later is dropped quietly."""
+
+    def write(self, data: Any) -> int:
+        """Write, or drop what nobody reads."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            return memoryview(data).nbytes
+
+
+def outlive_reader() -> None:
+    """Let stdout drop what is written once its reader has gone, where it is a pipe.
+
+    The work goes on and its files are written; nothing is said about the pipe. `end_with_reader`
+    undoes it.
+    """
+    out = sys.stdout
+    if out is not sys.__stdout__ or not isinstance(out, io.TextIOWrapper):
+        return  # captured, or not to be written to
+    try:
+        if not stat.S_ISFIFO(os.fstat(out.fileno()).st_mode):
+            return
+    except OSError:
+        return
+    out.flush()
+    pipe = io.BufferedWriter(_Pipe(out.fileno(), "wb", closefd=False))
+    sys.stdout = io.TextIOWrapper(
+        pipe, encoding=out.encoding, errors=out.errors, line_buffering=out.line_buffering,
+        write_through=out.write_through,
+    )  # fmt: skip
+
+
+def end_with_reader() -> None:
+    """Let writing to a pipe without a reader raise BrokenPipeError again."""
+    buffer = getattr(sys.stdout, "buffer", None)
+    if isinstance(getattr(buffer, "raw", None), _Pipe) and sys.__stdout__ is not None:
+        sys.stdout = sys.__stdout__
+
+
 def prepare() -> None:
     """Make the process ready for rclpy, or end it with one line on stderr and exit code 2.
 
     To be called first in an executable's `main`, before `rclpy.init` and the import of matplotlib.
+    Where ROS is not installed, its settings do not matter.
     """
     try:
         use_package_index()
-        use_log_folder()
         use_matplotlib_folder()
-        check_domain()
-        check_middleware()
-        check_security()
+        if ros_is_here():
+            use_log_folder()
+            check_domain()
+            check_middleware()
+            check_security()
     except InputError as error:
         sys.stderr.write(f"{PACKAGE}: {error.line}\n")
         raise SystemExit(int(ExitCode.BAD_INPUT)) from None
@@ -121,13 +177,35 @@ def domain_is_free(domain: int) -> bool:
         return True
 
 
-def free_domain() -> int:
-    """Return a free ROS domain in 1..101, another one for each process where there is a choice."""
+#: tests that share a machine hold TCP port 32768 + domain (the package domain_coordinator)
+_FIRST_RESERVATION = 32768
+
+
+def reserved(domain: int) -> socket.socket | None:
+    """Return what keeps others from taking the ROS domain until it is closed; None: it is taken.
+
+    A session of tests has its domain also while none of its nodes is there.
+    """
+    reservation = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        reservation.bind(("", _FIRST_RESERVATION + domain))
+    except OSError:
+        reservation.close()
+        return None
+    return reservation
+
+
+def free_domain() -> tuple[int, socket.socket]:
+    """Return a free ROS domain in 1..101, and what reserves it until it is closed."""
     for step in range(101):
         domain = 1 + (os.getpid() + step) % 101
-        if domain_is_free(domain):
-            return domain
+        if domain_is_free(domain) and (reservation := reserved(domain)):
+            return domain, reservation
     raise InputError("ROS_DOMAIN_ID", "nothing, and 1 to 101 are all in use", DOMAINS_ALLOWED)
+
+
+_reservations: list[socket.socket] = []
+"""Of this process, for as long as it lives."""
 
 
 def use_private_domain() -> str:
@@ -135,7 +213,10 @@ def use_private_domain() -> str:
 
     What the user has set stays. Returns the line that joins a second terminal to it.
     """
-    os.environ.setdefault("ROS_DOMAIN_ID", str(free_domain()))
+    if "ROS_DOMAIN_ID" not in os.environ:
+        domain, reservation = free_domain()
+        _reservations.append(reservation)
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     use_fast_discovery()
     names = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")

@@ -35,7 +35,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",
     },
     "demo": {
-        "demo": "the paper's story in 20 s: a helical toss that lands in the period-1 orbit",
+        "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",
     },
 }
 #: name of the executable -> what it does, in one line

@@ -7,6 +7,7 @@ Every default has its home here. A value is checked by `Spec.checked` (one value
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -83,8 +84,9 @@ class Spec:
     def cast(self, given: object) -> object:
         """An integer, or a text with a part of π, where a double is wanted; texts joined.
 
-        Everything else as it is.
+        Numbers of NumPy as Python's. Everything else as it is.
         """
+        given = plain(given)
         if self.listed and isinstance(given, (list, tuple)):
             return joined(given) if all(isinstance(one, str) for one in given) else given
         if self._is_castable(given):
@@ -229,6 +231,32 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "frames": "Coordinate frames",
     }
 )
+
+
+RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service")
+"""Parameters that rclpy itself declares on every node."""
+
+
+def is_rclpy_parameter(name: str) -> bool:
+    """Whether a parameter belongs to rclpy, not to a table of this package."""
+    return name in RCLPY_PARAMETERS or name.startswith("qos_overrides.")
+
+
+def plain(given: object) -> object:
+    """A number of NumPy, or an array of none or one axis, as Python's; everything else as it is."""
+    if hasattr(given, "dtype") and hasattr(given, "tolist"):
+        return given.tolist()
+    return given
+
+
+def listed_text(value: object) -> object:
+    """Numbers as the text that stands for a list of them; everything else as it is."""
+    value = plain(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return repr(value)
+    if isinstance(value, (array, list, tuple)):
+        return " ".join(str(plain(one)) for one in value)
+    return value
 
 
 def joined(items: Sequence[str]) -> str:

@@ -51,7 +51,8 @@ _TOSS_MAP = (
 _BIFURCATION = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "
          "phase_lag or angular_forcing"),
-    Spec("begin", 0.335, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("begin", 0.335, "", "first value of it; 0 along axial_forcing, where the period-1 orbit "
+         "is followed: just above where that orbit begins", low=-1e6, high=1e6, angle=True),
     Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6,
          angle=True),
     Spec("count", 1261, "", "number of values", low=1, high=10_000_000),

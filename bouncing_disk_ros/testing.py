@@ -10,8 +10,9 @@ It is a pytest plugin of the installed package; a test only names it:
         simulator.step(10)                       # ten periods of the platform, at once
         simulator.spin_until(lambda: node.answers == 10)
 
-Time stands but for `step` and `advance`: nothing depends on the speed of the machine. Set
-ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE before, if strangers may be around.
+Time stands but for `step` and `advance`: nothing depends on the speed of the machine. What the
+simulator refuses is raised as its InputError. Set ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE
+before, if strangers may be around. docs/testing.md begins with a first test.
 """
 
 from __future__ import annotations
@@ -19,10 +20,12 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import pytest
 
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import plain
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
@@ -53,6 +56,7 @@ class SteppedSimulator:
         from bouncing_disk_ros import environment
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 
+        values = {name: plain(value) for name, value in values.items()}
         environment.prepare()
         self.context: Context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -98,10 +102,23 @@ class SteppedSimulator:
             self._executor.spin_once(timeout_sec=0.02)
 
     def wait_for_subscriber(self, topic: str, count: int = 1) -> None:
-        """Wait until a topic has so many subscriptions: no message is sent too early."""
+        """Wait until a topic has so many subscriptions: no message is sent too early.
+
+        Raises InputError for a topic that the simulator does not publish, AssertionError when the
+        subscriptions do not come.
+        """
         name = self.node.resolve_topic_name(topic)
-        publisher = next(p for p in self.node.publishers if p.topic_name == name)
-        self.spin_until(lambda: publisher.get_subscription_count() >= count)
+        publishers = {publisher.topic_name: publisher for publisher in self.node.publishers}
+        if name not in publishers:
+            allowed = "a topic of the simulator: " + ", ".join(sorted(publishers))
+            raise InputError("topic", name, allowed, closest(name, publishers))
+        publisher = publishers[name]
+        end = time.monotonic() + PATIENCE
+        while publisher.get_subscription_count() < count:
+            if time.monotonic() > end:
+                found = publisher.get_subscription_count()
+                raise AssertionError(f"{name} has {found} of {count} subscriptions")
+            self._executor.spin_once(timeout_sec=0.02)
 
     def step(self, periods: int = 1) -> None:
         """Simulate whole periods of the platform's motion, at once."""
@@ -113,19 +130,32 @@ class SteppedSimulator:
         """Simulate for a time, at once."""
         self._run.advance_to(self._run.session.time_ns + round(seconds * NS))
 
-    def command(self, after: float = 0.0, **values: float) -> bool:
-        """Command the platform: `values` reached `after` seconds from now; False when refused."""
+    def command(self, after: float = 0.0, **values: SupportsFloat) -> bool:
+        """Command the platform: `values` reached `after` seconds from now.
+
+        Returns True; raises InputError where the simulator refuses it.
+        """
         from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 
-        point = PointRequest(tuple(values.values()), round(after * NS))
-        return self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
+        numbers: tuple[Any, ...] = tuple(map(plain, values.values()))
+        point = PointRequest(numbers, round(after * NS))
+        return self._accepted(
+            self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
+        )
 
     def apply_impulse(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
-        """Apply an impulse to the disk now (N·s, N·m·s); False when refused."""
+        """Apply an impulse to the disk now (N·s, N·m·s); True, or InputError if refused."""
         from bouncing_disk_ros.run.command_validation import ImpulseRequest
 
-        request = ImpulseRequest((0.0, 0.0, axial_impulse), (0.0, 0.0, angular_impulse))
-        return self.node.commands.apply_impulse(request)
+        axial, angular = float(axial_impulse), float(angular_impulse)
+        request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular))
+        return self._accepted(self.node.commands.apply_impulse(request))
+
+    def _accepted(self, accepted: bool) -> bool:
+        if not accepted:
+            assert self.node.last_refusal is not None
+            raise self.node.last_refusal
+        return True
 
     def kick(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
         """Call `apply_impulse`, which is its name since version 0.2."""
@@ -161,6 +191,10 @@ class SteppedSimulator:
 @pytest.fixture
 def stepped_simulator() -> Iterator[Callable[..., SteppedSimulator]]:
     """Make stepped simulators: parameters by name; they are closed when the test ends."""
+    from bouncing_disk_ros.environment import ros_is_here
+
+    if not ros_is_here():
+        pytest.fail("stepped_simulator needs ROS 2, which is not installed here", pytrace=False)
     made: list[SteppedSimulator] = []
 
     def make(**values: Any) -> SteppedSimulator:

@@ -30,7 +30,7 @@ ARGUMENTS = {
     "real_time_factor": ("", None, "simulated time passed in one second; 0: as fast as it can"),
     "publish_clock": ("", OPEN_FLAG, "publish /clock with simulated time"),
     "autostart": ("", OPEN_FLAG, "configure and activate the simulator at once"),
-    "use_sim_time": ("false", FLAG, "let the viewers follow /clock (the simulator makes time)"),
+    "use_sim_time": ("false", FLAG, "let the viewers follow /clock; the simulator makes the time"),
     "log_level": ("", None, "of the simulator: debug, info, warn, error or fatal"),
     "respawn": ("false", FLAG, "start the simulator again, a second after it has ended"),
     "shutdown_on_exit": ("false", FLAG, "end the whole launch when the simulator has ended"),

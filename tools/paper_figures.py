@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.tosses import toss
+from bouncing_disk_ros.nodes.studies.basins import scales
 
 
 class Number(NamedTuple):
@@ -31,6 +34,7 @@ class PaperFigure(NamedTuple):
     heading: str
     statement: str
     numbers: Callable[[xr.Dataset], list[Number]]
+    caption: str  # what the pictures show, line by line and colour by colour
     remark: str = ""
 
 
@@ -53,7 +57,7 @@ def _tosses(_: xr.Dataset) -> list[Number]:
     flat = "the maximum is at another place, close by"
     ledger = (
         "no bookkeeping of the energies gives 0.519 with E_in = ∫(Nṡ + Mβ̇)dt from rest to "
-        "separation; a wrong sign of gravity would give 0.522"
+        "separation; a wrong sign of gravity would give 0.5222 at φ_L = 0.248π, at most 0.5236"
     )
     return [
         Number("largest airborne speed", "27.1", abs(speed.airborne_speed), "rad/s",
@@ -87,17 +91,33 @@ def _diagram(result: xr.Dataset) -> list[Number]:
     ]
     first = stability_limit(0.5)
     phase = math.acos(1.0 / (3.0 * first))
-    values, speeds = result["value"].values, result["mean_speed"].values
-    beyond = (values > first) & (values < 0.545)
-    peak = int(np.flatnonzero(beyond)[np.argmax(speeds[beyond])])
+    peak_place, peak = _largest_mean_speed()
     return [
         *rows,
         Number("τ_imp/2π of the period-1 orbit at Γ₁", "0.13", phase / math.tau),
         Number("best phase lag θ/π there", "-0.26", -phase / math.pi),
-        Number("mean α̇/(ωΦ) at Γ₁, θ = 0", "0.69", float(np.interp(first, values, speeds))),
-        Number("largest mean α̇/(ωΦ) beyond Γ₁", "", float(speeds[peak])),
-        Number("Γ there (the paper: the period-4 bifurcation)", "0.531", float(values[peak])),
-    ]
+        Number("mean α̇/(ωΦ) at Γ₁, θ = 0: cos τ_imp", "0.69", math.cos(phase)),
+        Number("largest mean α̇/(ωΦ) beyond Γ₁", "", peak),
+        Number("Γ there, to 1e-6 (the paper: the period-4 bifurcation)", "0.531", peak_place),
+        Number("Γ where the chaotic attractor first comes to contact (a crisis)", "",
+               float(result["contact_onset"])),
+    ]  # fmt: skip
+
+
+def _largest_mean_speed() -> tuple[float, float]:
+    """Γ and the mean speed at the cusp of Fig. 3, where the period-2 orbit becomes one of 4.
+
+    Up to there the mean speed of the period-2 orbit grows; that of the period-4 orbit falls within
+    1e-6 of it.
+    """
+    point = period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.54, 2)[1]
+    section = replace(point.orbit.map, phase_lag=0.0, angular_forcing=100.0)
+    return point.value, periodic_orbit(section, point.orbit.state, point.impacts).mean_speed
+
+
+def _interval(result: xr.Dataset, name: str) -> tuple[float, str]:
+    """A number of a result and, as its unit, the half-width of its interval of 95 %."""
+    return float(result[name]), f"± {float(result[f'{name}_error']):.2g}"
 
 
 def _share(paper: str) -> Callable[[xr.Dataset], list[Number]]:
@@ -111,9 +131,14 @@ def _share(paper: str) -> Callable[[xr.Dataset], list[Number]]:
         ]  # fmt: skip
         rows.append(Number("unresolved", "", 100.0 * float(result["unresolved_fraction"]), "%"))
         if not math.isnan(float(result["box_dimension"])):
+            alpha, box = (
+                _interval(result, name) for name in ("uncertainty_exponent", "box_dimension")
+            )
+            at = f", {scales(result)}"
             rows += [
-                Number("box dimension of the boundary", "", float(result["box_dimension"])),
-                Number("uncertainty exponent", "", float(result["uncertainty_exponent"])),
+                Number(f"uncertainty exponent α{at}", "", *alpha),
+                Number("dimension of the boundary there, 2 − α", "", 2.0 - alpha[0], *alpha[1:]),
+                Number("dimension of the boundary there, by boxes", "", *box),
                 Number("boundary basin entropy (only above ln 2 a proof of fractality)", "",
                        float(result["boundary_basin_entropy"]), "nat"),
             ]  # fmt: skip
@@ -134,38 +159,75 @@ def _widest(result: xr.Dataset) -> list[Number]:
     ]  # fmt: skip
 
 
+BASINS = (
+    "Left: each pixel is a start, the state just before a first impact, in the colour of the "
+    "attractor that it goes to; the legend has the shares of the window with their standard "
+    "errors. Dots: the impacts of the attractors themselves, white, or orange where the attractor "
+    "comes to contact. Right: how long it takes until it is clear where the start goes, in periods "
+    "of the platform; grey: no such time, on a chaotic attractor."
+)
+SHARES = (
+    "Top: the parts of the plane of starts that go to each kind of attractor, stacked to 100 %. "
+    "Where a single value has no chattering attractor between values that have one, the orbit that "
+    "leaves contact ends on a periodic or chaotic attractor there, and takes all starts that come "
+    "to contact with it. Middle and bottom: the phase lag at which the largest attractor that is "
+    "neither rest nor chattering turns the disk fastest, and the mean speed there, in ωΦ; they "
+    "jump where another attractor becomes the largest."
+)
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
                 "Trajectories traced by the hand as θ varies at φ_L = π/4 (a-c), and as φ_L varies "
                 "at θ = −π/4 (d-f).", _none,
+                "The closed curve that a point of the platform describes in one period, arc a_e β "
+                "to the right and height s upward, for six pairs of phase lag θ and amplitude "
+                "angle φ_L.",
                 "The text gives no numbers for (b) and (d-f) but φ_L = π/4 and θ = −π/4; the other "
                 "angles are chosen."),
     PaperFigure("fig2", "Fig. 2: single tosses",
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
-                "with crosses; (d) details of two motions.", _tosses),
+                "with crosses; (d) details of two motions.", _tosses,
+                "Each point is one toss from rest on the platform at its lowest point, at fixed "
+                "arc and frequency: airborne speed, speed ratio and efficiency at the first "
+                "separation, as colours over phase lag θ and amplitude angle φ_L; crosses mark "
+                "the largest values. Grey: the platform never lets go. The second picture shows "
+                "two of the tosses in time."),
     PaperFigure("fig3", "Fig. 3: period doubling",
                 "τ_imp over Γ with a period-doubling route to chaos at ε = 0.5; angular speed at "
-                "θ = 0, Γ_T = 100.", _diagram),
+                "θ = 0, Γ_T = 100.", _diagram,
+                "Top: forcing phase of the impacts of the attractor followed upward in Γ; the "
+                "darker a cell, the more impacts fall there. Blue: an orbit without contact; "
+                "orange: one that comes to contact in each repetition. Black dashes: the "
+                "period-1 orbit, which goes on unstable beyond Γ₁. Green lines: period doublings, "
+                "by continuation. The purple line is the crisis: the chaotic attractor comes to "
+                "contact, and what is followed from there on is the orbit that leaves contact, "
+                "another attractor. Middle: mean rotor speed, in ωΦ; the values with contact "
+                "scatter, for where that orbit is long roundings decide its length. Bottom: "
+                "Lyapunov exponent of the axial motion for each impact, above 0 in chaos; orange "
+                "marks at the edge: −∞, for contact makes all orbits one."),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
-                _share("11.6"),
+                _share("11.6"), BASINS,
                 "The window is not in the text: τ_imp in [0, 2π), w_A in (−5, 0) πg/ω gives both "
                 "printed shares."),
-    PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7")),
+    PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7"), BASINS),
     PaperFigure("fig4c", "Fig. 4, Γ = 0.55",
                 "The fractal nature of the basin boundary implies a sensitive dependence on the "
-                "initial condition.", _share("")),
+                "initial condition.", _share(""), BASINS,
+                "α and the dimension belong to the distances named: in this window α is 0.2 at "
+                "1e-3, 0.1 at 1e-7 and 0.05 to 0.1 below 1e-9."),
     PaperFigure("fig4d", "Fig. 4, Γ = 0.60",
-                "The whole region is in the basin of one attractor.", _share("")),
+                "The whole region is in the basin of one attractor.", _share(""), BASINS,
+                "How long that attractor takes from contact to contact is not told: roundings "
+                "grow beyond its size on the way, so that each arithmetic finds another number."),
     PaperFigure("ease", "Beyond the paper: how easy a multiple toss is",
                 "A wide basin implies a wider margin of variability: it would be easier to "
                 "maintain a period-1 orbit for Γ ≈ 0.486, where the best phase lag is −0.26π.",
-                _widest),
+                _widest, SHARES),
     PaperFigure("ease_restitution", "Beyond the paper: the same over the restitution",
-                "Named as further work.", _none),
+                "Named as further work.", _none, SHARES),
     PaperFigure("ease_angular_forcing", "Beyond the paper: best phase lag over Γ_T",
                 "Named as further work. Shares do not depend on Γ_T; phase lag and speed of orbits "
-                "beyond period 1 do.", _none),
+                "beyond period 1 do.", _none, SHARES),
 )  # fmt: skip
 
 
@@ -197,6 +259,7 @@ def page(results: Mapping[str, xr.Dataset]) -> str:
         parts.append(f"```sh\n{command}\n```")
         parts += [f"![{figure.heading}](figures/{figure.name}_{picture}.png)"
                   for picture in PICTURES.get(study, (study,))]  # fmt: skip
+        parts.append(f"*{figure.caption}*")
         numbers = figure.numbers(result)
         if numbers:
             rows = ["| quantity | paper | computed | |", "|---|---|---|---|"]

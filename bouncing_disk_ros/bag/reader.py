@@ -55,6 +55,12 @@ class Bag:
             given = int(version) if version.isdecimal() and len(version) <= 9 else version
             raise InputError("bag format", given, f"1 to {FORMAT_VERSION}", hint)
 
+    def __repr__(self) -> str:
+        """Where it is and what is in it."""
+        remarks = f", {len(self.remarks)} remarks" if self.remarks else ""
+        counts = f"{self.message_count} messages on {len(self.topics)} topics"
+        return f"<bag {self.path}: {counts}{remarks}>"
+
     def _notes(self) -> dict[str, str]:
         notes: dict[str, str] = {}
         for source in self._sources:
@@ -141,11 +147,16 @@ class Bag:
 
         Point clouds: one entry for each point, views into the array of `rows`. Other types: dotted
         names (`twist.angular.z`); times are int64 ns; arrays of one length become 2-D; also
-        `log_time_ns` and `publish_time_ns`. Without `fields`: all.
+        `log_time_ns` and `publish_time_ns`, of clouds only where `fields` names them: those of the
+        message that has the point. Without `fields`: all.
         """
         if self._topic(topic).type == decode.CLOUD:
-            rows = self.rows(topic, start_ns, end_ns)
-            return {name: _field(rows, name) for name in fields or rows.dtype.names or ()}
+            timed = not {"log_time_ns", "publish_time_ns"}.isdisjoint(fields or ())
+            rows, times_of = self._rows(topic, start_ns, end_ns, timed=timed)
+            return {
+                name: times_of[name] if name in times_of else _field(rows, name)
+                for name in fields or rows.dtype.names or ()
+            }
         times: dict[str, list[int]] = {"log_time_ns": [], "publish_time_ns": []}
         read = self.decoder(topic)
 
@@ -163,13 +174,29 @@ class Bag:
     def rows(
         self, topic: str, start_ns: int | None = None, end_ns: int | None = None
     ) -> NDArray[np.void]:
-        """All points of the clouds of a topic as one structured array, by their own field list."""
+        """All points of the clouds of a topic as one structured array, by their own field list.
+
+        >>> pandas.DataFrame(bag.open("run_1").rows("/disk/impacts"))
+        """
+        return self._rows(topic, start_ns, end_ns)[0]
+
+    def _rows(
+        self, topic: str, start_ns: int | None, end_ns: int | None, *, timed: bool = False
+    ) -> tuple[NDArray[np.void], dict[str, NDArray[np.int64]]]:
+        """All points of the clouds of a topic; if `timed` the times of their messages beside."""
         if (kind := self._topic(topic).type) != decode.CLOUD:
             raise InputError(f"type of {topic}", kind, decode.CLOUD, "Take `columns` for it.")
         gathered = point_clouds.CloudRows(self.decoder(topic))
+        counts: list[int] = []
+        times: list[tuple[int, int]] = []
         for message in self._stored(topic, start_ns, end_ns):
-            gathered.add(message.data)
-        return gathered.array() if gathered.dtype is not None else self._no_rows(topic)
+            counts.append(gathered.add(message.data))
+            times.append((message.log_time_ns, message.publish_time_ns))
+        rows = gathered.array() if gathered.dtype is not None else self._no_rows(topic)
+        if not timed:
+            return rows, {}
+        both = np.repeat(np.array(times, np.int64).reshape(-1, 2), counts, axis=0)
+        return rows, {"log_time_ns": both[:, 0], "publish_time_ns": both[:, 1]}
 
     def _no_rows(self, topic: str) -> NDArray[np.void]:
         """No rows, with the fields of the topic: of its first message, or of disk/impacts."""

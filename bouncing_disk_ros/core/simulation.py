@@ -61,6 +61,11 @@ class Simulation:
         self._start = self._target = motion
         self._engine.place(0, initial, motion)
 
+    def __repr__(self) -> str:
+        """When, and which motion is in force."""
+        motion = ", ".join(f"{name} {value:g}" for name, value in self._target._asdict().items())
+        return f"<simulation at {self._time_ns / 1e9:.9g} s: {motion}>"
+
     @property
     def time_ns(self) -> int:
         """Simulated up to and including this instant."""

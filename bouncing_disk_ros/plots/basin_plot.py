@@ -15,10 +15,12 @@ from bouncing_disk_ros.analysis.dynamics.row_blocks import downsample
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
+    CONTACT,
     GREEN,
     MOST_PIXELS,
     ORANGE,
     PURPLE,
+    REST,
     SKY,
     UNRESOLVED,
     VERMILION,
@@ -28,9 +30,10 @@ from bouncing_disk_ros.plots.style import (
     pixel_frame,
 )
 
-REST, CHATTERING = "#f7f7f7", "#e8e8e8"
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
+POINTS = "impacts on the attractors"
+CONTACT_POINTS = "impacts on the attractor with contact"
 
 
 def basins_picture(result: xr.Dataset) -> Figure:
@@ -40,6 +43,7 @@ def basins_picture(result: xr.Dataset) -> Figure:
     draw_labels(left, result)
     _draw_times(figure, right, result)
     figure.suptitle(title_of(result), fontsize=12)
+    left.set_title("Attractor that each start goes to", fontsize=10)
     return figure
 
 
@@ -67,9 +71,11 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
     handles = []
     for i, (name, color) in enumerate(zip(names, colors, strict=True)):
         share, error = float(result["fraction"][i]), float(result["fraction_uncertainty"][i])
-        text = f"{name}: {100 * share:.2f} ± {100 * error:.2f} %"
+        digits = 2 if error == 0.0 else max(2, -math.floor(math.log10(100.0 * error)))
+        text = f"{name}: {100 * share:.{digits}f} ± {100 * error:.{digits}f} %"
         handles.append(Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=text))
         _draw_points(axes, result, i, color)
+    handles += _legend_of_points(axes)
     unresolved = float(result["unresolved_fraction"])
     if unresolved > 0.0:
         text = f"unresolved: {100 * unresolved:.2f} %"
@@ -82,7 +88,7 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
 def colors_of(names: list[str]) -> list[str]:
     """One colour for each attractor: light for rest and chattering, strong for the others."""
     strong = iter(OTHERS * (1 + len(names) // len(OTHERS)))
-    plain = {"rest": REST, "chattering": CHATTERING}
+    plain = {"rest": REST, "chattering": CONTACT}
     return [plain.get(name.split()[0]) or next(strong) for name in names]
 
 
@@ -90,7 +96,7 @@ def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
     owner = result["point_attractor"].values == i
     phases = result["point_forcing_phase"].values[owner] / math.pi
     speeds = result["point_velocity"].values[owner]
-    light = color in (REST, CHATTERING)
+    light = color in (REST, CONTACT)
     style: dict[str, Any] = {
         "color": VERMILION if light else "white",
         "markeredgecolor": BLACK,
@@ -98,10 +104,24 @@ def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
     }
     style["ms"] = 3.5 if light else 6
     if len(phases) > 1000:  # chaotic: a cloud
-        style |= {"ms": 0.8, "mew": 0.0, "rasterized": True}
+        style |= {"ms": 1.2, "markeredgecolor": "none", "rasterized": True}
+    left, right = axes.get_xlim()
     low, high = axes.get_ylim()
-    inside = (speeds >= low) & (speeds <= high)
-    axes.plot(phases[inside], speeds[inside], "o", **style)
+    phases = left + (phases - left) % 2.0  # the window may begin anywhere on the circle
+    inside = (speeds >= low) & (speeds <= high) & (phases <= right)
+    if inside.any():
+        name = CONTACT_POINTS if light else POINTS
+        axes.plot(phases[inside], speeds[inside], "o", label=name, **style)
+
+
+def _legend_of_points(axes: Any) -> list[Any]:
+    """What the white and the orange dots are, those there are."""
+    known = {line.get_label(): line for line in axes.get_lines()}
+    return [
+        axes.plot([], [], "o", color=line.get_color(), mec=BLACK, mew=0.6, ms=5, label=name)[0]
+        for name, line in known.items()
+        if name in (POINTS, CONTACT_POINTS)
+    ]
 
 
 def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
@@ -111,7 +131,12 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     axes.set_facecolor(UNRESOLVED)
     drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **frame(result))
     figure.colorbar(drawn, ax=axes, label="time until it is clear (periods 2π/ω)", extend="max")
-    axes.set_title("How long it takes", fontsize=10)
+    axes.set_title("Time until it is clear where a start goes", fontsize=10)
+    if not known.all():
+        text = "no time: on a chaotic attractor, or unresolved"
+        grey = Patch(facecolor=UNRESOLVED, edgecolor=BLACK, linewidth=0.5, label=text)
+        axes.legend(handles=[grey], loc="upper center", bbox_to_anchor=(0.5, -0.14), fontsize=9,
+                    frameon=False)  # fmt: skip
     label_axes(axes, result)
     axes.set_ylabel("")
 
@@ -126,6 +151,7 @@ def label_axes(axes: Any, result: xr.Dataset) -> None:
     mark_in_pi(axes.xaxis)
     axes.set_xlabel(r"forcing phase at the first impact $\tau_{imp}$ (rad)")
     before = result.attrs["parameter_velocity"] == "before"
-    symbol = "$w_A$" if before else r"$\epsilon\, w_A$"
-    when = "before" if before else "after"
-    axes.set_ylabel(f"relative velocity {when} it, {symbol} ($\\pi g/\\omega$)")
+    name = "relative velocity before it, $w_A$"
+    if not before:
+        name = r"relative velocity after it, sign changed, $-u = \epsilon\, w_A$"
+    axes.set_ylabel(f"{name} ($\\pi g/\\omega$)")

@@ -10,15 +10,17 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.plots.style import (
     BLUE,
+    CONTACT,
     GREEN,
-    GREY,
     ORANGE,
     PURPLE,
+    REST,
+    UNRESOLVED,
     VERMILION,
     new_figure,
 )
 
-COLORS = ("#f2f2f2", "#cfcfcf", BLUE, GREEN, ORANGE, GREY)
+COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
 """Of rest, chattering, period-1, other periodic, chaotic, unresolved."""
 
 
@@ -40,12 +42,15 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
             if there]  # fmt: skip
     top.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
                frameon=False, fontsize=9)  # fmt: skip
+    middle.set_title("of the largest attractor that is neither rest nor chattering: a jump means "
+                     "that it is another one", fontsize=9)  # fmt: skip
     middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
-    middle.set_ylabel(r"best phase lag $\theta/\pi$ (1)")
+    middle.set_ylabel(r"best phase lag $\theta/\pi$")
+    _explain_spikes(figure, result)
     bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
     bottom.set_ylabel(r"mean speed there ($\omega\Phi$)")
     symbol = str(result["value"].attrs.get("symbol", ""))
-    bottom.set_xlabel(f"{result['value'].attrs['long_name']} {symbol} (1)")
+    bottom.set_xlabel(f"{result['value'].attrs['long_name']} {symbol}")
     for axes in (middle, bottom):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
@@ -53,6 +58,19 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     if len(np.unique(x)) > 1:
         bottom.set_xlim(x.min(), x.max())
     return figure
+
+
+def _explain_spikes(figure: Figure, result: xr.Dataset) -> None:
+    """A note where single values have no chattering attractor between values that have one."""
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    chattering = result["fraction"].values[:, names.index("chattering")] > 0.0
+    between = np.maximum.accumulate(chattering) & np.maximum.accumulate(chattering[::-1])[::-1]
+    if (between & ~chattering).any():
+        figure.supxlabel(
+            "Spikes down to 0 %: there the orbit that leaves contact never comes back, but ends on "
+            "a periodic or chaotic attractor,\nand with it all starts that come to contact.",
+            fontsize=9,
+        )
 
 
 def _title(result: xr.Dataset) -> str:

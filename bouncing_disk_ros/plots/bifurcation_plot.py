@@ -14,19 +14,18 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
-from bouncing_disk_ros.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure
+from bouncing_disk_ros.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, in_pi, new_figure
 
 Array = NDArray[np.float64]
 
 _ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
-_NAMED = 3  # doublings with their numbers; the next ones lie too close
 _INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
 _CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
 _DECADES = 20.0  # Γ_T over more than this is drawn on a scale of logarithms
@@ -41,41 +40,43 @@ def bifurcation_figure(
     phases: tuple[float, float] | None = None,
     *,
     followed: bool | None = None,
+    onset: float = math.nan,
 ) -> Figure:
     """Three panels over one parameter, as Fig. 3 of the paper, with the theory of period 1.
 
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
     circle is emptiest). A branch that was not `followed` (default: one of several starts) is drawn
-    as points, those of starts that end with contact in another colour.
+    as points, those of starts that end with contact in another colour. `onset` is where what is
+    followed first comes to contact (nan: nowhere).
     """
     followed = branch.mean_speed.shape[1] == 1 if followed is None else followed
     figure = new_figure(9.0, 9.0)
     panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.0, 1.0])
     top, middle, bottom = panels
     low, high = phases or phase_range(branch)
-    with_contact = np.zeros_like(branch.contacts, bool) if followed else branch.contacts > 0.0
+    with_contact = branch.contacts > 0.0
     _phases(top, _only(branch, ~with_contact), low, high, _INK)
     if with_contact.any():
         _phases(top, _only(branch, with_contact), low, high, _CONTACT_INK)
-        for color, name in ((BLUE, "starts that end without contact"), (VERMILION, "with contact")):
-            top.plot([], [], "s", color=color, ms=5, label=name)
+        _legend_of_contact(top, with_contact, followed)
     _frame_phases(top, low, high)
     _speed(middle, branch, with_contact, followed)
     _exponent(bottom, branch, followed)
     _theory(top, middle, branch, section, axis, low)
-    top.legend(loc="upper left", fontsize=9)
+    _mark(panels, doublings, onset)
+    top.legend(loc="upper left", fontsize=8)
     if followed and len(middle.get_legend_handles_labels()[0]) > 1:
         middle.legend(loc="lower left", fontsize=9)
     for axes in panels:
-        _mark(axes, doublings, named=axes is top)
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.set_axisbelow(True)
-    top.set_xlim(float(branch.values.min()), float(branch.values.max()))
+    if len(branch.values) > 1:
+        top.set_xlim(float(branch.values.min()), float(branch.values.max()))
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     symbol, unit = MAP_PARAMETERS[axis]
-    bottom.set_xlabel(f"{axis.replace('_', ' ')} {symbol} ({unit})")
+    bottom.set_xlabel(f"{axis.replace('_', ' ')} {symbol}" + (f" ({unit})" if unit != "1" else ""))
     figure.suptitle(_title(branch, section, axis, followed), fontsize=12)
     return figure
 
@@ -143,18 +144,11 @@ def _phases(axes: Any, branch: Branch, low: float, high: float, ink: Colormap) -
 
 def _frame_phases(axes: Any, low: float, high: float) -> None:
     axes.set_ylim(low, high)
-    axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
+    steps = (0.25, 0.125, 0.05, 0.025, 0.01, 0.005, 0.0025, 0.001)
+    step = next((one for one in steps if (high - low) / math.pi >= 4.0 * one), steps[-1])
+    axes.yaxis.set_major_locator(MultipleLocator(step * math.pi))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(round(x / math.pi, 9))))
     axes.set_ylabel("forcing phase at impact τ (rad)")
-    turns = axes.secondary_yaxis("right", functions=(_to_pi, _from_pi))
-    turns.yaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:.2f} π".replace("-", "−")))
-
-
-def _to_pi(x: Array) -> Array:
-    return np.asarray(x) / math.pi
-
-
-def _from_pi(x: Array) -> Array:
-    return np.asarray(x) * math.pi
 
 
 def _style(followed: bool, color: str) -> dict[str, Any]:
@@ -169,8 +163,8 @@ def _speed(axes: Any, branch: Branch, with_contact: NDArray[np.bool_], followed:
         if chosen.any():
             shown = np.where(chosen, branch.mean_speed, math.nan)
             lines = axes.plot(branch.values, shown, **_style(followed, color))
-            lines[0].set_label("mean in time")
-    axes.set_ylabel("mean speed α̇ / (ωΦ) (1)")
+            lines[0].set_label("mean in time" + (", with contact" if color == VERMILION else ""))
+    axes.set_ylabel("mean speed α̇ / (ωΦ)")
 
 
 def _exponent(axes: Any, branch: Branch, followed: bool) -> None:
@@ -178,14 +172,14 @@ def _exponent(axes: Any, branch: Branch, followed: bool) -> None:
     axes.axhline(0.0, color="black", lw=0.8)
     contact = np.isneginf(branch.lyapunov_exponent)
     finite = np.where(contact, math.nan, branch.lyapunov_exponent)
-    axes.plot(branch.values, finite, **_style(followed, VERMILION if followed else BLUE))
+    axes.plot(branch.values, finite, **_style(followed, BLUE))
     places = branch.values[contact.any(axis=1)]
     if len(places):
-        axes.plot(places, np.zeros(len(places)), "|", color=GREY if followed else VERMILION, ms=7,
+        axes.plot(places, np.zeros(len(places)), "|", color=VERMILION, ms=7,
                   clip_on=False, transform=axes.get_xaxis_transform(),
                   label="with contact: −∞")  # fmt: skip
         axes.legend(fontsize=9)
-    axes.set_ylabel("Lyapunov exponent\nper impact (1)")
+    axes.set_ylabel("Lyapunov exponent\nper impact")
 
 
 def _theory(
@@ -201,23 +195,35 @@ def _theory(
     phase = np.arccos(np.where(np.array(ratio) <= 1.0, ratio, math.nan))
     lag = np.array([s.phase_lag for s in sections])
     shown = low + np.mod(phase - low, math.tau)
-    style = {"color": VERMILION, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
-    top.plot(values, shown, **style, label="period 1: cos τ = (1 − ε)/((1 + ε) Γ)")
+    style = {"color": BLACK, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
+    top.plot(values, shown, **style, label="period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)")
     if math.isfinite(section.angular_forcing) or axis == "angular_forcing":
-        middle.plot(values, np.cos(phase + lag), **style, label="period 1: cos(τ + θ) (eq. 4)")
+        middle.plot(
+            values, np.cos(phase + lag), **style, label="period 1, theory: cos(τ + θ) (eq. 4)"
+        )
 
 
-def _mark(axes: Any, doublings: Sequence[Doubling], named: bool) -> None:
-    for k, point in enumerate(doublings):
-        axes.axvline(point.value, color=GREEN, lw=0.7, alpha=0.8, zorder=1.2)
-        if named and k < _NAMED:
-            text = axes.annotate(
-                f"{point.impacts}→{2 * point.impacts}: {point.value:.6f}", (point.value, 0.02),
-                xycoords=("data", "axes fraction"), xytext=(-1, 0), textcoords="offset points",
-                ha="right", va="bottom", rotation=90, fontsize=8, color=GREEN,
-                annotation_clip=True,
-            )  # fmt: skip
-            text.set_in_layout(False)
+def _legend_of_contact(axes: Any, with_contact: NDArray[np.bool_], followed: bool) -> None:
+    """Names of the two inks, those that are there."""
+    what = "orbits" if followed else "starts that end"
+    if not with_contact.all():
+        axes.plot([], [], "s", color=BLUE, ms=5, label=f"{what} without contact")
+    axes.plot([], [], "s", color=VERMILION, ms=5, label=f"{what} with contact")
+
+
+def _mark(panels: Sequence[Any], doublings: Sequence[Doubling], onset: float) -> None:
+    """Lines through all panels, named in the legend of the first: where an orbit changes."""
+    for axes in panels:
+        for point in doublings:
+            axes.axvline(point.value, color=GREEN, lw=0.7, alpha=0.8, zorder=1.2)
+        if not math.isnan(onset):
+            axes.axvline(onset, color=PURPLE, lw=1.4, zorder=2.6)
+    for point in doublings:
+        name = f"period {point.impacts} → {2 * point.impacts} at {point.value:.6f}"
+        panels[0].plot([], [], color=GREEN, lw=0.9, label=name)
+    if not math.isnan(onset):
+        label = f"first contact at {onset:.6f}: another attractor from here on"
+        panels[0].plot([], [], color=PURPLE, lw=1.4, label=label)
 
 
 def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool) -> str:

@@ -116,6 +116,6 @@ def _section(axes: Any, first: Shown, second: Shown) -> None:
     axes.margins(y=0.12)
     kept = f", the newest {len(first.rows)} rows" if newest else ""
     axes.set_title(f"Next-collision section{kept}", **SETTINGS)
-    axes.set_xlabel("forcing phase at impact τ/2π (1)")
-    axes.set_ylabel("impact velocity w_A / (πg/ω) (1)")
+    axes.set_xlabel("forcing phase at impact τ/2π")
+    axes.set_ylabel("impact velocity w_A / (πg/ω)")
     axes.legend(loc="best", fontsize=9)

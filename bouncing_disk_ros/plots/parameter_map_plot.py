@@ -16,10 +16,12 @@ from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.plots.style import (
     BLACK,
     BLUE,
+    CONTACT,
     GREEN,
     MOST_PIXELS,
     ORANGE,
     PURPLE,
+    REST,
     SKY,
     UNRESOLVED,
     VERMILION,
@@ -28,7 +30,6 @@ from bouncing_disk_ros.plots.style import (
     pixel_frame,
 )
 
-REST, CONTACT = "#ffffff", "#d9d9d9"
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
 PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}
 OTHER = "#8c510a"
@@ -57,10 +58,15 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     speed = downsample(result["mean_speed"], MOST_PIXELS)
     known = np.isfinite(speed)
     top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
-    axes.set_facecolor(UNRESOLVED)
+    axes.set_facecolor(REST)
     shown = np.ma.masked_where(~known, speed)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-top, vmax=top, **_frame(result))
-    figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ) (1); grey: rest")
+    figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
+    if not known.all():
+        handle = Patch(facecolor=REST, edgecolor=BLACK, linewidth=0.5, label="rest")
+        axes.legend(handles=[handle], loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=9,
+                    frameon=False)  # fmt: skip
+    axes.set_title("Mean speed of the disk", fontsize=10)
     _label_axes(result, axes)
     figure.suptitle(_title(result), fontsize=11)
     return figure
@@ -107,7 +113,7 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     axes.imshow(ground, cmap=ListedColormap([REST, CONTACT]), vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~finite, exponent)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
-    figure.colorbar(drawn, ax=axes, label="Lyapunov exponent per impact λ (1)", extend="both")
+    figure.colorbar(drawn, ax=axes, label="Lyapunov exponent λ per impact", extend="both")
     handles = [
         Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=name)
         for color, name, there in (
@@ -129,7 +135,10 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
 
 
 def _label(axis: xr.DataArray) -> str:
-    return f"{axis.attrs['long_name']} {axis.attrs['symbol']} ({axis.attrs['units']})"
+    unit = axis.attrs["units"]
+    return f"{axis.attrs['long_name']} {axis.attrs['symbol']}" + (
+        f" ({unit})" if unit != "1" else ""
+    )
 
 
 def _title(result: xr.Dataset) -> str:
@@ -139,13 +148,15 @@ def _title(result: xr.Dataset) -> str:
         phase, velocity = (_number(given[f"initial_{name}"]) for name in ("phase", "velocity"))
         start = f"τ = {phase}, w_A = {velocity}"
     elif start == "period-1":
-        start = "beside the period-1 orbit, else contact"
+        start = "a start beside the period-1 orbit (where there is none, from contact)"
+    else:
+        start = "contact"
     fixed = [
         f"{of.symbol} = {_number(given[name])}"
         for name, of in MAP_PARAMETERS.items()
         if name in given
     ]
-    return f"Attractors reached from {start}; {', '.join(fixed)}"
+    return f"What the disk settles on from {start}\n{', '.join(fixed)}"
 
 
 def _number(value: float) -> str:

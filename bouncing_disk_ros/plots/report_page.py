@@ -27,10 +27,14 @@ _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
 
 
 def report_page(report: Report) -> Figure:
-    """Six panels, one column of two by three."""
-    figure = new_figure(10.0, 12.8)
+    """All panels, two in a row; the last one of an odd number has a row."""
     parts = panels(report, MOST_POINTS)
-    for axes, panel in zip(figure.subplots(3, 2).flat, parts, strict=True):
+    rows = math.ceil(len(parts) / 2)
+    figure = new_figure(10.0, 4.3 * rows)
+    grid = figure.add_gridspec(rows, 2)
+    for place, panel in enumerate(parts):
+        alone = place == len(parts) - 1 and place % 2 == 0
+        axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
         _draw(axes, panel, report.source.absence())
     title, subtitle = headline(report)
     figure.suptitle(f"{_math(title)}\n{_math(subtitle)}", fontsize=12)

@@ -139,8 +139,8 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.margins(y=0.12)
     axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
-    axes.set_xlabel("forcing phase at impact τ/2π (1)")
-    axes.set_ylabel("impact velocity w_A / (πg/ω) (1)")
+    axes.set_xlabel("forcing phase at impact τ/2π")
+    axes.set_ylabel("impact velocity w_A / (πg/ω)")
 
 
 def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import math
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MultipleLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
 # Okabe and Ito's colours, which colour-blind people can distinguish
@@ -15,13 +17,25 @@ BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
 
 UNRESOLVED = "#777777"
+REST, CONTACT = "#f3ead8", "#d9d9d9"
+"""Areas of a map: a disk at rest, and an attractor with contact. White is the 0 of a scale."""
+FEWEST_TICKS = 3
 MOST_PIXELS = 1500
 """Along one side of a drawn map, or less than twice as many."""
 
 
+class NotebookFigure(Figure):
+    """A figure that a notebook shows as it is, without an import of pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=100)
+        return buffer.getvalue()
+
+
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     """An empty figure (inches) that needs no screen; dpi: of images within a vector figure."""
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
+    figure = NotebookFigure(figsize=(width, height), layout="constrained", dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 
@@ -45,7 +59,7 @@ def in_pi(value: float, _position: object = None) -> str:
         if abs(n - round(n)) < 1e-9:
             break
     else:
-        return f"{value:g}π"
+        return f"{value:.6g}π".replace("-", "−")
     n = round(n)
     if n == 0:
         return "0"
@@ -55,6 +69,10 @@ def in_pi(value: float, _position: object = None) -> str:
 
 
 def mark_in_pi(axis: Any, step: float = 0.5) -> None:
-    """Ticks of an axis whose unit is π, in steps of that many."""
-    axis.set_major_locator(MultipleLocator(step))
+    """Ticks of an axis whose unit is π: in steps of that many, finer where few would be seen."""
+    low, high = sorted(axis.get_view_interval())
+    if math.floor(high / step) - math.ceil(low / step) >= FEWEST_TICKS - 1:
+        axis.set_major_locator(MultipleLocator(step))
+    else:
+        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=FEWEST_TICKS))
     axis.set_major_formatter(FuncFormatter(in_pi))

@@ -78,7 +78,8 @@ def _map(
     lines = axes.contour(x, y, z, levels=levels, colors=line, linewidths=0.6, alpha=0.8)
     named = [v for v in levels if round(v / step) % 2 == 0 and 0.0 < abs(v) < 0.75 * top]
     axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
-    figure.colorbar(image, ax=axes, label=f"{title} ({unit})", pad=0.015)
+    caption = title if unit == "1" else f"{title} ({unit})"
+    figure.colorbar(image, ax=axes, label=caption, pad=0.015)
     axes.set_title(f"({letter}) {title}", loc="left", fontsize=10)
     mark_in_pi(axes.xaxis, 0.5)
     mark_in_pi(axes.yaxis, 0.125)

@@ -17,11 +17,8 @@ from rclpy.parameter import Parameter
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import TABLE, Spec, Value
+from bouncing_disk_ros.parameters import TABLE, Spec, Value, is_rclpy_parameter
 from bouncing_disk_ros.run.presets import load_preset
-
-RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service")
-"""Parameters that rclpy itself declares on every node."""
 
 
 def start_values(node: Node) -> dict[str, Value]:
@@ -47,11 +44,6 @@ def warn_of_sim_time(node: Node) -> None:
         "use_sim_time is ignored: the simulator makes the time; publish_clock:=true publishes it",
         once=True,
     )
-
-
-def is_rclpy_parameter(name: str) -> bool:
-    """Whether a parameter belongs to rclpy, not to the table."""
-    return name in RCLPY_PARAMETERS or name.startswith("qos_overrides.")
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:

@@ -15,13 +15,19 @@ PRESET_KEY = "/**"
 
 
 def preset_names() -> list[str]:
-    """Names of the presets that come with the package."""
+    """Names of the presets that come with the package.
+
+    >>> preset_names()
+    """
     files = _folder().glob("*.yaml")
     return sorted(file.stem for file in files if _is_preset(file))
 
 
 def load_preset(name: str) -> dict[str, Value]:
-    """The values of a preset, all checked: a name in share/config, or the path of a YAML file."""
+    """The values of a preset, all checked: a name in share/config, or the path of a YAML file.
+
+    >>> load_preset("pizza_multiple_toss")["axial_amplitude"]
+    """
     path = named_file("preset", name, _folder, preset_names)
     content = read_yaml("preset", name, path)
     try:

@@ -65,12 +65,18 @@ def programmes_directory() -> Path:
 
 
 def programme_names() -> list[str]:
-    """Names of the programmes that come with the package."""
+    """Names of the programmes that come with the package.
+
+    >>> programme_names()
+    """
     return sorted(file.stem for file in programmes_directory().glob("*.yaml"))
 
 
 def load_programme(name: str) -> Programme:
-    """A programme, checked: a name in share/config/programmes, or the path of a YAML file."""
+    """A programme, checked: a name in share/config/programmes, or the path of a YAML file.
+
+    >>> load_programme("first_toss_to_period_1").description
+    """
     path = named_file("programme", name, programmes_directory, programme_names)
     content = read_yaml("programme", name, path)
     try:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     Instant,
@@ -26,18 +27,19 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.study_tables import STUDY_TABLES
 from bouncing_disk_ros.units import NS
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
 SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
 """One sample as a row; the fields are those of `core.model.Sample`."""
 
-Point = tuple[float, Mapping[str, float]]
-ImpulseRow = tuple[float, float, float]
+Point = tuple[SupportsFloat, Mapping[str, Any]]
+ImpulseRow = tuple[SupportsFloat, SupportsFloat, SupportsFloat]
 
 
-class Result(NamedTuple):
-    """What `simulate` gives back."""
+class _Recorded(NamedTuple):
+    """What there is to unpack of a result."""
 
     impacts: NDArray[np.void]  # rows of IMPACT_DTYPE in the order of their index
     samples: NDArray[np.void]  # rows of SAMPLE_DTYPE on the grid k / sample_rate, from t = 0
@@ -45,15 +47,63 @@ class Result(NamedTuple):
     parameters: dict[str, Value]
 
 
+class Result(_Recorded):
+    """What `simulate` gives back: impacts, samples, inputs and parameters, and what follows.
+
+    `energy` is the energy ledger at the end, J, and `duration` the time simulated, s.
+    """
+
+    energy: Energy
+    duration: float
+    turned: float  # angle of the disk from the start to the end, rad
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean angular velocity of the disk over the whole run, rad/s; nan for no time."""
+        return self.turned / self.duration if self.duration > 0.0 else math.nan
+
+    @property
+    def unwrapped_angle(self) -> NDArray[np.float64]:
+        """Angle of the disk with its whole turns, of each sample, rad."""
+        samples = self.samples
+        return np.asarray(math.tau * samples["turns"] + samples["angle"], float)
+
+    @property
+    def input_work(self) -> float:
+        """Work of both motions of the platform on the disk, J."""
+        return self.energy.work_axial + self.energy.work_angular
+
+    @property
+    def output_work(self) -> float:
+        """Work of the disk on its load torque and its brake, J."""
+        return float(self.parameters["load_torque"]) * self.turned + self.energy.loss_brake
+
+    @property
+    def efficiency(self) -> float:
+        """Output over input, 1; nan unless both are positive.
+
+        Over the whole run: what the disk's own energy has changed by is in the difference.
+        """
+        if self.input_work > 0.0 and self.output_work > 0.0:
+            return self.output_work / self.input_work
+        return math.nan
+
+    def __repr__(self) -> str:
+        """What there is, in numbers."""
+        counts = f"{len(self.impacts)} rows of impacts, {len(self.samples)} samples"
+        return f"<result of simulate: {counts}, {len(self.inputs)} inputs>"
+
+
 def simulate(
-    duration: float,
+    duration: SupportsFloat,
     *,
     programme: Sequence[Point] | str = (),
     impulses: Sequence[ImpulseRow] = (),
     kicks: Sequence[ImpulseRow] = (),
-    sample_rate: float | None = None,
+    sample_rate: SupportsFloat | None = None,
     preset: str = "",
-    **values: Value,
+    axial_forcing: SupportsFloat | None = None,
+    **values: object,
 ) -> Result:
     """Simulate for `duration` seconds from the initial state of the parameters.
 
@@ -61,7 +111,8 @@ def simulate(
     out keep the value of the point before; or the name or path of a programme as for `perform`.
     `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
     of version 0.1.0. `sample_rate` in Hz; None takes no samples. `preset` and further keywords are
-    parameters of the table (see docs/parameters.md).
+    parameters of the table (see docs/parameters.md). `axial_forcing`, Γ = Aω²/(π(g + P/m)), stands
+    for the axial amplitude that gives it at the frequency, gravity and preload of the run.
 
     Raises InputError on anything that the simulator node would refuse, FailedError where the state
     leaves the range of numbers.
@@ -72,7 +123,13 @@ def simulate(
     if kicks:
         warnings.warn("simulate: kicks is now impulses", DeprecationWarning, stacklevel=2)
         impulses = [*impulses, *kicks]
-    whole = parameters.complete({**(load_preset(preset) if preset else {}), **values})
+    chosen = {**(load_preset(preset) if preset else {}), **values}
+    if axial_forcing is not None:
+        if "axial_amplitude" in values:
+            hint = "Each decides the other: give one."
+            raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
+        chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
+    whole = parameters.complete(chosen)
     end = _instant("duration", duration)
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
@@ -81,19 +138,35 @@ def simulate(
         programme = as_simulated(load_programme(programme))
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
-    for at, axial, angular in sorted(impulses, key=lambda impulse: impulse[0]):
+    for at, *both in sorted(impulses, key=lambda impulse: float(impulse[0])):
+        axial, angular = (float(plain(one)) for one in both)  # type: ignore[arg-type]
         request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(request, arrival)
         session.apply_impulse(_instant("impulses time", at), axial, angular)
+    start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
-    return Result(join_rows(session.take_rows()), samples, records, whole)
+    result = Result(join_rows(session.take_rows()), samples, records, whole)
+    result.energy, result.duration = session.simulation.energy(), end / NS
+    result.turned = session.simulation.sample().unwrapped_angle - start
+    return result
 
 
-def _instant(field: str, seconds: float) -> int:
-    number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
-    if not number or not 0.0 <= seconds <= FAR_NS / NS:
-        raise InputError(field, seconds, "a finite number of seconds >= 0")
-    return nanoseconds(seconds)
+def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:
+    """The axial amplitude that has a forcing with these parameters and the defaults, m."""
+    forcing = float(STUDY_TABLES["basins"]["axial_forcing"].checked(axial_forcing))
+    whole = {**parameters.DEFAULTS, **parameters.checked(values)}
+    frequency, gravity, preload, mass = (
+        float(whole[name]) for name in ("frequency", "gravity", "preload", "mass")
+    )
+    return forcing * math.pi * (gravity + preload / mass) / (math.tau * frequency) ** 2
+
+
+def _instant(field: str, given: object) -> int:
+    seconds, latest = plain(given), FAR_NS / NS
+    number = seconds if isinstance(seconds, (int, float)) else -1.0
+    if not isinstance(number, bool) and 0.0 <= number <= latest:
+        return nanoseconds(number)
+    raise InputError(field, given, "a finite number of seconds >= 0")
 
 
 def _points(
@@ -102,7 +175,8 @@ def _points(
     """Each point validated as on platform/command, one after the other."""
     accepted: list[tuple[int, Motion]] = []
     for i, (at, values) in enumerate(programme):
-        point = PointRequest(tuple(values.values()), _instant(f"programme[{i}] time", at))
+        numbers: tuple[Any, ...] = tuple(map(plain, values.values()))
+        point = PointRequest(numbers, _instant(f"programme[{i}] time", at))
         request = ProgrammeRequest(tuple(values), (point,), field=f"programme[{i}]")
         (((effect, latest)),) = accept_programme(request, arrival, latest)
         if accepted and effect <= accepted[-1][0]:
@@ -111,7 +185,7 @@ def _points(
     return tuple(accepted)
 
 
-def _run(session: Session, end_ns: int, sample_rate: float | None) -> NDArray[np.void]:
+def _run(session: Session, end_ns: int, sample_rate: SupportsFloat | None) -> NDArray[np.void]:
     """Advance to the end, with a sample at each instant of the grid."""
     rows: list[tuple[Any, ...]] = []
     if sample_rate is not None:

@@ -12,7 +12,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractor_search import (
+    find_attractors,
+    missed_attractors,
+)
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
@@ -33,6 +36,7 @@ class BasinShares(Study):
 
     name: ClassVar[str] = "basin_shares"
     title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
+    revision: ClassVar[int] = 2
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -71,9 +75,13 @@ class BasinShares(Study):
             "fraction": Field(both, "float64", "1", "share of the window"),
             "fraction_uncertainty": Field(both, "float64", "1", "standard error of the share"),
             "attractors": Field(line, "int32", "1", "number of attractors", fill=0),
+            "missed": Field(
+                line, "int32", "1",
+                "how many of them only starts left open led to", fill=0,
+            ),
             "best_phase_lag": Field(line, "float64", "rad", f"best phase lag {main}", "θ"),
             "best_speed": Field(line, "float64", "omega Phi", f"mean speed there {main}"),
-        }
+        }  # fmt: skip
 
     @property
     def chunks(self) -> Mapping[str, int]:
@@ -89,7 +97,16 @@ class BasinShares(Study):
         found = find_attractors(section, self._starts(SEARCHED))
         n = int(given["samples"])
         tau, w = np.array(self._starts(n)).T.copy()
-        labels = label_starts(found, section, tau, w).label.reshape(n, n)
+        labels = label_starts(found, section, tau, w).label
+        open_ = np.flatnonzero(labels == UNRESOLVED)
+        missed: list[Attractor] = []
+        if len(open_):
+            left = np.stack((tau[open_], w[open_]), axis=1)
+            missed = missed_attractors(section, found, left)
+        if missed:
+            found = found._replace(found=(*found.found, *missed))
+            labels[open_] = label_starts(found, section, tau[open_], w[open_]).label
+        labels = labels.reshape(n, n)
         kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])
         merged = kinds[np.where(labels == UNRESOLVED, len(kinds) - 1, labels)].astype(np.int32)
         parts = shares(merged, len(CLASSES))
@@ -98,6 +115,7 @@ class BasinShares(Study):
             "fraction": np.array([[part.fraction for part in parts]]),
             "fraction_uncertainty": np.array([[part.uncertainty for part in parts]]),
             "attractors": np.array([len(found.found)], np.int32),
+            "missed": np.array([len(missed)], np.int32),
             "best_phase_lag": np.array([lag[0]]),
             "best_speed": np.array([lag[1]]),
         }

@@ -11,7 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractor_search import (
+    find_attractors,
+    missed_attractors,
+)
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.analysis.dynamics.basin_labels import (
     UNRESOLVED,
@@ -27,7 +30,7 @@ from bouncing_disk_ros.analysis.dynamics.boundary import (
     uncertainty_exponent,
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.row_blocks import PIXELS, LabelMap
+from bouncing_disk_ros.analysis.dynamics.row_blocks import PIXELS, LabelMap, row_blocks
 from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
@@ -174,6 +177,9 @@ class Basins(Study):
         owner, phase, speed = np.array(points).reshape(-1, 3).T
         added = {
             "attractor_name": ("attractor", numbered([a.name for a in found])),
+            "attractor_kind": ("attractor", [str(a.kind) for a in found]),
+            "attractor_period": ("attractor", [_period_of(a) for a in found]),
+            "attractor_cycles": ("attractor", [a.cycles for a in found]),
             "multiplier": ("attractor", [a.multiplier for a in found]),
             "fraction": ("attractor", [part.fraction for part in parts]),
             "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
@@ -182,22 +188,56 @@ class Basins(Study):
             "point_forcing_phase": ("point", phase),
             "point_velocity": ("point", speed * (self._map.restitution if self._after else 1.0)),
         }
-        return result.assign(added).assign(self._boundary(labels))
+        missed = self._missed(from_arrays(context), result, labels)
+        return result.assign(added).assign(missed).assign(self._boundary(labels))
+
+    def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, object]:
+        """Attractors that the search did not find, but unresolved starts lead to."""
+        rows, columns = self._unresolved_places(labels)
+        if not len(rows):
+            return {}
+        w = self._before(result["velocity"].values[rows].astype(float))
+        tau = result["forcing_phase"].values[columns].astype(float) % math.tau
+        missed = missed_attractors(self._map, found, np.stack((tau, w), axis=1))
+        if not missed:
+            return {}
+        about = {"long_name": "attractors the search missed; unresolved starts lead to them"}
+        return {"missed_attractor_name": ("missed", [one.name for one in missed], about)}
+
+    def _unresolved_places(self, labels: LabelMap) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns of unresolved pixels, of the first block of rows that has some."""
+        begin = 0
+        for part in row_blocks(labels, 0, labels.shape[0]):
+            rows, columns = np.nonzero(part == UNRESOLVED)
+            if len(rows):
+                return rows + begin, columns
+            begin += len(part)
+        return np.empty(0, np.intp), np.empty(0, np.intp)
 
     def _boundary(self, labels: LabelMap) -> dict[str, object]:
         if min(labels.shape) < 48:
             return {}
         entropy = basin_entropy(labels)
         alpha = uncertainty_exponent(labels, periodic=self.whole_period)
-        dimension = box_dimension(labels)
+        dimension = box_dimension(labels, periodic=self.whole_period)
+        interval = {"long_name": "half-width of the interval of 95 %, at these distances"}
+        pixels = {"long_name": "distance, and side of the squares", "units": "pixel"}
         return {
             "basin_entropy": ((), entropy.basin),
             "boundary_basin_entropy": ((), entropy.boundary),
             "uncertainty_exponent": ((), alpha.exponent),
-            "uncertainty_exponent_error": ((), alpha.uncertainty),
+            "uncertainty_exponent_error": ((), alpha.uncertainty, interval),
             "box_dimension": ((), dimension.exponent),
-            "box_dimension_error": ((), dimension.uncertainty),
+            "box_dimension_error": ((), dimension.uncertainty, interval),
+            "boundary_distance": ("distance", alpha.sizes, pixels),
+            "uncertain_fraction": ("distance", alpha.counts),
         }
+
+
+def _period_of(attractor: Attractor) -> int:
+    """Impacts in one repetition; 0: it does not repeat, or has contact and no impacts alone."""
+    periodic = attractor.kind is AttractorKind.PERIODIC
+    return len(attractor.forcing_phases) if periodic else 0
 
 
 def refuse_conservative(restitution: float) -> None:

@@ -27,6 +27,7 @@ from bouncing_disk_ros.analysis.dynamics.continuation import (
     feigenbaum_ratios,
     period_doublings,
 )
+from bouncing_disk_ros.analysis.dynamics.grazing import contact_onset
 from bouncing_disk_ros.analysis.dynamics.next_collision import (
     MapState,
     NextCollisionMap,
@@ -39,6 +40,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
+ONSET_IMPACTS = 100_000
+"""Impacts in which contact is looked for at each value, where its onset is refined."""
 VALUES_OF_A_REGION = 64
 LEAST_OF_A_REGION, IMPACTS_OF_A_REGION, KEPT_OF_A_REGION = 256, 30_000_000, 1_000_000
 """From starts: at least so many trajectories, else about so many impacts, or so many to keep."""
@@ -63,6 +66,8 @@ class Bifurcation(Study):
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         self.axis = str(given["along"])
+        if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
+            given["begin"] = _first_forcing(float(given["restitution"]))
         if int(given["kept"]) > int(given["measured"]):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
@@ -71,6 +76,11 @@ class Bifurcation(Study):
         self.sequential = not self._starts
         if self.sequential:
             self._start()
+
+    @property
+    def _follows_period_one(self) -> bool:
+        """Whether the first value starts on the period-1 orbit."""
+        return not int(self.parameters["starts"]) and self.parameters["initial_velocity"] == 0.0
 
     def _spread(self) -> list[MapState]:
         """The starts at each value, none to follow; what then plays no part is no parameter."""
@@ -115,7 +125,8 @@ class Bifurcation(Study):
             except InputError as error:
                 hint = (
                     "It starts on the period-1 orbit, which begin does not have; choose another "
-                    "begin, or a start of your own: initial_velocity < 0 and initial_phase."
+                    "begin (along axial_forcing 0 takes the first that has it), or a start of "
+                    "your own: initial_velocity < 0 and initial_phase."
                 )
                 raise InputError("begin", given["begin"], _threshold(error), hint) from None
         return begin(section, MapState(float(given["initial_phase"]) % math.tau, velocity))
@@ -180,7 +191,7 @@ class Bifurcation(Study):
         return _fields_of(follow(self.section(), self.axis, values, state, **self._counts), 0)
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
-        """Add the period doublings between the ends of the axis, where it is Γ or ε."""
+        """Add the period doublings along Γ or ε, and where what is followed comes to contact."""
         points = self.doublings
         values = [point.value for point in points]
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
@@ -189,8 +200,37 @@ class Bifurcation(Study):
                 "doubling": ("doubling_number", np.array(values)),
                 "doubling_impacts": ("doubling_number", [point.impacts for point in points]),
                 "feigenbaum_ratio": ("ratio_number", np.asarray(ratios)),
+                **self._onset(result),
             }
         )
+
+    def _onset(self, result: xr.Dataset) -> dict[str, object]:
+        """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
+        if self._starts or self.axis not in ("axial_forcing", "restitution"):
+            return {}
+        contacts, values = result["contacts"].values, result["value"].values
+        first = np.flatnonzero((contacts[:-1] == 0.0) & (contacts[1:] > 0.0))
+        if not len(first):
+            return {}
+        before, after = float(values[first[0]]), float(values[first[0] + 1])
+        tau, w, *_ = result["state"].values[first[0]]
+        section = self.section(**{self.axis: before, "angular_forcing": math.inf})
+        state = MapState(float(tau), float(w))
+        try:
+            found = contact_onset(section, self.axis, after, state, impacts=ONSET_IMPACTS)
+        except InputError:  # contact so rare that the impacts measured had none
+            found = None
+        if found is None:
+            return {}
+        seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
+        exponent = result["lyapunov_exponent"].values[first[0]]
+        return {
+            "contact_onset": ((), found.value, {"long_name": f"first contact {seen}"}),
+            "contact_onset_without": ((), found.without, {"long_name": f"no contact {seen}"}),
+            "contact_onset_exponent": (
+                (), exponent, {"long_name": "Lyapunov exponent at the value before", "units": "1"}
+            ),
+        }  # fmt: skip
 
     @cached_property
     def doublings(self) -> list[Doubling]:
@@ -225,6 +265,11 @@ def _fields_of(branch: Branch, start: int | slice) -> Arrays:
     arrays = {name: getattr(branch, name)[:, start] for name in Branch._fields[1:-1]}
     arrays["contact"] = arrays["contact"].astype(np.uint8)
     return {**arrays, "state": branch.ends[:, start]}
+
+
+def _first_forcing(restitution: float) -> float:
+    """Γ half a percent above where the period-1 orbit begins, (1 − ε)/(1 + ε): 0.335 at ε = 0.5."""
+    return round(1.005 * (1.0 - restitution) / (1.0 + restitution), 6)
 
 
 def branch_of(result: xr.Dataset) -> Branch:

@@ -70,6 +70,12 @@ class Study(ABC):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         self.parameters = dict(parameters)
 
+    def __repr__(self) -> str:
+        """The study, its shape, and what it was given."""
+        shape = " × ".join(f"{count} {name}" for name, count in self.shape.items())
+        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters.items())
+        return f"<study {self.name}: {shape}; {given}>"
+
     @property
     @abstractmethod
     def axes(self) -> Mapping[str, Axis]:

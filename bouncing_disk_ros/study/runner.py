@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,12 +14,15 @@ from threading import Semaphore
 from typing import NamedTuple
 
 import xarray as xr
+from tqdm import tqdm
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
+from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.lock import exclusive_lock
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import Store, open_result
+from bouncing_disk_ros.study.study_by_name import named
 
 NICENESS = 10
 """Of threads that compute regions: with another program at work, 1 kHz ticks in the same process
@@ -39,29 +43,86 @@ def never() -> bool:
 
 
 def run(
-    study: Study,
-    path: str | Path,
+    study: Study | str,
+    path: str | Path | None = None,
     *,
-    workers: int = 1,
+    workers: int = 0,
     scheduler: str = "",
-    on_progress: Callable[[Progress], None] = lambda _: None,
+    progress: bool | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
     stopped: Callable[[], bool] = never,
+    **parameters: object,
 ) -> xr.Dataset | None:
     """Compute a study into the Zarr store at `path`, or go on with what is there.
 
-    `workers` threads compute (the kernels release the GIL); with `scheduler` (tcp://host:port) the
-    workers of that Dask cluster do; those that see the folder store what they compute, the others
-    send it back. Returns the whole result, or None when `stopped` said so: then the store holds
-    every finished region, and the same call goes on from there.
-    Raises InputError for a path that holds something else, is at work in another run or cannot be
-    written, or a scheduler that does not answer; OSError for a disk or a cluster that fails in
-    mid-work.
+    `study`: a study, or the name of one with its `parameters`, as `named` takes them. `path` None:
+    the result is kept nowhere but in memory. `workers` threads compute (the kernels release the
+    GIL), 0 for one on each core; with `scheduler` (tcp://host:port) the workers of that Dask
+    cluster do; those that see the folder store what they compute, the others send it back.
+    `progress`: whether a bar shows on stderr; None where that is a terminal or a notebook, unless
+    `on_progress` is told instead. Returns the whole result, or None when `stopped` said so: then
+    the store holds every finished region, and the same call goes on from there.
+    Raises InputError for a study or parameters that cannot be used, a path that holds something
+    else, is at work in another run or cannot be written, or a scheduler that does not answer;
+    OSError for a disk or a cluster that fails in mid-work.
+
+    >>> run("basins", axial_forcing=0.34, width=60, height=60)["fraction"]
     """
+    study = _study_of(study, parameters)
+    if workers < 0:
+        raise InputError("workers", workers, "a whole number >= 0; 0: one for each core")
+    workers = workers or os.cpu_count() or 1
     if study.sequential and scheduler:
         hint = "Each part starts from the one before: this study computes in order, here."
         raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
-    with exclusive_lock(Path(path)) as token:
-        store = Store(Path(path), study)
+    with _bar(study.name, progress, on_progress) as note:
+        if path is not None:
+            return _run(study, Path(path), workers, scheduler, note, stopped)
+        with tempfile.TemporaryDirectory(prefix=f"{study.name}-") as folder:
+            found = _run(study, Path(folder, "result.zarr"), workers, scheduler, note, stopped)
+            return None if found is None else found.load()
+
+
+def _study_of(study: object, parameters: dict[str, object]) -> Study:
+    if isinstance(study, str):
+        return named(study, **parameters)
+    if not isinstance(study, Study):
+        hint = "Give its parameters beside the name: run('basins', axial_forcing=0.34)"
+        raise InputError("study", study, "the name of a study, or what named() gives", hint)
+    if parameters:
+        given = ", ".join(parameters)
+        raise InputError("parameters", given, "none beside a study that has its own")
+    return study
+
+
+@contextmanager
+def _bar(
+    name: str, progress: bool | None, on_progress: Callable[[Progress], None] | None
+) -> Iterator[Callable[[Progress], None]]:
+    """What takes the progress of a run: `on_progress`, a bar on stderr, or nobody."""
+    if progress is None:
+        progress = on_progress is None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+    with tqdm(desc=name, unit="part", disable=not progress) as bar:
+
+        def note(now: Progress) -> None:
+            bar.total = now.total
+            bar.update(now.done - bar.n)
+            if on_progress is not None:
+                on_progress(now)
+
+        yield note
+
+
+def _run(
+    study: Study,
+    path: Path,
+    workers: int,
+    scheduler: str,
+    on_progress: Callable[[Progress], None],
+    stopped: Callable[[], bool],
+) -> xr.Dataset | None:
+    with exclusive_lock(path) as token:
+        store = Store(path, study)
         regions = list(study.regions())
         resumed = store.regions_done
         on_progress(Progress(resumed, len(regions), resumed))
@@ -80,7 +141,9 @@ def run(
                 pipeline = Pipeline(work, store, executor, count)
                 stored = _side_by_side(pipeline, missing, stopped)
                 _keep(stored, store, on_progress, len(regions))
-    return study.finish(open_result(path), context) if store.regions_done == len(regions) else None
+    if store.regions_done < len(regions):
+        return None
+    return described(study, study.finish(open_result(path), context))
 
 
 def _keep(

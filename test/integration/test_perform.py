@@ -16,7 +16,7 @@ import pytest
 
 from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.ros.conversions import msg_to_motion
+from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
 

@@ -75,6 +75,21 @@ def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
     assert again[first : first + len(rows)].tobytes() == rows.tobytes()
 
 
+def test_a_recorder_works_though_time_stands_still(
+    start: Starter, talker: Talker, tmp_path: Path
+) -> None:
+    """With use_sim_time, as launch files set it for all nodes, and nobody who publishes /clock."""
+    begun = time.time_ns()
+    process = recorder(start, tmp_path / "run", "topics:=/words", "use_sim_time:=true")
+    publisher = talker.publisher("/words")
+    publisher.publish(String(data="one"))
+    process.wait_for(r"recording: .* 1 message")
+    finish(process)
+    with bag.open(tmp_path / "run") as run:
+        assert run.topics["/words"].count == 1
+        assert run.start_ns >= begun  # times of reception are the machine's
+
+
 def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Path) -> None:
     process = recorder(start, tmp_path / "run", "max_duration:=2.0")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")

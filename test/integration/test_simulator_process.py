@@ -21,7 +21,8 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.ros.conversions import msg_to_joints, msg_to_motion, ns_to_time, time_to_ns
+from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
 from support.processes import Process, Starter

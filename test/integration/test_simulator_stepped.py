@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -17,7 +18,7 @@ from rclpy.parameter import Parameter
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
-from bouncing_disk_ros.ros.conversions import time_to_ns
+from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
@@ -62,13 +63,13 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
         simulator.advance(rng.choice([0.0, 1e-9, rng.uniform(0.0, 0.5)]))
         match rng.randrange(5):
             case 0 | 1:
-                assert simulator.command(
+                simulator.command(
                     after=rng.uniform(0.0, 0.5),
                     axial_amplitude=rng.uniform(0.02, 0.06),
                     frequency=rng.uniform(2.0, 5.0),
                 )
             case 2:
-                assert simulator.apply_impulse(rng.uniform(-0.05, 0.05), rng.uniform(-0.002, 0.002))
+                simulator.apply_impulse(rng.uniform(-0.05, 0.05), rng.uniform(-0.002, 0.002))
             case 3:
                 change = [Parameter("restitution", value=rng.uniform(0.0, 0.9))]
                 assert simulator.node.set_parameters_atomically(change).successful
@@ -111,7 +112,7 @@ def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) 
     reached = run.session.time_ns
     run.tick(0)
     assert run.session.time_ns > reached  # it goes on in the ticks
-    assert simulator.apply_impulse(0.01)  # and takes inputs meanwhile
+    simulator.apply_impulse(0.01)  # and takes inputs meanwhile
     run.pause(True)
     reached = run.session.time_ns
     run.tick(0)
@@ -122,7 +123,7 @@ def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
     simulator = make(frequency=0.1, axial_amplitude=1e-9, real_time_factor=1.0)
     run = simulator.node.run
     assert run is not None
-    assert simulator.command(frequency=40_000.0)
+    simulator.command(frequency=40_000.0)
     run.pause(False)
     for k in range(1, 200):  # each tick is a slice of bounded work
         run.tick(k * 50_000_000 + run._times.steady_ns)
@@ -140,7 +141,8 @@ def test_a_run_that_cannot_go_on_says_so_once_and_refuses_inputs(make: Make) -> 
     run.session.simulation._engine.invalidate_next_event()
     simulator.advance(1.0)
     assert run.read().fault
-    assert not simulator.apply_impulse(0.1)
+    with pytest.raises(InputError):
+        simulator.apply_impulse(0.1)
     with pytest.raises(InputError, match="cleanup, configure"):
         run.reset()
 
@@ -149,7 +151,7 @@ def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
     simulator = make(initial_height=1.0)
     simulator.advance(0.125)
     before = simulator.state
-    assert simulator.apply_impulse(0.1)
+    simulator.apply_impulse(0.1)
     after = simulator.state
     assert after.time_ns == before.time_ns
     mass = 0.25
@@ -159,7 +161,7 @@ def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
 def test_a_command_ends_at_its_time(make: Make) -> None:
     simulator = make(crossfade_duration=0.25)
     simulator.advance(1.0)
-    assert simulator.command(after=0.5, axial_amplitude=0.02)
+    simulator.command(after=0.5, axial_amplitude=0.02)
     assert simulator.node.run is not None
     ((begin, end, target),) = simulator.node.run.session.simulation.pending
     assert (begin, end) == (NS + NS // 4, NS + NS // 2)
@@ -182,10 +184,29 @@ def test_reset_returns_to_the_start_but_time_goes_on(make: Make) -> None:
 
 def test_kicks_and_commands_work_without_a_peer(make: Make) -> None:
     simulator = make()
-    assert not simulator.command(frequency=-1.0)
-    assert not simulator.apply_impulse(float("nan"))
-    assert simulator.command(frequency=4.0)
+    with pytest.raises(InputError):
+        simulator.command(frequency=-1.0)
+    with pytest.raises(InputError):
+        simulator.apply_impulse(float("nan"))
+    simulator.command(frequency=4.0)
     assert simulator.motion.frequency == 4.0
+
+
+def test_a_refused_command_raises_what_the_simulator_says(make: Make) -> None:
+    simulator = make()
+    with pytest.raises(InputError, match=r"frequency \(Hz\): got -1\.0, allowed: a finite"):
+        simulator.command(frequency=-1.0)
+    with pytest.raises(InputError, match="Did you mean frequency"):
+        simulator.command(frequenzy=3.0)
+    assert simulator.command(frequency=np.float32(4.0), phase_lag=np.int64(1))
+    assert (simulator.motion.frequency, simulator.motion.phase_lag) == (4.0, 1.0)
+
+
+def test_waiting_for_a_topic_that_is_not_there_names_the_nearest(make: Make) -> None:
+    simulator = make(restitution=np.float64(0.4))
+    assert simulator.node.get_parameter("restitution").value == 0.4
+    with pytest.raises(InputError, match=r"got '/disk/impact', .* Did you mean /disk/impacts\?"):
+        simulator.wait_for_subscriber("disk/impact")
 
 
 # --- parameters -----------------------------------------------------------------------------------
@@ -269,7 +290,7 @@ def test_use_sim_time_is_ignored_and_time_goes_on(make: Make) -> None:
     for _ in range(2):  # at the start, and when it is set
         assert node.get_parameter("use_sim_time").value is False
         assert node.get_clock().now().nanoseconds > 0  # nobody publishes /clock
-        assert simulator.apply_impulse(0.01)
+        simulator.apply_impulse(0.01)
         assert set_one(simulator, "use_sim_time", True) == (True, "")
         assert node.set_parameters([Parameter("use_sim_time", value=True)])[0].successful
 
@@ -375,10 +396,11 @@ def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:
     simulator.advance(1.0)
     node = simulator.node
     assert node.trigger_deactivate() == SUCCESS
-    assert not simulator.command(frequency=4.0)
+    with pytest.raises(InputError):
+        simulator.command(frequency=4.0)
     assert simulator.time == 1.0
     assert node.trigger_activate() == SUCCESS
-    assert simulator.command(frequency=4.0)
+    simulator.command(frequency=4.0)
     assert node.trigger_deactivate() == SUCCESS
     assert node.trigger_cleanup() == SUCCESS
     assert node.run is None

@@ -85,6 +85,16 @@ def test_speeds_are_an_image_of_floats(start: Starter, tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_progress_is_shown_though_time_stands_still(start: Starter, tmp_path: Path) -> None:
+    """With use_sim_time, as launch files set it for all nodes, and nobody who publishes /clock."""
+    values = {"begin": 0.4, "end": 0.6, "count": 12, "samples": 1000}
+    node = begin(start, "basin_shares", tmp_path / "s", workers=1, use_sim_time="true", **values)
+    first = wait_for_message(Float32, "/basin_shares/progress", latched=True, timeout=WAIT)
+    assert first.data < 1.0
+    assert node.running
+    node.end(signal.SIGINT, WAIT)
+
+
 def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     start: Starter, tmp_path: Path
 ) -> None:

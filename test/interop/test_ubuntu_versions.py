@@ -87,3 +87,8 @@ def passes(python: str, *tests: str) -> None:
 
 def test_core_node_studies_and_collection_pass(ubuntu: str) -> None:
     passes(ubuntu, *TESTED)
+
+
+def test_results_are_those_of_the_newest_versions(ubuntu: str) -> None:
+    """Runs are pinned to the bit: which versions compiled and ran them must not show."""
+    passes(ubuntu, "test/reference/test_pinned.py")

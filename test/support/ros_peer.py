@@ -17,7 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.core.model import join_rows
-from bouncing_disk_ros.ros.conversions import impacts_from_msg, programme_to_msg
+from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json

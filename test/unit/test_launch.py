@@ -158,6 +158,8 @@ def test_viewers_start_only_when_asked_for_and_before_the_simulator(describe: De
     assert parameters_of(nodes["rviz2"])["use_sim_time"] is True
     values = parameters_of(nodes["robot_state_publisher"])
     assert values["use_sim_time"] is True
+    # it makes the time: it would ignore the parameter, with a warning
+    assert "use_sim_time" not in parameters_of(nodes["simulator"])
     assert values["robot_description"] == robot_description(load_preset("swum"))
 
 

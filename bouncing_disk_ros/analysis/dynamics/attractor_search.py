@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import (
+    LARGEST_ERROR,
     SAME,
     Attractor,
     AttractorKind,
@@ -15,6 +16,7 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
     Cells,
     Floats,
     distance,
+    error_at_end,
     same,
     separation,
 )
@@ -46,6 +48,8 @@ VISITS = 50_000
 CLEARLY = 20.0
 """An orbit is chaotic when a small change grows by more than e^CLEARLY over VISITS impacts."""
 LOWEST = 1.5 * math.pi
+MOST_OPEN = 64
+"""So many of the starts that are left open are followed to find attractors that were missed."""
 
 
 def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Attractors:
@@ -56,6 +60,9 @@ def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, flo
     An orbit is periodic when Newton's method, started from a piece of it that nearly repeats, finds
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE
     impacts have shown none and the Lyapunov exponent is above 0; anything else is not resolved.
+
+    >>> section = NextCollisionMap(axial_forcing=0.48, restitution=0.5)
+    >>> find_attractors(section, [(tau, -1.3) for tau in (0.5, 1.5, 2.5, 3.5)]).found
     """
     search = _Search(section)
     after_contact = search.contact()
@@ -69,6 +76,23 @@ def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, flo
     found = tuple(search.found[i] for i in order)
     after = order.index(after_contact) if after_contact >= 0 else -1
     return Attractors(found, after, search.unresolved)
+
+
+def missed_attractors(
+    section: NextCollisionMap, known: Attractors, starts: Floats
+) -> list[Attractor]:
+    """Attractors that none of `known` is, reached from some of the starts (n, 2) left open.
+
+    A search from a grid of starts misses those whose basins lie between its points.
+    """
+    chosen = np.unique(np.linspace(0, len(starts) - 1, MOST_OPEN).astype(int))
+    some = [(float(tau), float(w)) for tau, w in starts[chosen]]
+    found = find_attractors(section, some).found if some else ()
+    return [
+        one
+        for one in found
+        if not any(one.kind is other.kind and same(other, one) for other in known.found)
+    ]
 
 
 def _without_contact(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Floats:
@@ -164,8 +188,12 @@ class _Search:
 
     def _chattering(self, rows: Floats, end: int) -> int:
         """The orbit from separation to separation; rows[end] is the first impact of the next."""
-        cycles = round(float(np.sum(rows[1 : end + 1, ORBIT_DELAY])) / math.tau)
-        one = rows[:end]
+        one, after = rows[:end], rows[1 : end + 1]
+        cycles = round(float(np.sum(after[:, ORBIT_DELAY])) / math.tau)
+        state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
+        flights = np.concatenate((one[:-1, state], after[:-1, arrival]), axis=1)
+        if error_at_end(flights, *self._platform) > LARGEST_ERROR:
+            cycles = 0
         found = Attractor(
             AttractorKind.CHATTERING, one[:, ORBIT_TAU].copy(), one[:, ORBIT_W].copy(), cycles, 0.0
         )

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
+from bouncing_disk_ros.collision_map.map_tangent import flight_tangents, log_growth
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +26,13 @@ CELLS = 128
 SHARED = 0.5
 """Two chaotic orbits are one attractor when the second has more than this part of its visits on the
 cells of the first."""
+
+
+ROUNDING = 1e-15
+"""Error of τ and w that each impact adds: some roundings of numbers up to 2π."""
+LARGEST_ERROR = 1e-3
+"""An orbit from contact to contact is known while its error stays below this: attractors are of the
+order of 1, and an error that has come so far passes 1 within a few impacts."""
 
 
 class AttractorKind(StrEnum):
@@ -42,15 +50,26 @@ class Attractor(NamedTuple):
     kind: AttractorKind
     forcing_phases: Floats  # (n,) τ of the impacts, rad; chattering: from the first after contact
     velocities: Floats  # (n,) w_A of them, πg/ω
-    cycles: int  # periods of the platform in one repetition; 0: chaotic, rest
+    cycles: int  # periods of the platform in one repetition; 0: chaotic, rest, or not known
     multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
+
+    def __repr__(self) -> str:
+        """The name, and the multiplier where there is one."""
+        size = "" if math.isnan(self.multiplier) else f", multiplier {self.multiplier:.6g}"
+        return f"<attractor {self.name}{size}>"
 
     @property
     def name(self) -> str:
-        """As people say it: period-1, chattering (3 cycles), chaotic, rest."""
+        """As people say it: period-1, chattering (3 cycles), chaotic, rest.
+
+        Chattering with cycles not known: rounding decides how long it is from contact to contact.
+        """
         n = len(self.forcing_phases)
         if self.kind is AttractorKind.PERIODIC:
-            return f"period-{n}" if n == self.cycles else f"period-{n} in {self.cycles} cycles"
+            cycles = f"{self.cycles} cycle{'s' if self.cycles > 1 else ''}"
+            return f"period-{n}" if n == self.cycles else f"period-{n} in {cycles}"
+        if self.kind is AttractorKind.CHATTERING and not self.cycles:
+            return "chattering (cycles not known)"
         if self.kind is AttractorKind.CHATTERING:
             return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
         return str(self.kind)
@@ -62,6 +81,19 @@ class Attractors(NamedTuple):
     found: tuple[Attractor, ...]
     after_contact: int  # where an orbit that came to contact ends; −1: not known
     unresolved: int  # starts whose end was not understood
+
+
+def error_at_end(flights: Floats, axial_forcing: float, restitution: float) -> float:
+    """What the roundings of an orbit grow to; flights (n, 4): τ, w, delay and the next impact's w.
+
+    The error grows as a small change along the orbit does, and each impact adds ROUNDING.
+    """
+    matrices = np.empty((len(flights), 2, 2))
+    flight_tangents(np.ascontiguousarray(flights), axial_forcing, restitution, matrices)
+    error = ROUNDING
+    for growth in log_growth(matrices).tolist():
+        error = error * math.exp(min(growth, 100.0)) + ROUNDING
+    return error
 
 
 def separation(first: Floats, second: Floats) -> Floats:

@@ -74,6 +74,9 @@ def label_starts(
        cells that this attractor visits and no other one does; else it is unresolved.
 
     Each label depends on its own start alone, so the arrays may be cut anywhere.
+
+    >>> tau, w = np.linspace(0.0, 6.0, 50), np.full(50, -1.3)
+    >>> label_starts(find_attractors(section, [(1.0, -1.3)]), section, tau, w).label
     """
     rule = rule or LabelRule()
     n = len(tau)

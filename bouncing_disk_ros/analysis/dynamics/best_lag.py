@@ -55,6 +55,9 @@ def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
 
     The speed changes its sign with θ by half a turn, so the largest is also the most negative one's
     mirror image. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
+
+    >>> section = NextCollisionMap(0.45, 0.5, angular_forcing=100.0)
+    >>> best_lag(find_attractors(section, [(0.7, -1.3)]).found[0], section)
     """
     if found.kind is AttractorKind.REST or math.isinf(section.angular_forcing):
         return BestLag(math.nan, math.nan)

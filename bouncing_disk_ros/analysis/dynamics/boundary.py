@@ -1,9 +1,11 @@
 """How tangled the boundary of basins is: basin entropy, uncertainty exponent, box dimension.
 
-All three read a map of labels (rows, columns) in blocks of rows, and count squares of k × k
-pixels, or pairs of pixels k apart, for several k. Sources: A. Daza et al., "Basin entropy" (Sci.
-Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E. Ott, J. Yorke, "Final state sensitivity" (Phys.
-Lett. A 99, 415, 1983).
+All three read a map of labels (rows, columns) in blocks of rows, and look at squares of k × k
+pixels, or at pixels k apart, for several k. A label is known at the centre of its pixel alone: so a
+square of any size is judged by the same number of labels, its corners. (Judged by all its k² labels
+a small square misses more of the boundary than a large one, and the dimension comes out too low.)
+Sources: A. Daza et al., "Basin entropy" (Sci. Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E.
+Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from bouncing_disk_ros.errors import InputError
 FRACTAL = math.log(2.0)
 """A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
 FEWEST_SIZES = 3
+_STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306)
+"""97.5 % of Student's t with 1, 2, 3 … degrees of freedom; the last one for more, too."""
 LARGEST = 256
 """Largest square and distance (pixels): blocks of a huge map overlap by so much."""
 
@@ -35,10 +39,15 @@ class BasinEntropy(NamedTuple):
 
 
 class PowerLaw(NamedTuple):
-    """A count that goes as size^exponent: what was counted, and the fit through it."""
+    """A count that goes as size^exponent: what was counted, and the fit through it.
+
+    The interval holds the scatter about the line (Student's t) and the change of the slope with
+    size: half the difference of the slopes of the smaller and the larger half of the sizes. It is
+    about these sizes: nothing is said of smaller ones.
+    """
 
     exponent: float
-    uncertainty: float  # standard error of the exponent by the scatter about the line
+    uncertainty: float  # half-width of the interval of 95 % of the exponent
     sizes: NDArray[np.int64]  # (n,) pixels
     counts: NDArray[np.float64]  # (n,)
 
@@ -106,31 +115,38 @@ def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[
     return found
 
 
-def box_dimension(labels: LabelMap, sizes: Sequence[int] = ()) -> PowerLaw:
-    """Box-counting dimension D of the boundary: N(k) ~ k^−D squares that the boundary meets.
+def box_dimension(
+    labels: LabelMap, sizes: Sequence[int] = (), *, periodic: bool = False
+) -> PowerLaw:
+    """Box-counting dimension D of the boundary: N(d) ~ d^−D squares of side d hold a part of it.
 
-    The boundary is taken as the corners at which four pixels with different labels meet. The
-    exponent given is D itself: 1 for a smooth line. nan: no boundary.
+    A square holds a part when its four corners do not all have one label. N(d) is the share of such
+    squares, of all positions of their centres that leave room for the largest, over d². `periodic`:
+    the columns close to a ring. The exponent given is D itself: 1 for a smooth line. nan: none.
     """
-    rows, columns = (length - 1 for length in _checked(labels, 1).shape)
-    chosen = np.array(sizes or _sizes((rows, columns)), np.int64)
+    chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)
+    most = int(chosen.max())
+    edge = (most + 1) // 2
+    rows, columns = _checked(labels, most).shape
+    squares = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
     counts = np.zeros(len(chosen))
-    for part in row_blocks(labels, 0, rows, math.lcm(*chosen.tolist()), after=1):
-        met = _corners(part)
-        counts += [np.count_nonzero(_by_square(np.logical_or, _squares(met, k))) for k in chosen]
-    for i, size in enumerate(chosen.tolist()):  # of the whole map, its cut edges included
-        counts[i] *= rows * columns / size**2 / ((rows // size) * (columns // size))
-    law = _power_law(chosen, counts)
+    for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
+        ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
+        counts += [_mixed_squares(ring, edge, int(side)) for side in chosen]
+    law = _power_law(chosen, counts / squares / chosen.astype(float) ** 2)
     return law._replace(exponent=-law.exponent)
 
 
-def _corners(labels: NDArray[Any]) -> NDArray[np.bool_]:
-    """The corners, one less each way than pixels, at which different labels meet."""
-    first = labels[:-1, :-1]
-    met: NDArray[np.bool_] = labels[1:, :-1] != first
-    for corner in (labels[:-1, 1:], labels[1:, 1:]):
-        met |= corner != first
-    return met
+def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
+    """How many squares about the pixels `edge` away from all sides have unlike corners."""
+    height, width = (length - 2 * edge for length in ring.shape)
+    first = edge - side // 2
+    starts = (first, first + side)
+    corners = [ring[y : y + height, x : x + width] for y in starts for x in starts]
+    mixed: NDArray[np.bool_] = corners[1] != corners[0]
+    for corner in corners[2:]:
+        mixed |= corner != corners[0]
+    return int(np.count_nonzero(mixed))
 
 
 def _checked(labels: LabelMap, size: int) -> LabelMap:
@@ -166,11 +182,20 @@ def _by_square(function: np.ufunc, squares: NDArray[Any]) -> NDArray[Any]:
 def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLaw:
     """Least squares through the logarithms."""
     known = counts > 0.0
-    if known.sum() < FEWEST_SIZES:
+    n = int(known.sum())
+    if n < FEWEST_SIZES:
         return PowerLaw(math.nan, math.nan, sizes, counts)
     x, y = np.log(sizes[known].astype(float)), np.log(counts[known])
+    slope = _slope(x, y)
     x0 = x - x.mean()
-    slope = float(x0 @ y / (x0 @ x0))
     rest = y - y.mean() - slope * x0
-    error = math.sqrt(float(rest @ rest) / max(1, len(x) - 2) / float(x0 @ x0))
-    return PowerLaw(slope, error, sizes, counts)
+    scatter = math.sqrt(float(rest @ rest) / (n - 2) / float(x0 @ x0))
+    half = n // 2 + 1
+    bend = 0.5 * abs(_slope(x[-half:], y[-half:]) - _slope(x[:half], y[:half]))
+    quantile = _STUDENT[min(n - 2, len(_STUDENT)) - 1]
+    return PowerLaw(slope, math.hypot(quantile * scatter, bend), sizes, counts)
+
+
+def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    x0 = x - x.mean()
+    return float(x0 @ y / (x0 @ x0))

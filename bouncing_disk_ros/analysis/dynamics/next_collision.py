@@ -26,6 +26,8 @@ from bouncing_disk_ros.collision_map.axial_map import (
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.collision_map.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import plain
+from bouncing_disk_ros.renamed import renamed_fields
 
 Array = NDArray[np.float64]
 
@@ -50,9 +52,14 @@ class Impacts(NamedTuple):
     contact: NDArray[np.bool_]  # whether the disk was in contact since the impact before
 
 
+@renamed_fields(forcing="axial_forcing")
 @dataclass(frozen=True)
 class NextCollisionMap:
-    """The map at one set of parameters. Raises InputError for values out of range."""
+    """The map at one set of parameters. Raises InputError for values out of range.
+
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    >>> section.orbit(MapState(forcing_phase=1.0, axial_impact_velocity=-1.3), 5).forcing_phase
+    """
 
     axial_forcing: float  # Γ ≥ 0
     restitution: float  # ε in [0, 1]
@@ -60,6 +67,8 @@ class NextCollisionMap:
     angular_forcing: float = math.inf  # Γ_T > 0; inf: no friction
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, plain(value))  # numbers of NumPy as Python's
         _check(
             "axial_forcing",
             self.axial_forcing,
@@ -180,6 +189,8 @@ def spread_starts(count: int, velocity_begin: float) -> list[MapState]:
     The points {½ + k/p}, {½ + k/p²} of the unit square with the plastic number p (M. Roberts,
     2018): of few as of many no two are close, and more starts begin with the same ones. Velocities
     in units of πg/ω. Raises InputError.
+
+    >>> spread_starts(24, velocity_begin=-5.0)
     """
     if count < 1:
         raise InputError("starts", count, "a whole number >= 1")

@@ -12,7 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST, LOWEST
-from bouncing_disk_ros.analysis.dynamics.attractors import SAME, AttractorKind
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    LARGEST_ERROR,
+    SAME,
+    AttractorKind,
+    error_at_end,
+)
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import STATE
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.collision_map.axial_map import (
@@ -41,6 +46,8 @@ REST, CHATTERING, PERIODIC, CHAOTIC = (list(AttractorKind).index(kind) for kind 
 STARTS = ("period-1", "contact", "given")
 KEPT = 2 * LONGEST
 """Impacts in which a repetition is looked for."""
+LEAST_CHECKED = 16
+"""From contact to contact in fewer impacts roundings stay small: it takes e²⁷ to grow to 1e-3."""
 _BESIDE = 1e-3
 
 
@@ -94,7 +101,8 @@ def settle_states(parameters: Floats, states: Floats, settling: int, measured: i
 
     - REST: contact lasts for good.
     - CHATTERING: contact twice at least. All contact ends in the same state, at separation: what
-      comes once more repeats for ever.
+      comes once more repeats for ever. Its period is 0 where more impacts than are kept lie between
+      contacts, or so many that roundings grow to the size of the attractor and decide the number.
     - CHAOTIC: a small change grows by more than e^CLEARLY.
     - PERIODIC: the last LONGEST impacts are, within SAME (rad, πg/ω), those of one repetition of at
       most LONGEST impacts before, and small changes die out.
@@ -120,6 +128,9 @@ def settle_states(parameters: Floats, states: Floats, settling: int, measured: i
     period = np.zeros(n, np.int32)
     shaken = kind == CHATTERING
     period[shaken] = _between_contacts(rows[shaken])
+    for i in np.flatnonzero(shaken & (period > LEAST_CHECKED)):
+        if not _is_known(rows[i], int(period[i]), *parameters[i, :2].tolist()):
+            period[i] = 0
     calm = np.flatnonzero((contacts == 0.0) & (exponent < 0.0))
     period[calm] = _repetition(rows[calm])
     kind[calm[period[calm] > 0]] = PERIODIC
@@ -136,6 +147,16 @@ def _between_contacts(rows: Floats) -> Ints:
     later = np.arange(contact.shape[1]) > last[:, None]
     before = (contact & later).argmax(axis=1)
     return np.where(before > last, before - last, 0).astype(np.int32)
+
+
+def _is_known(rows: Floats, period: int, axial_forcing: float, restitution: float) -> bool:
+    """Whether roundings stay small from the last contact but one to the last one."""
+    contact = int(np.flatnonzero(rows[:, ORBIT_KIND] == MAP_CONTACT)[-1])
+    one = rows[contact - period : contact]  # the first is the impact after contact
+    flights = np.concatenate(
+        (one[:-1, [ORBIT_TAU, ORBIT_W]], one[1:, [ORBIT_DELAY, ORBIT_W]]), axis=1
+    )
+    return error_at_end(flights, axial_forcing, restitution) <= LARGEST_ERROR
 
 
 def _repetition(rows: Floats) -> Ints:

@@ -10,6 +10,7 @@ import numpy as np
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.renamed import renamed_keywords
 
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""
@@ -29,6 +30,14 @@ class PeriodicOrbit(NamedTuple):
     trace: float  # of the derivatives of τ and w_A over one repetition
     determinant: float  # of the same: ε²ⁿ, or 0 with contact
     angular_multiplier: float  # of w_T: 0 where some impact sticks, 1 where all slip; nan
+
+    def __repr__(self) -> str:
+        """How often it hits, whether it is stable, where it begins."""
+        kind = "stable" if self.stable else "unstable"
+        cycles = f"{self.cycles} cycle{'s' if self.cycles != 1 else ''}"
+        state = f"τ = {self.state.forcing_phase:.6g}, w_A = {self.state.axial_impact_velocity:.6g}"
+        size = f"|multiplier| {abs(self.multipliers[0]):.6g}"
+        return f"<{kind} orbit of {self.impacts} impact(s) in {cycles}: {state}, {size}>"
 
     @property
     def impacts(self) -> int:
@@ -63,6 +72,7 @@ class PeriodicOrbit(NamedTuple):
         return math.log(size) / self.impacts if size > 0.0 else -math.inf
 
 
+@renamed_keywords(forcing="axial_forcing")
 def fixed_point(
     axial_forcing: float,
     restitution: float,
@@ -74,6 +84,8 @@ def fixed_point(
 
     Raises InputError where there is none: below Γ = k(1−ε)/(1+ε), or where the disk of this orbit
     would pass through the platform between impacts.
+
+    >>> fixed_point(0.45, 0.5).multipliers
     """
     section = NextCollisionMap(axial_forcing, restitution, phase_lag, angular_forcing)
     least = cycles * (1.0 - restitution) / (1.0 + restitution)
@@ -96,6 +108,8 @@ def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> 
 
     It may repeat sooner: a fixed point also closes after two impacts. Raises InputError where the
     method does not converge, or the disk comes to rest.
+
+    >>> periodic_orbit(NextCollisionMap(0.55, 0.5), MapState(0.9, -1.3), 2).multipliers
     """
     if impacts < 1:
         raise InputError("impacts", impacts, "a whole number >= 1")

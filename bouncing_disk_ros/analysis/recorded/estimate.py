@@ -111,7 +111,32 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
         note = _why_unknown(int(np.sum(slips)), len(rows))
         return Estimate(math.nan, bound, math.inf, len(rows), _text([note, *notes]))
     found = _checked(rows[slips], gripped[slips], pushed[slips], resolution, notes)
+    demand = needed[slips] / expected[slips]
+    found = _compared_by_demand(found, gripped[slips], pushed[slips], demand, resolution)
     return _bounded(found, math.inf)
+
+
+def _compared_by_demand(
+    found: Estimate, gripped: Column, pushed: Column, demand: Column, resolution: float
+) -> Estimate:
+    """Compare with the half of the rows that slip most; where it differs, span both.
+
+    Locked impacts look like slipping ones where w_T is noisier than the impulses: then their
+    demand is noise, and so they are few among the rows of the greatest demand. The order does not
+    bend the ratio, for it is one of velocities.
+    """
+    if len(gripped) < 2 * LEAST_ROWS:
+        return found
+    most = np.argsort(demand, kind="stable")[len(demand) // 2 :]
+    half = ratio_of(gripped[most], pushed[most], resolution)
+    if found.low <= half.value <= found.high:
+        return found
+    note = (
+        f"the half that slips most gives {half.value:.4g}: w_T may be too noisy to tell locked "
+        "impacts from slipping ones"
+    )
+    low, high = min(found.low, half.low), max(found.high, half.high)
+    return found._replace(low=low, high=high, note=_text([note, found.note]))
 
 
 def _expected(pushed: Column, fall: Column, precision: float) -> Column:
@@ -138,10 +163,13 @@ def _slipping(
     friction = float(trial[int(np.argmin(misfit))])
     chosen = needed > friction * expected
     for _ in range(_ROUNDS):
-        noise = math.hypot(
-            _scatter(gripped[chosen] - friction * expected[chosen]),
-            _scatter(left[needed <= friction * expected]),
-        )
+        limit = friction * expected
+        impulses = _scatter(gripped[chosen] - limit[chosen])
+        # what sticks by velocities has small w_T, and so by chance small errors of it; what sticks
+        # by impulses has errors of w_T of all sizes
+        locked = np.abs(gripped) < limit - SURELY * max(impulses, resolution)
+        sticks = max(_scatter(left[needed <= limit]), _scatter(left[locked]))
+        noise = math.hypot(impulses, sticks)
         before = chosen
         chosen = needed - friction * expected > SURELY * max(noise, resolution)
         if np.array_equal(chosen, before) or np.sum(chosen) < LEAST_ROWS:

@@ -51,7 +51,8 @@ class Orbit(NamedTuple):
         """As people say it: period-1, period-2, chattering (3 cycles), unresolved."""
         if self.kind is OrbitKind.PERIODIC:
             name = f"period-{self.impacts}"
-            return name if self.impacts == self.cycles else f"{name} in {self.cycles} cycles"
+            cycles = f"{self.cycles} cycle{'s' if self.cycles > 1 else ''}"
+            return name if self.impacts == self.cycles else f"{name} in {cycles}"
         if self.kind is OrbitKind.CHATTERING:
             return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
         return str(self.kind)

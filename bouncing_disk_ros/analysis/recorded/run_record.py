@@ -66,6 +66,11 @@ class RunRecord:
     changes: list[Change] = field(default_factory=list)
     disks: list[tuple[float, Disk]] = field(default_factory=list)  # time from which it is known
 
+    def __repr__(self) -> str:
+        """What there is, in numbers."""
+        counts = f"{sum(map(len, self.chunks))} rows of impacts, {len(self.states)} states"
+        return f"<record of a run: {counts}, {len(self.motions)} motions, {self.lost} rows lost>"
+
     @property
     def rows(self) -> NDArray[np.void]:
         """All impacts, IMPACT_DTYPE."""

@@ -39,7 +39,10 @@ class Summary(NamedTuple):
 
 
 def summary_of(record: RunRecord) -> Summary:
-    """The figures of a run."""
+    """The figures of a run.
+
+    >>> summary_of(read_run("output/demo_bag")).orbit.name
+    """
     motion = record.motion
     expected = period_one(motion, record.disk) if motion else None
     end = record.speeds[-1][0] if record.speeds else 0.0

@@ -26,6 +26,8 @@ from bouncing_disk_ros.analysis.recorded.curves import (
 )
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 
+FEWEST = 3
+"""A straight line through fewer points gives no rate."""
 LEAST = 8
 """Fewer times show nothing."""
 MOST = 2000
@@ -59,6 +61,11 @@ class Transient(NamedTuple):
     rate: Estimate  # of a linear transient, rad/s²; nan otherwise
     end: float  # when a linear transient locked, s; nan otherwise
     note: str
+
+    @property
+    def has_rate(self) -> bool:
+        """Whether a linear transient is more than a few steps: its rate is known, and not 0."""
+        return self.rate.impacts >= FEWEST and self.rate.low * self.rate.high > 0.0
 
 
 def transient_of(times: NDArray[np.float64], speeds: NDArray[np.float64]) -> Transient:

@@ -12,6 +12,7 @@ from bouncing_disk_ros.analysis.recorded.section import return_map_of, section_o
 from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.analysis.report.energy_panel import energy_panel, time_range
+from bouncing_disk_ros.analysis.report.height_panel import height_panel
 from bouncing_disk_ros.analysis.report.panel import (
     Column,
     Panel,
@@ -28,7 +29,11 @@ from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Motion
 
 TIME = "simulated time t (s)"
 PHASE = "forcing phase at impact τ_imp (rad)"
-VELOCITY = "impact velocity w_A/(πg/ω) (1)"
+VELOCITY = "impact velocity w_A/(πg/ω)"
+ZOOMED = 0.5 * math.pi
+"""A return map whose phases lie within this (rad) shows their part of the plane alone ..."""
+LEAST_MARGIN = 0.05
+"""... with so much (rad) around them at least: an orbit of one phase is a point."""
 _ANY_MOTION = Motion(0.0, 0.0, 1.0, 0.0)
 
 
@@ -42,6 +47,7 @@ def panels(report: Report, most: int) -> list[Panel]:
         _return_map(report, most),
         energy_panel(report, most),
         _lateness(report, most),
+        height_panel(report, TIME),
     ]
 
 
@@ -113,7 +119,7 @@ def _fitted(transient: Transient, first: float, end: float) -> list[Series]:
         return [
             series(f"exponential fit, T = {constant:.4g} s", times, curve, SeriesStyle.DASHED, 2)
         ]
-    if transient.kind is TransientKind.LINEAR:
+    if transient.kind is TransientKind.LINEAR and transient.has_rate:
         last = end if math.isnan(transient.end) else transient.end
         times = np.array([first, last, end])
         curve = transient.initial + transient.rate.value * (np.minimum(times, last) - first)
@@ -177,16 +183,21 @@ def _return_map(report: Report, most: int) -> Panel:
     x, y = pairs.forcing_phase.values, pairs.next_forcing_phase.values
     keep = spread(len(x), most)
     note = downsample(len(keep), len(x), "pairs, chosen at random")
-    drawn = []
+    drawn, zoomed = [], False
     if len(x):
         ends = [0.0, math.tau]
+        low, high = float(min(x.min(), y.min())), float(max(x.max(), y.max()))
+        zoomed = high - low < ZOOMED
+        if zoomed:
+            margin = max(0.1 * (high - low), LEAST_MARGIN)
+            ends = [low - margin, high + margin]
         drawn = [
             series("τ_(n+1) = τ_n", ends, ends, SeriesStyle.DASHED, 4),
             series("impact", x[keep], y[keep]),
         ]
     return Panel(f"Return map{_where(report)}", "forcing phase τ_n (rad)",
-                 "next forcing phase τ_(n+1) (rad)", drawn, note, x_is_phase=True,
-                 y_is_phase=True)  # fmt: skip
+                 "next forcing phase τ_(n+1) (rad)", drawn, note, x_is_phase=not zoomed,
+                 y_is_phase=not zoomed)  # fmt: skip
 
 
 # --- of the machine -------------------------------------------------------------------------------

@@ -112,6 +112,8 @@ def toss(
     The disk starts on the platform at `forcing_phase` (rad, the default is the lowest point) with
     the absolute `angular_velocity` (rad/s; 0 is the paper's rest). InputError for numbers that
     cannot be used.
+
+    >>> toss(phase_lag=[0.0, -0.7], amplitude_angle=0.785).airborne_speed
     """
     check_setting(setting)
     lag, angle, speed, phase = _broadcast(

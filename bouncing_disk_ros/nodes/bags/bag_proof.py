@@ -12,7 +12,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.bags.simulators import choose, is_there
-from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.run_splitting import Run, Runs
 from bouncing_disk_ros.units import NS

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -98,19 +97,11 @@ def _report(given: argparse.Namespace) -> int:
         report = read(given)
         from bouncing_disk_ros.analysis.report.report_text import lines
 
-        _say("\n".join(lines(report)))
+        print("\n".join(lines(report)), flush=True)
         for file in files:
             _write(report, file)
-            _say(f"written: {file}")
+            print(f"written: {file}", flush=True)
     return ExitCode.DONE
-
-
-def _say(text: str) -> None:
-    """Print; when the reader has gone (`| head`), the files are written all the same."""
-    try:
-        print(text, flush=True)
-    except BrokenPipeError:
-        sys.stdout = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
 
 
 def read(given: argparse.Namespace) -> Report:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
@@ -15,13 +16,14 @@ from bouncing_disk_ros.analysis.recorded.run_record import (
 )
 from bouncing_disk_ros.analysis.report.run_report import Source, TopicCount
 from bouncing_disk_ros.bag import Bag, BagError
+from bouncing_disk_ros.bag import open as open_bag
 from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.bounded_columns import Bounded, EveryNth, Newest
 from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
 from bouncing_disk_ros.nodes.bags.simulators import WANTED, choose, is_there
 from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder, record_of
-from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 
 MOST_SAMPLES = 200_000
 """Of joint_states and of disk/rotor_speed at most so many messages are kept, evenly taken."""
@@ -53,6 +55,21 @@ class ReadOptions(NamedTuple):
         hint = "No message lies within." if inside else "That lies outside the run."
         allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
         return InputError("from, to", given, allowed, hint)
+
+
+def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> RunRecord:
+    """A recorded run from its bag: impacts, states, speeds, motions, inputs.
+
+    `namespace` and `run` (from 1; 0: the last) choose where a bag holds several. Raises InputError,
+    BagError where it cannot be read.
+
+    >>> read_run("output/demo_bag").rows["axial_impact_velocity"]
+    """
+    with open_bag(path) as opened:
+        reader = BagRun(opened, ReadOptions(namespace, run))
+        for _ in reader.read():
+            pass
+        return reader.record
 
 
 class BagRun:

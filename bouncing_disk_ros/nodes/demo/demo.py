@@ -9,12 +9,14 @@ from pathlib import Path
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.shared.startup import Start
+from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
 from bouncing_disk_ros.parameters import Spec
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
 watch both over DDS, record the run, and show the result: a summary, a picture, a report on
-the bag, and its replay. Ctrl-C ends all of it."""
+the bag, and its replay. Ctrl-C ends all of it. Where ROS is not installed, the same story is
+simulated in one process, without a bag."""
 _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
 BAG = "output/demo_bag"
 
@@ -27,12 +29,14 @@ OPTIONS = {spec.name: spec for spec in _SPECS}
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demonstration; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args)
+    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args, needs_ros=False)
     parser = start.parser
     parser.usage = "demo [--help] [--bag FOLDER] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
                         help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
     folder = start.parse().bag
+    if not environment.ros_is_here():
+        return run_without_ros("demo", partial(_without_ros, start))
     with start.stop.importing():
         from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
         from bouncing_disk_ros.nodes.demo.demo_node import DemoNode
@@ -47,6 +51,14 @@ def main(args: Sequence[str] | None = None) -> int:
         make = partial(DemoNode, OPTIONS, children, folder)
         present = partial(DemoNode.present, export=export)
         return run_node("demo", start.ros, make, present, start.stop)
+
+
+def _without_ros(start: Start) -> int:
+    with start.stop.importing():
+        announce_compilation("demo")
+        from bouncing_disk_ros.nodes.demo.demo_alone import present_without_ros
+
+    return present_without_ros(OPTIONS, start.ros)
 
 
 if __name__ == "__main__":

@@ -9,58 +9,43 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.recorded.run_summary import (
-    Summary,
-    last_orbit,
-    lines,
-    summary_of,
-)
-from bouncing_disk_ros.analysis.scales import axial_forcing_of
-from bouncing_disk_ros.core.model import Disk, MotionInForce
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
+from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.child import Child
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
+from bouncing_disk_ros.nodes.demo.demo_story import (
+    AT_REST,
+    OPENING,
+    PRESET,
+    PROGRAMME,
+    change_text,
+    disk_of,
+    picture_of,
+    show_summary,
+    start_values,
+    verdict,
+)
 from bouncing_disk_ros.nodes.demo.watcher import DemoWatcher
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.units import NS
 
-PRESET = "pizza_multiple_toss"
-PROGRAMME = "first_toss_to_period_1"
-AT_REST = {
-    "axial_amplitude": 0.0,
-    "angular_amplitude": 0.0,
-    "initial_with_platform": True,
-    "initial_axial_velocity": 0.0,
-    "initial_forcing_phase": parameters.DEFAULTS["initial_forcing_phase"],
-}
-"""The preset starts on its orbit; the story starts at rest, at the lowest point."""
 START_SECONDS = 120.0
 """Patience with the start: the first one compiles the kernels."""
-SETTLING_SECONDS = 12.0
-"""So long after the programme's beginning the orbit must have been found."""
 LAST_SECONDS = 0.5
 """For the messages that came while the simulator was ending."""
 Children = tuple[Child, Child, Child]
 """Recorder, simulator, performer."""
-FORMATS = (".png", ".pdf", ".svg")
 
 
 class DemoNode(DemoWatcher):
     """The demonstration; `children` are its processes, `folder` is that of the bag."""
 
     def __init__(self, table: Mapping[str, Spec], children: Children, folder: Path) -> None:
-        values = parameters.complete(load_preset(PRESET))
-        super().__init__("demo", Disk(*(float(values[name]) for name in Disk._fields)))
+        super().__init__("demo", disk_of(start_values()))
         chosen = options(self, table)
-        self._duration, self._picture = float(chosen["duration"]), Path(str(chosen["picture"]))
-        if self._picture.suffix not in FORMATS:
-            raise InputError(
-                "picture", str(self._picture), "a file ending in " + ", ".join(FORMATS)
-            )
+        self._duration, self._picture = float(chosen["duration"]), picture_of(chosen)
         self._recorder, self._simulator, self._performer = children
         self._folder = folder
         self._live = sys.stdout.isatty()
@@ -85,8 +70,7 @@ class DemoNode(DemoWatcher):
     def present(self, stop: Stop, export: str) -> int:
         """The whole show; the exit code."""
         print(
-            f"A disk at rest on its platform (preset {PRESET}). Programme: {PROGRAMME}.\n"
-            f"To look or to interfere from a second terminal: {export}\n"
+            f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
             "Starting the simulator (the first start on a machine compiles for about 20 s) ...",
             flush=True,
         )
@@ -125,7 +109,7 @@ class DemoNode(DemoWatcher):
         """News on lines of their own, and the status."""
         for motion in self.record.motions[self._shown_motions :]:
             if motion.begin_ns < motion.end_ns:
-                self._news(motion.begin_ns / NS, self._change(motion))
+                self._news(motion.begin_ns / NS, change_text(motion, self.record.disk))
         self._shown_motions = len(self.record.motions)
         orbit = last_orbit(self.record)
         if orbit.impacts and orbit.name != self._orbit:
@@ -135,18 +119,6 @@ class DemoNode(DemoWatcher):
         if time.monotonic() - self._last_status >= interval:
             self._last_status = time.monotonic()
             self._status("" if self._live else "\n")
-
-    def _change(self, motion: MotionInForce) -> str:
-        target = motion.target
-        if target.axial_amplitude == 0.0:
-            return "the platform is brought to rest"
-        axial_forcing = axial_forcing_of(target, self.record.disk)
-        shape = "helical" if target.phase_lag == 0.0 else "semi-elliptical"
-        return (
-            f"the platform changes to a {shape} motion: A {1e3 * target.axial_amplitude:.1f} mm, "
-            f"Φ {target.angular_amplitude:.3f} rad, θ {target.phase_lag:.3f} rad, "
-            f"Γ {axial_forcing:.3f}"
-        )
 
     def _news(self, at: float, text: str) -> None:
         print(f"{self._clear}{at:6.2f} s  {text}", flush=True)
@@ -167,36 +139,12 @@ class DemoNode(DemoWatcher):
 
     # --- at the end -------------------------------------------------------------------------------
     def _conclude(self, stop: Stop) -> int:
-        from bouncing_disk_ros.plots.run_plot import run_picture, save_picture
-
         self._simulator.end()  # the recorder after it, so that nothing is cut off
         wait_for(self, stop, lambda: False, LAST_SECONDS)
         self._recorder.end()
-        summary = summary_of(self.record)
-        print("\nSummary\n" + "\n".join(lines(summary)), flush=True)
-        title = "From rest to the period-1 orbit: a helical toss, then the semi-elliptical motion"
+        summary = show_summary(self.record, self._picture)
         try:
-            save_picture(run_picture(self.record, title), self._picture)
-        except OSError as error:
-            raise FailedError(f"picture {self._picture} cannot be written: {error}") from None
-        print(f"Picture: {self._picture}", flush=True)
-        try:
-            code = self._verdict(summary)
+            code = verdict(summary, self._duration)
         finally:
             report_bag(self._folder, stop)
         return ExitCode.INTERRUPTED if stop.asked else code
-
-    def _verdict(self, summary: Summary) -> int:
-        """Say whether the orbit is the one that the programme is for."""
-        if summary.orbit.is_period_one:
-            print("Verified: the orbit found is period-1.", flush=True)
-            return ExitCode.DONE
-        found = f"the orbit found is {summary.orbit.name}, not period-1"
-        if summary.inputs > 1:
-            others = summary.inputs - 1
-            print(f"Not verified: {found}; others gave {others} input(s).", flush=True)
-            return ExitCode.DONE
-        if self._duration < SETTLING_SECONDS and not summary.orbit.impacts:
-            print(f"Not verified: {found}; {self._duration:g} s are too short to tell.", flush=True)
-            return ExitCode.DONE
-        raise FailedError(found)

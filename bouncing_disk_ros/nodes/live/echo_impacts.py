@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from bouncing_disk_ros import environment
 from bouncing_disk_ros.nodes.shared.startup import Start
 from bouncing_disk_ros.parameters import Spec
 
@@ -28,6 +29,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Print impacts; exit code 0 done or interrupted, 1 nothing came in time, 2 bad input."""
     start = Start("echo_impacts", _ABOUT, OPTIONS, _EXAMPLE, args)
     start.parse()
+    environment.end_with_reader()
     with start.stop.importing():
         from bouncing_disk_ros.nodes.live.impact_printer import ImpactPrinter
         from bouncing_disk_ros.ros.spin import run_node

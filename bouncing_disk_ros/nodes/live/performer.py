@@ -16,7 +16,8 @@ from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
-from bouncing_disk_ros.ros.conversions import msg_to_motion, programme_to_msg, time_to_ns
+from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import load_programme, start_of

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import time
-from array import array
 from collections.abc import Callable, Collection, Mapping
 
 from rclpy.node import Node
 
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.nodes.shared.option_values import option_values
 from bouncing_disk_ros.parameters import Spec, Value, items_of
 from bouncing_disk_ros.ros.spin import spin_until
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.ros.validated_parameters import descriptor_of, is_rclpy_parameter
+from bouncing_disk_ros.ros.validated_parameters import descriptor_of
 
 
 def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) -> dict[str, Value]:
@@ -20,14 +19,7 @@ def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) 
 
     `lists`: texts that hold numbers; a number, or an array of them, is taken there as well.
     """
-    given = {name: override.value for name, override in node._parameter_overrides.items()}
-    for name in given:
-        if name not in table and not is_rclpy_parameter(name):
-            hint = closest(name, table) or "--help lists them."
-            raise InputError("parameter", name, ", ".join(table), hint)
-        if name in lists:
-            given[name] = _listed(given[name])
-    values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
+    values = option_values(overrides_of(node), table, lists)
     for name, spec in table.items():
         # an empty list has no type: a list of one empty text stands for it
         shown = (items_of(str(values[name])) or [""]) if spec.listed else values[name]
@@ -35,13 +27,9 @@ def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) 
     return values
 
 
-def _listed(value: object) -> object:
-    """Numbers as a text; everything else as it is."""
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return repr(value)
-    if isinstance(value, (array, list)):
-        return " ".join(str(one) for one in value)
-    return value
+def overrides_of(node: Node) -> dict[str, object]:
+    """What the command line and parameter files give a node."""
+    return {name: override.value for name, override in node._parameter_overrides.items()}
 
 
 def wait_for(node: Node, stop: Stop, condition: Callable[[], object], timeout: float) -> bool:

@@ -20,7 +20,7 @@ from bouncing_disk_ros.analysis.recorded.record_validation import (
 from bouncing_disk_ros.analysis.recorded.run_record import Change, Health, RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Energy
 from bouncing_disk_ros.errors import InputError, shown
-from bouncing_disk_ros.ros.conversions import (
+from bouncing_disk_ros.ros.from_messages import (
     impacts_from_msg,
     msg_to_joints,
     msg_to_motion,

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from bouncing_disk_ros import environment
-from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
@@ -20,6 +20,7 @@ class Start:
     """An executable with a table of options that has begun; made first of all in its `main`.
 
     `args`: the command line, None for that of the process. `code`: what a signal ends it with.
+    `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not installed.
     """
 
     def __init__(
@@ -30,8 +31,11 @@ class Start:
         example: str,
         args: Sequence[str] | None,
         code: ExitCode = ExitCode.DONE,
+        *,
+        needs_ros: bool = True,
     ) -> None:
         self.name = name
+        self._needs_ros = needs_ros
         self.stop = Stop(code).install()
         environment.prepare()
         self.own, self.ros = split_arguments(args)
@@ -39,15 +43,45 @@ class Start:
 
     def parse(self) -> argparse.Namespace:
         """What stands before --ros-args; ends the process for --help and for what is unknown."""
-        return self.parser.parse_args(self.own)
+        given = self.parser.parse_args(self.own)
+        if self._needs_ros:
+            require_ros(self.name)
+        return given
+
+
+def require_ros(name: str) -> None:
+    """End the process with one line and exit code 2 where ROS 2 is not installed."""
+    if environment.ros_is_here():
+        return
+    why = "needs ROS 2, and rclpy or its message packages are not installed here"
+    how = "pip install '.[ros]' brings them on x86-64 Linux; README.md says what works without"
+    print(f"{name}: {why}. {how}", file=sys.stderr, flush=True)
+    raise SystemExit(int(ExitCode.BAD_INPUT))
+
+
+def run_without_ros(name: str, work: Callable[[], int]) -> int:
+    """Do the work of an executable where there is no ROS; the exit code. Every error is one line.
+
+    The codes are those of `ros.spin.run_node`.
+    """
+    try:
+        return work()
+    except InputError as error:
+        print(f"{name}: {one_line(error.line)}", file=sys.stderr, flush=True)
+        return ExitCode.BAD_INPUT
+    except FailedError as error:
+        print(f"{name}: {error}", file=sys.stderr, flush=True)
+        return ExitCode.FAILED
 
 
 def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
     """What stands before --ros-args, and the rest; None: the command line of the process.
 
-    The first step of every executable, so it makes stdout take any text, whatever the terminal.
+    The first step of every executable, so it makes stdout take any text, whatever the terminal, and
+    outlive its reader.
     """
     environment.accept_any_text()
+    environment.outlive_reader()
     argv = list(sys.argv[1:] if args is None else args)
     at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
     return argv[:at], argv[at:]

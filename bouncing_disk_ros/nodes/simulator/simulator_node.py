@@ -61,7 +61,7 @@ class SimulatorNode(LifecycleNode):
         self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
-        self._last_refusal: InputError | None = None
+        self.last_refusal: InputError | None = None
         self._starting = False
         try:
             self._set_up()
@@ -238,10 +238,10 @@ class SimulatorNode(LifecycleNode):
     # --- for simulation_interfaces
     def apply_impulse(self, request: ImpulseRequest) -> str:
         """Apply an impulse; why it was refused, or nothing."""
-        before = self._last_refusal
+        before = self.last_refusal
         if self.commands.apply_impulse(request):
             return ""
-        refusal = self._last_refusal
+        refusal = self.last_refusal
         return refusal.line if refusal is not None and refusal is not before else "refused"
 
     def restart(self) -> bool:
@@ -263,7 +263,7 @@ class SimulatorNode(LifecycleNode):
 
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
-        self._last_refusal = error
+        self.last_refusal = error
         self._diagnostics.refuse(error)
 
     def log_accepted(self, field: str, line: str, remark: str = "") -> None:

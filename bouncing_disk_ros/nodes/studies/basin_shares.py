@@ -22,6 +22,10 @@ multiple toss), with the best phase lag and the speed it gives."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
 
 
+MOST_NAMED = 8
+"""Values that one line names."""
+
+
 def make_view() -> StudyView[BasinShares]:
     """The study with its picture."""
     from bouncing_disk_ros.study.basin_shares_study import BasinShares
@@ -52,7 +56,18 @@ def lines(result: xr.Dataset) -> list[str]:
             value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
             known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
             rows.append(f"  {name:16} at most {100 * share.max():7.3f} %, at {value:.5g}{known}")
-    return rows
+    return rows + _missed_lines(result)
+
+
+def _missed_lines(result: xr.Dataset) -> list[str]:
+    """Attractors with basins too small for the grid of the search."""
+    values = result["value"].values[result["missed"].values > 0]
+    if not len(values):
+        return []
+    some = ", ".join(f"{value:.5g}" for value in values[:MOST_NAMED])
+    more = ", …" if len(values) > MOST_NAMED else ""
+    what = "  the search missed attractors with small basins, open starts led to them"
+    return [f"{what}: at {some}{more}"]
 
 
 TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, make_view)

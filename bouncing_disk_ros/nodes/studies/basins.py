@@ -62,6 +62,9 @@ def lines(result: xr.Dataset) -> list[str]:
         )
     ]
     rows.append(f"  {'unresolved':24} {100 * float(result['unresolved_fraction']):8.3f} %")
+    if "missed_attractor_name" in result:
+        names = ", ".join(map(str, result["missed_attractor_name"].values))
+        rows.append(f"  unresolved starts lead to attractors that the search missed: {names}")
     if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
         rows.append("  no boundary within the window, or too little of it")
     elif "box_dimension" in result:
@@ -70,13 +73,28 @@ def lines(result: xr.Dataset) -> list[str]:
             f"  basin entropy {float(result['basin_entropy']):.4f}, at the boundary {entropy:.4f} "
             "(only a value above ln 2 = 0.6931 would prove it fractal)"
         )
-        rows.append(
-            f"  uncertainty exponent {float(result['uncertainty_exponent']):.3f} ± "
-            f"{float(result['uncertainty_exponent_error']):.3f}, box dimension "
-            f"{float(result['box_dimension']):.3f} ± {float(result['box_dimension_error']):.3f} "
-            "(both 1: a smooth line)"
+        alpha, box = (
+            (float(result[name]), float(result[f"{name}_error"]))
+            for name in ("uncertainty_exponent", "box_dimension")
         )
+        rows.append(
+            f"  dimension of the boundary: 2 − uncertainty exponent {2.0 - alpha[0]:.3f} ± "
+            f"{alpha[1]:.3f}, by boxes {box[0]:.3f} ± {box[1]:.3f} (95 %; 1: a smooth line)"
+        )
+        rows.append(f"  {scales(result)}; it may differ at smaller distances")
     return rows + _speed_lines(result)
+
+
+def scales(result: xr.Dataset) -> str:
+    """The distances that the dimension of the boundary was measured at."""
+    pixels = result["boundary_distance"].values
+    ends = int(pixels.min()), int(pixels.max())
+    steps = [
+        abs(float(result[name].values[-1] - result[name].values[0])) / (result.sizes[name] - 1)
+        for name in ("forcing_phase", "velocity")
+    ]
+    phase, velocity = (" to ".join(f"{step * end:.2g}" for end in ends) for step in steps)
+    return f"at {ends[0]} to {ends[1]} pixels: {phase} rad, {velocity} πg/ω"
 
 
 def _speed_lines(result: xr.Dataset) -> list[str]:

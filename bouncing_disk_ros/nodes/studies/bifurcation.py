@@ -45,7 +45,8 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
 
     branch, section = branch_of(result), study.section()
     marks = (study.axis, study.doublings)
-    figure = bifurcation_figure(branch, section, *marks, followed=study.sequential)
+    onset = float(result["contact_onset"]) if "contact_onset" in result else math.nan
+    figure = bifurcation_figure(branch, section, *marks, followed=study.sequential, onset=onset)
     return {"bifurcation": figure}
 
 
@@ -58,6 +59,7 @@ def lines(result: xr.Dataset) -> list[str]:
     ratios = ", ".join(f"{float(ratio):.4f}" for ratio in result["feigenbaum_ratio"].values)
     if ratios:
         rows.append(f"  ratios of their distances {ratios} (tend to 4.6692)")
+    rows += _onset_lines(result)
     value = result["value"].values
     n = len(value)
     known = [
@@ -72,6 +74,16 @@ def lines(result: xr.Dataset) -> list[str]:
     chaotic = (result["lyapunov_exponent"].values > 1e-3).reshape(n, -1).any(axis=1).sum()
     rows.append(f"  Lyapunov exponent above 0.001 at {int(chaotic)} of {n} values")
     return rows + (_start_lines(result) if "start" in result.dims else [])
+
+
+def _onset_lines(result: xr.Dataset) -> list[str]:
+    """Where what was followed came to contact for the first time."""
+    if "contact_onset" not in result:
+        return []
+    onset, without = (float(result[f"contact_onset{end}"]) for end in ("", "_without"))
+    chaotic = float(result["contact_onset_exponent"]) > 0.0
+    what = "chaotic attractor (a crisis)" if chaotic else "attractor"
+    return [f"  the {what} first comes to contact between {without:.7g} and {onset:.7g}"]
 
 
 def _start_lines(result: xr.Dataset) -> list[str]:

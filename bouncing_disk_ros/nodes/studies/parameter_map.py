@@ -67,6 +67,10 @@ def lines(result: xr.Dataset) -> list[str]:
             rows.append(f"  {name:12} at {share:7.3f} % of the points")
     single = 100.0 * float(((kind == 2) & (period == 1)).mean())
     rows.append(f"  period 1     at {single:7.3f} %")
+    rare = 100.0 * float(((kind == 1) & (period == 0)).mean())
+    if rare > 0.0:
+        rows.append(f"  contact so rare at {rare:7.3f} % that rounding decides when it comes: "
+                    "its period is not known")  # fmt: skip
     rows += _largest(result, "mean_speed", "mean speed", " ωΦ")
     rows += _largest(result, "lyapunov_exponent", "Lyapunov exponent", "")
     moving = int(((abs(result["mean_speed_change"]) > SETTLED) & (kind != 3)).sum())

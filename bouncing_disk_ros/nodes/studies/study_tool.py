@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.nodes.shared.startup import Start
+from bouncing_disk_ros.nodes.shared.option_values import option_values
+from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study_tables import table_of
+from bouncing_disk_ros.ros.ros_arguments import RosArguments
+from bouncing_disk_ros.study_tables import LISTS, table_of
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,11 @@ class StudyTool:
 
     def main(self, args: Sequence[str] | None = None) -> int:
         """Run; exit code 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept)."""
-        start = Start(self.name, self.about, self.table, self.example, args, ExitCode.INTERRUPTED)
+        code = ExitCode.INTERRUPTED
+        start = Start(self.name, self.about, self.table, self.example, args, code, needs_ros=False)
         start.parse()
+        if not ros_is_here():
+            return run_without_ros(self.name, partial(self._run_without_ros, start))
         with start.stop.importing():
             announce_compilation(self.name)
             from bouncing_disk_ros.nodes.studies.study_node import StudyNode
@@ -40,3 +46,14 @@ class StudyTool:
 
         make = partial(StudyNode, self.name, self.table, self.make_view)
         return run_node(self.name, start.ros, make, StudyNode.present, start.stop)
+
+    def _run_without_ros(self, start: Start) -> int:
+        overrides = RosArguments(start.ros, self.name).overrides
+        values = option_values(overrides, self.table, LISTS)
+        with start.stop.importing():
+            announce_compilation(self.name)
+            from bouncing_disk_ros.nodes.studies.study_work import run_study
+
+        return run_study(
+            self.name, self.table, values, set(overrides), self.make_view(), start.stop
+        )

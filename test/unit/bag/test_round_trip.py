@@ -22,7 +22,7 @@ from bouncing_disk_ros.bag.metadata import FileRow, Metadata, qos_from_text
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros.conversions import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from support.bags import QOS, START_NS, STEP_NS, TYPES, Sent, impact_rows, make, message, messages
 
 WAYS: list[dict[str, Any]] = [
@@ -124,6 +124,19 @@ def test_rows_of_impacts_are_the_simulator_s(folder: Path, sent: list[Sent]) -> 
     assert rows.tobytes() == b"".join(some.tobytes() for some in expected)
     np.testing.assert_array_equal(columns["index"], np.arange(len(rows)))
     assert list(columns) == ["index", "axial_impulse"]
+
+
+def test_points_have_the_times_of_their_messages(folder: Path, sent: list[Sent]) -> None:
+    clouds = [row for row in sent if row.topic == "/disk/impacts"]
+    counts = [deserialize_message(row.data, PointCloud2).width for row in clouds]
+    with bag.open(folder) as run:
+        columns = run.columns("/disk/impacts", ["index", "log_time_ns", "publish_time_ns"])
+        none = run.columns("/disk/impacts", ["log_time_ns"], 0, 1)
+    received = np.repeat([row.log_time_ns for row in clouds], counts)
+    np.testing.assert_array_equal(columns["log_time_ns"], received)
+    assert columns["publish_time_ns"].dtype == np.int64
+    assert len(columns["publish_time_ns"]) == len(columns["index"])
+    assert none["log_time_ns"].shape == (0,)
 
 
 def test_columns_of_messages(folder: Path) -> None:

@@ -72,12 +72,18 @@ def test_the_figure_says_what_it_shows(
 ) -> None:
     figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings)
     top, middle, bottom = figure.axes
-    assert bottom.get_xlabel() == "axial forcing Γ (1)"
+    assert bottom.get_xlabel() == "axial forcing Γ"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
-    assert middle.get_ylabel() == "mean speed α̇ / (ωΦ) (1)"
+    assert middle.get_ylabel() == "mean speed α̇ / (ωΦ)"
     assert figure.get_suptitle() == "Attractor followed upward in Γ; ε = 0.5, θ = 0, Γ_T = 100"
-    names = [text.get_text() for text in top.texts]
-    assert names == ["1→2: 0.486003", "2→4: 0.530664", "4→8: 0.540102"]
+    legend = top.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)", "period 1 → 2 at 0.486003",
+        "period 2 → 4 at 0.530664", "period 4 → 8 at 0.540102",
+    ]  # fmt: skip
+    ticks = [text.get_text() for text in top.get_yticklabels()]
+    assert "π/2" in ticks, "phases are written as parts of π, as in all figures"
     lines = [np.asarray(line.get_xdata()) for line in bottom.lines]
     places = [float(x[0]) for x in lines if len(x) == 2][1:]
     assert places == [point.value for point in doublings]
@@ -115,3 +121,21 @@ def test_each_parameter_has_its_axis(axis: str, values: list[float], tmp_path: P
     assert figure.axes[2].get_xlabel().startswith(axis.replace("_", " "))
     assert (figure.axes[0].get_xscale() == "log") == (axis == "angular_forcing")
     figure.savefig(tmp_path / "figure.png")
+
+
+def test_contact_has_its_colour_and_its_onset_a_name(upward: Branch) -> None:
+    contacts = upward.contacts.copy()
+    contacts[-10:] = 0.01
+    figure = bifurcation_figure(
+        upward._replace(contacts=contacts), PAPER, "axial_forcing", followed=True, onset=0.55
+    )
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts[:2] == ["orbits without contact", "orbits with contact"]
+    assert texts[-1] == "first contact at 0.550000: another attractor from here on"
+    for axes in figure.axes:
+        assert any(np.array_equal(line.get_xdata(), [0.55, 0.55]) for line in axes.lines)
+    speeds = [line for line in figure.axes[1].lines if str(line.get_label()).startswith("mean")]
+    colors = {str(line.get_color()) for line in speeds}
+    assert len(colors) == 2

@@ -23,6 +23,7 @@ from support.recorded import period_one_bag
 PANELS = (
     "Rotor speed", "Forcing phase of the impacts", "Next-collision section", "Return map",
     "Energy ledger", "Real time: lateness of the simulator's ticks",
+    "Height, last 6 periods",
 )  # fmt: skip
 TABLES = (
     "Segments of steady motion", "Recording", "Segment 1", "Orbit", "Rotor speed",
@@ -86,7 +87,7 @@ def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
     assert page.headings == ["run & <1>", *PANELS, *TABLES]
     assert page.fetched == []
     assert page.generator == MARK
-    assert page.plots == [f"plot_{place}" for place in range(6)]
+    assert page.plots == [f"plot_{place}" for place in range(len(PANELS))]
     assert "period-1" in page.words
     assert "in force 0.5" in page.words
     assert text == report_html(report)  # no dates, no random names
@@ -118,9 +119,9 @@ def test_axes_have_symbol_and_unit(report: Report) -> None:
     assert labels == {
         "simulated time t (s)", "angular velocity α̇ (rad/s)",
         r"forcing phase at impact $τ_{\mathrm{imp}}$ (rad)",
-        r"impact velocity $w_{\mathrm{A}}$/(πg/ω) (1)",
+        r"impact velocity $w_{\mathrm{A}}$/(πg/ω)",
         r"forcing phase $τ_{\mathrm{n}}$ (rad)", r"next forcing phase $τ_{\mathrm{n+1}}$ (rad)",
-        "energy E (J)", "wall time since the first report (s)", "lateness (ms)",
+        "height x, s (mm)", "energy E (J)", "wall time since the first report (s)", "lateness (ms)",
     }  # fmt: skip
     assert [axes.get_title() for axes in figure.axes] == list(PANELS)
 
@@ -151,7 +152,7 @@ def test_a_browser_without_network_draws_the_plots(report: Report, tmp_path: Pat
     complaints = [line for line in done.stderr.splitlines() if ":CONSOLE" in line]
     assert complaints == []
     drawn = done.stdout.split('id="plot_')[1:]
-    assert len(drawn) == 6
+    assert len(drawn) == len(PANELS)
     for place, part in enumerate(drawn):
         marks = part.count('class="point"') + part.count('class="js-line"')
         assert marks >= 2, f"plot {place} has not drawn: {json.dumps(part[:300])}"
@@ -174,4 +175,4 @@ def test_no_legend_covers_a_curve_and_no_text_another(report: Report) -> None:
         assert data.y1 <= box.y0
         assert box.y1 <= axes.title.get_window_extent().y0
         assert box.x1 <= data.x1
-    assert legends == 5
+    assert legends == 6

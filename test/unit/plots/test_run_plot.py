@@ -52,7 +52,7 @@ def test_panels_say_what_they_show(tmp_path: Path) -> None:
     assert labels == {
         ("simulated time t (s)", "height x, s (mm)"),
         ("simulated time t (s)", "angular velocity α̇ (rad/s)"),
-        ("forcing phase at impact τ/2π (1)", "impact velocity w_A / (πg/ω) (1)"),
+        ("forcing phase at impact τ/2π", "impact velocity w_A / (πg/ω)"),
         ("simulated time t (s)", "forcing phase τ (rad)"),
     }
     assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")

@@ -85,6 +85,48 @@ def test_basins_that_the_cap_leaves_open(tmp_path: Path) -> None:
     assert any("unresolved" in line and f"{open_:.3f} %" in line for line in lines)
 
 
+def test_a_window_of_ones_own_keeps_its_axes(tmp_path: Path) -> None:
+    """Impacts on attractors outside do not stretch them; narrow windows have ticks with labels."""
+    figures, _, _ = shown(
+        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
+        phase_end=0.1, velocity_begin=-0.8, velocity_end=-0.6, velocity="after",
+    )  # fmt: skip
+    left = figures["basins"].axes[0]
+    assert left.get_xlim() == pytest.approx((-0.1 / math.pi, 0.1 / math.pi))
+    assert left.get_ylim() == pytest.approx((-0.8, -0.6))
+    figures["basins"].draw_without_rendering()
+    low, high = left.get_xlim()
+    shown_ticks = [tick for tick in left.get_xticks() if low <= tick <= high]
+    assert len(shown_ticks) >= 3
+    assert "sign changed" in left.get_ylabel()
+
+
+def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Path) -> None:
+    """Period 1 at τ = 0.74: in a window from 2π on it is drawn one turn later."""
+    figures, _, _ = shown(
+        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
+        phase_end=8.0, velocity_begin=-2.0, velocity_end=-1.0,
+    )  # fmt: skip
+    axes = figures["basins"].axes[0]
+    points = [line for line in axes.lines if line.get_label() == "impacts on the attractors"]
+    places = [float(x) for line in points for x in np.asarray(line.get_xdata())]
+    assert places == pytest.approx([(math.acos(1.0 / 1.35) + math.tau) / math.pi])
+    legend = axes.get_legend()
+    assert legend is not None
+    assert "impacts on the attractors" in [text.get_text() for text in legend.get_texts()]
+
+
+def test_no_axis_has_the_unit_1(tmp_path: Path) -> None:
+    for name, tool, given in (
+        ("b", bifurcation.TOOL, {"count": 2, "settling": 50, "measured": 20, "kept": 5}),
+        ("s", basin_shares.TOOL, {"count": 2, "samples": 6}),
+        ("p", parameter_map.TOOL, {"x_count": 2, "y_count": 2, "settling": 9, "measured": 256}),
+    ):
+        figures, _, _ = shown(tmp_path / name, tool, **given)
+        for figure in figures.values():
+            assert "(1)" not in text_of(figure)
+
+
 def test_one_pixel(tmp_path: Path) -> None:
     figures, _, _ = shown(tmp_path, basins.TOOL, width=1, height=1)
     assert len(figures["basins"].axes) == 3
@@ -105,7 +147,7 @@ def test_shares(tmp_path: Path) -> None:
     figures, lines, _ = shown(tmp_path, basin_shares.TOOL, begin=0.2, end=0.45, count=3, samples=12)
     figure = figures["basin_shares"]
     x, ys = labels(figure)[-1][0], [y for _, y in labels(figure)]
-    assert x == "axial forcing Γ (1)"
+    assert x == "axial forcing Γ"
     assert [y.split()[0] for y in ys] == ["share", "best", "mean"]
     legend = text_of(figure)
     assert "rest" in legend
@@ -152,8 +194,8 @@ def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
     legend = figure.axes[0].get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == [
-        "starts that end without contact", "with contact",
-        "period 1: cos τ = (1 − ε)/((1 + ε) Γ)",
+        "starts that end without contact", "starts that end with contact",
+        "period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)",
     ]  # fmt: skip
     assert figure.axes[1].lines[0].get_linestyle() == "None", "points: no start is followed"
     assert "  contact from some starts at 3 of 4 values, from all at 0" in lines
@@ -167,9 +209,10 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     )  # fmt: skip
     figure = figures["parameter_map"]
     left, right = figure.axes[:2]
-    assert left.get_xlabel() == "axial forcing Γ (1)"
-    assert left.get_ylabel() == "restitution ε (1)"
-    title = "Attractors reached from beside the period-1 orbit, else contact; θ = 0, Γ_T = 100"
+    assert left.get_xlabel() == "axial forcing Γ"
+    assert left.get_ylabel() == "restitution ε"
+    start = "a start beside the period-1 orbit (where there is none, from contact)"
+    title = f"What the disk settles on from {start}\nθ = 0, Γ_T = 100"
     assert figure.get_suptitle() == title
     legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
                for axes in (left, right)]  # fmt: skip
@@ -202,7 +245,7 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
         y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
         start="given", initial_phase=0.5, initial_velocity=-2.0,
     )  # fmt: skip
-    title = "Attractors reached from τ = 0.5, w_A = −2; Γ = 0.45, ε = 0.5"
+    title = "What the disk settles on from τ = 0.5, w_A = −2\nΓ = 0.45, ε = 0.5"
     assert figures["mean_speed"].get_suptitle() == title
 
 
@@ -223,3 +266,12 @@ def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
     assert "τ_sep = 0.1599 rad" in lines[0]
     assert lines[1].endswith("the disk never leaves")
     assert math.isfinite(float(lines[0].split("τ_sep = ")[1].split()[0]))
+
+
+def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
+    small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
+    for starts in (0, 3):
+        figures, _, _ = shown(
+            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.6, starts=starts, **small
+        )
+        assert list(figures) == ["bifurcation"]

@@ -17,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Phase, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros import conversions as c
+from bouncing_disk_ros.ros import from_messages
 from bouncing_disk_ros.units import NS
 
 NAN, INF = math.nan, math.inf
@@ -41,8 +42,8 @@ def wired(msg: Any) -> Any:
 # --- time -----------------------------------------------------------------------------------------
 @given(stamps)
 def test_stamps_come_back(stamp: int) -> None:
-    assert c.time_to_ns(c.ns_to_time(stamp)) == stamp
-    assert c.time_to_ns(c.ns_to_duration(stamp)) == stamp
+    assert from_messages.time_to_ns(c.ns_to_time(stamp)) == stamp
+    assert from_messages.time_to_ns(c.ns_to_duration(stamp)) == stamp
 
 
 def test_stamps_beyond_the_message_are_held_at_its_end() -> None:
@@ -55,8 +56,8 @@ def test_stamps_beyond_the_message_are_held_at_its_end() -> None:
 def test_impacts_come_back_bit_for_bit(count: int) -> None:
     sent = rows(count)
     cloud = wired(c.impacts_to_msg(sent, 5 * NS + 7))
-    assert c.impacts_from_msg(cloud).tobytes() == sent.tobytes()
-    assert c.time_to_ns(cloud.header.stamp) == 5 * NS + 7
+    assert from_messages.impacts_from_msg(cloud).tobytes() == sent.tobytes()
+    assert from_messages.time_to_ns(cloud.header.stamp) == 5 * NS + 7
     assert cloud.header.frame_id == "next_collision"
 
 
@@ -91,7 +92,7 @@ def test_layout_of_the_cloud_is_that_of_the_contract() -> None:
 
 def test_impacts_are_a_view_that_cannot_be_written() -> None:
     cloud = c.impacts_to_msg(rows(2), 0)
-    view = c.impacts_from_msg(cloud)
+    view = from_messages.impacts_from_msg(cloud)
     assert np.shares_memory(view, np.frombuffer(cloud.data, np.uint8))
     with pytest.raises(ValueError, match="read-only"):
         view["index"] = 0
@@ -117,7 +118,7 @@ def spoilt(**changes: Any) -> PointCloud2:
 )
 def test_other_clouds_are_refused(cloud: PointCloud2, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        c.impacts_from_msg(cloud)
+        from_messages.impacts_from_msg(cloud)
 
 
 @pytest.mark.parametrize(
@@ -136,8 +137,8 @@ SAMPLE = Sample(
 
 def test_a_sample_becomes_four_joints() -> None:
     msg = wired(c.fill_joint_state(c.new_joint_state(), SAMPLE, 12 * NS + 34))
-    assert c.time_to_ns(msg.header.stamp) == 12 * NS + 34
-    assert c.msg_to_joints(msg) == {
+    assert from_messages.time_to_ns(msg.header.stamp) == 12 * NS + 34
+    assert from_messages.msg_to_joints(msg) == {
         "disk_axial": (0.15, -0.6, 2.5),
         "disk_rotation": (14 * math.pi + 1.25, 9.0, -0.75),
         "platform_axial": (0.1, 0.2, -2.5),
@@ -160,7 +161,7 @@ def test_a_reused_message_equals_a_new_one() -> None:
 
 def test_joints_of_other_lengths_are_refused() -> None:
     with pytest.raises(InputError, match="joint_states"):
-        c.msg_to_joints(JointState(name=["a"], position=[1.0]))
+        from_messages.msg_to_joints(JointState(name=["a"], position=[1.0]))
 
 
 def test_mean_speed_keeps_its_digits_after_a_million_turns() -> None:
@@ -175,13 +176,16 @@ def test_mean_speed_keeps_its_digits_after_a_million_turns() -> None:
 
 @given(finite, finite, stamps)
 def test_speeds_come_back(axial: float, angular: float, stamp: int) -> None:
-    assert c.msg_to_speed(wired(c.speed_to_msg((axial, angular), stamp))) == (axial, angular)
+    assert from_messages.msg_to_speed(wired(c.speed_to_msg((axial, angular), stamp))) == (
+        axial,
+        angular,
+    )
 
 
 def test_motion_in_force_comes_back() -> None:
     start, target = Motion(0.1, 0.2, 3.0, 0.4), Motion(0.5, 0.6, 5.0, -0.8)
     motion = MotionInForce(2 * NS, 2 * NS + NS // 2, start, target, 6, 1.5)
-    assert c.msg_to_motion(wired(c.motion_to_msg(motion, 99))) == motion
+    assert from_messages.msg_to_motion(wired(c.motion_to_msg(motion, 99))) == motion
 
 
 def test_the_end_of_a_cross_fade_lies_the_mean_frequency_on() -> None:
@@ -195,7 +199,7 @@ def test_the_end_of_a_cross_fade_lies_the_mean_frequency_on() -> None:
 
 def test_other_trajectories_are_no_motion_in_force() -> None:
     with pytest.raises(InputError, match="platform/motion"):
-        c.msg_to_motion(JointTrajectory(joint_names=["a"]))
+        from_messages.msg_to_motion(JointTrajectory(joint_names=["a"]))
 
 
 @pytest.mark.parametrize(
@@ -208,10 +212,10 @@ def test_numbers_that_no_motion_has_are_refused(place: int, value: float) -> Non
         msg = c.motion_to_msg(MotionInForce(0, NS, start, target, 6, 1.5), 0)
         msg.points[point].positions[place] = value
         with pytest.raises(InputError, match="platform/motion"):
-            c.msg_to_motion(msg)
+            from_messages.msg_to_motion(msg)
         msg.points[point].positions = msg.points[point].positions[:place]
         with pytest.raises(InputError, match="platform/motion"):
-            c.msg_to_motion(msg)
+            from_messages.msg_to_motion(msg)
 
 
 @pytest.mark.parametrize(
@@ -223,4 +227,4 @@ def test_rows_that_count_or_time_cannot_follow_are_refused(name: str, value: flo
     sent = rows(5)
     sent[name][3] = value
     with pytest.raises(InputError, match=f"cloud {name}: got"):
-        c.impacts_from_msg(c.impacts_to_msg(sent, 0))
+        from_messages.impacts_from_msg(c.impacts_to_msg(sent, 0))

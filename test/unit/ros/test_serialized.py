@@ -21,6 +21,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.ros import conversions as c
+from bouncing_disk_ros.ros import from_messages
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,
@@ -123,11 +124,11 @@ def test_every_field_is_read_as_rclpy_reads_it(sent: JointTrajectory) -> None:
     data = serialize_message(sent)
     msg, request = deserialize_message(data, JointTrajectory), programme(data)
     assert request.names == tuple(msg.joint_names)
-    assert request.stamp_ns == c.time_to_ns(msg.header.stamp)
+    assert request.stamp_ns == from_messages.time_to_ns(msg.header.stamp)
     assert len(request.points) == len(msg.points)
     for point, wanted in zip(request.points, msg.points, strict=True):
         assert same(point.positions, wanted.positions)
-        assert point.after_ns == c.time_to_ns(wanted.time_from_start)
+        assert point.after_ns == from_messages.time_to_ns(wanted.time_from_start)
         kinds = ("velocities", "accelerations", "effort")
         assert point.extras == tuple(kind for kind in kinds if getattr(wanted, kind))
 

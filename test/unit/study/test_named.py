@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+import yaml
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import named
 from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES, table_of
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.mark.parametrize("name", STUDY_TABLES)
@@ -83,3 +88,19 @@ def test_where_and_how_is_no_part_of_what() -> None:
         assert {*own, "output", "workers", "hold"} <= set(table_of(name))
     assert "bag" in table_of("basins")
     assert "bag" not in table_of("toss_map")
+
+
+@pytest.mark.parametrize(("restitution", "begin"), [(0.5, 0.335), (0.3, 0.541154), (0.7, 0.177353)])
+def test_a_diagram_begins_by_itself_where_the_period_one_orbit_does(
+    restitution: float, begin: float
+) -> None:
+    given = named("bifurcation", begin=0.0, restitution=restitution).parameters
+    assert given["begin"] == begin
+    assert named("bifurcation", starts=5, begin=0.0).parameters["begin"] == 0.0
+
+
+def test_the_file_of_figure_3_fits_any_restitution() -> None:
+    own = yaml.safe_load((ROOT / "config" / "fig3.yaml").read_text("utf-8"))
+    values = own["/**/bifurcation"]["ros__parameters"]
+    assert named("bifurcation", **values).parameters["begin"] == 0.335
+    assert named("bifurcation", **{**values, "restitution": 0.3}).parameters["end"] == 0.65

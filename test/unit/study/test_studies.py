@@ -13,11 +13,15 @@ import xarray as xr
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.nodes.studies.basin_shares import lines as share_lines
+from bouncing_disk_ros.nodes.studies.basins import lines as basin_lines
+from bouncing_disk_ros.nodes.studies.bifurcation import lines
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basin_study as basins_module
 from bouncing_disk_ros.study import bifurcation_study as bifurcation_module
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study import parameter_map_study as parameter_map_module
+from bouncing_disk_ros.study.basin_shares_study import CLASSES
 from bouncing_disk_ros.study.basin_study import from_arrays, to_arrays
 from bouncing_disk_ros.study.bifurcation_study import branch_of
 
@@ -98,6 +102,20 @@ def test_a_diagram_cut_into_regions_is_the_same(
     assert branch.contact.dtype == bool
     phase = math.acos(1.0 / 3.0 / 0.4)
     np.testing.assert_allclose(branch.forcing_phase[0], phase, rtol=1e-9)
+
+
+def test_the_crisis_of_the_chaotic_attractor_is_found_between_the_values(tmp_path: Path) -> None:
+    """From the period-1 orbit on, in steps of 0.01: contact begins at Γ = 0.56075 (5e6 impacts)."""
+    given: dict[str, Value] = {"begin": 0.45, "end": 0.58, "count": 14, "settling": 1000,
+                               "measured": 1000, "kept": 5, "doublings": 1}  # fmt: skip
+    found = result_of(tmp_path, "bifurcation", **given)
+    onset, without = (float(found[f"contact_onset{end}"]) for end in ("", "_without"))
+    assert 0.0 < onset - without <= 1e-6
+    assert 0.5607507 <= onset < 0.56076
+    assert float(found["contact_onset_exponent"]) > 0.0
+    assert any("a crisis" in line for line in lines(found))
+    alone = result_of(tmp_path / "up to it", "bifurcation", **given | {"end": 0.55})
+    assert "contact_onset" not in alone
 
 
 def test_starts_show_what_coexists_in_any_order_and_company(
@@ -197,6 +215,30 @@ def test_shares_of_a_value_add_up_and_name_the_best_lag(tmp_path: Path) -> None:
     # period 1: θ = −τ_imp, where the disk turns at ωΦ
     assert float(found["best_phase_lag"][1]) == pytest.approx(-math.acos(1.0 / 1.35), abs=1e-4)
     assert float(found["best_speed"][1]) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_attractors_that_the_search_missed_are_found_from_open_starts(tmp_path: Path) -> None:
+    """Γ = 0.5275: the period-4 orbit beside period 2 and chattering has 0.3 % of the starts."""
+    found = result_of(tmp_path, "basin_shares", begin=0.5275, end=0.5275, count=1, samples=64)
+    assert int(found["missed"][0]) == 1
+    assert int(found["attractors"][0]) == 3
+    share = dict(zip(CLASSES, found["fraction"].values[0].tolist(), strict=True))
+    assert share["unresolved"] == 0.0
+    assert any("missed" in line and "0.5275" in line for line in share_lines(found))
+    fine = result_of(tmp_path / "fine", "basin_shares", begin=0.45, end=0.45, count=1, samples=16)
+    assert int(fine["missed"][0]) == 0
+    assert not any("missed" in line for line in share_lines(fine))
+
+
+def test_a_map_names_attractors_that_the_search_missed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, Value] = {"axial_forcing": 0.5275, "width": 64, "height": 64}
+    assert "missed_attractor_name" not in result_of(tmp_path / "all", "basins", **given)
+    monkeypatch.setattr(basins_module, "SEARCHED", 4)
+    whole = result_of(tmp_path, "basins", **given)
+    assert whole["missed_attractor_name"].values.tolist() == ["period-4"]
+    assert any("missed: period-4" in line for line in basin_lines(whole))
 
 
 def test_the_largest_toss_of_the_paper_is_found_whatever_the_map(tmp_path: Path) -> None:

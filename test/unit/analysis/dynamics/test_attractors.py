@@ -111,6 +111,33 @@ def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
     assert rows[-1, 0] == pytest.approx(found.forcing_phases[0], abs=1e-14)
 
 
+def cycles_to_contact(axial_forcing: float, attractor: Attractor, change: float) -> int:
+    """Periods from the first impact after contact, changed a little, to the next contact."""
+    rows = np.empty((2000, 4))
+    start = attractor.forcing_phases[0] + change, attractor.velocities[0]
+    axial_orbit(*start, axial_forcing, 0.5, len(rows), rows)
+    end = int(np.flatnonzero(rows[:, 3] == MAP_CONTACT)[0])
+    return round(float(np.sum(rows[: end + 1, 2])) / math.tau)
+
+
+@pytest.mark.parametrize(
+    ("axial_forcing", "cycles"),
+    [(0.48, 1), (0.54, 10), (0.55, 14), (0.58, 4), (0.52, 0), (0.57, 0), (0.59, 0), (0.60, 0)],
+)
+def test_cycles_are_told_where_rounding_does_not_decide_them(
+    axial_forcing: float, cycles: int
+) -> None:
+    """A change by a few roundings leaves the number as it is, or it is not told."""
+    found = find_attractors(NextCollisionMap(axial_forcing, 0.5), []).found[0]
+    assert found.kind is AttractorKind.CHATTERING
+    assert found.cycles == cycles
+    told = f"({cycles} cycle{'s' if cycles > 1 else ''})" if cycles else "(cycles not known)"
+    assert found.name == f"chattering {told}"
+    changes = 1e-15 * np.arange(-10, 11)
+    counts = {cycles_to_contact(axial_forcing, found, change) for change in changes.tolist()}
+    assert (counts == {cycles}) if cycles else (len(counts) > 1)
+
+
 def test_cells_hold_what_they_were_made_of() -> None:
     found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS).found[1]
     cells = Cells(found)

@@ -10,6 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.analysis.period_one import period_one, stability_limit
 from bouncing_disk_ros.analysis.recorded.orbit import UNRESOLVED, OrbitKind, orbit_of
 from bouncing_disk_ros.analysis.recorded.stability import (
@@ -103,6 +104,14 @@ def test_one_impact_in_two_cycles_is_not_period_one() -> None:
     orbit = orbit_of(rows)
     assert (orbit.impacts, orbit.cycles, orbit.is_period_one) == (1, 2, False)
     assert orbit.name == "period-1 in 2 cycles"
+
+
+def test_names_count_cycles_in_plain_english() -> None:
+    two = Attractor(AttractorKind.PERIODIC, np.zeros(2), np.zeros(2), 1, 0.5)
+    assert two.name == "period-2 in 1 cycle"
+    recorded = orbit_of(rows_of([0.7, 2.7], [-2.2, -1.1], 20))
+    assert "1 cycles" not in recorded.name
+    assert recorded._replace(impacts=2, cycles=1).name == "period-2 in 1 cycle"
 
 
 @given(st.floats(0.0, 6.28), st.floats(0.0, 2e-3), st.integers(0, 2**32 - 1))

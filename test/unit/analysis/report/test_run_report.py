@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
 from bouncing_disk_ros.analysis.recorded.run_record import (
     UNKNOWN_DISK,
@@ -16,7 +18,7 @@ from bouncing_disk_ros.analysis.recorded.run_record import (
     RunRecord,
     State,
 )
-from bouncing_disk_ros.analysis.recorded.transient import TransientKind
+from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.report_text import lines
@@ -288,7 +290,7 @@ def test_a_pause_is_no_slow_simulation() -> None:
 
 
 def test_thinned_series_say_so(settled: Report) -> None:
-    speed, phases, section, pairs, _, _ = panels(settled, 50)
+    speed, phases, section, pairs, *_ = panels(settled, 50)
     assert len(phases.series[0].x) == 50
     assert phases.note == f"50 of {len(settled.rows)} impact rows, chosen at random. "
     assert "of 400 samples: least and greatest of each group" in speed.note
@@ -306,3 +308,50 @@ def test_many_segments_are_listed_in_part() -> None:
     assert "(29 earlier segments not listed)" in text or "(30 earlier" in text
     assert join_rows(record.chunks).tobytes() == report.rows.tobytes()
     assert isinstance(report.segments[0].segment.motion, Motion)
+
+
+def test_the_return_map_shows_where_its_points_are(settled: Report) -> None:
+    """The phases of a settled orbit lie close together: the diagonal is as long as they need."""
+    pairs = panels(settled, 10_000)[3]
+    diagonal, impacts = pairs.series
+    phases = np.concatenate((impacts.x, impacts.y))
+    assert np.ptp(phases) < 0.5 * math.pi
+    assert diagonal.x[0] < phases.min() <= phases.max() < diagonal.x[1]
+    assert diagonal.x[1] - diagonal.x[0] < 1.3 * np.ptp(phases) + 0.11
+    assert not pairs.x_is_phase
+    np.testing.assert_array_equal(diagonal.x, diagonal.y)
+
+
+def test_heights_are_those_of_the_last_periods(settled: Report) -> None:
+    heights = panels(settled, 10_000)[6]
+    assert settled.chosen is not None
+    segment = settled.chosen.segment
+    assert segment.motion is not None
+    platform, disk, impacts = heights.series
+    assert disk.x.min() >= segment.end - 6.0 / segment.motion.frequency
+    assert np.all(np.diff(disk.x) >= 0.0)
+    assert np.max(np.abs(platform.y)) <= 1e3 * segment.motion.axial_amplitude * (1.0 + 1e-9)
+    assert len(impacts.x) >= 5
+    assert np.isin(impacts.x, disk.x).all(), "the path goes through the impacts"
+
+
+def test_no_line_is_drawn_through_two_steps() -> None:
+    few = Estimate(100.0, 99.0, 101.0, 2, "")
+    drawn = [
+        panels(report_with(few._replace(impacts=n, low=low)), 100)[0].series
+        for n, low in ((2, 99.0), (30, 99.0), (30, -1.0))
+    ]
+    fits = [[part.name for part in some if "fit" in part.name] for some in drawn]
+    assert fits == [[], ["linear fit"], []]
+
+
+def report_with(rate: Estimate) -> Report:
+    """A report whose rotor speed has a linear transient of that rate."""
+    report = report_of(heard(session_of(), 10.0), Source("a"))
+    part = report.chosen
+    assert part is not None
+    line = Transient(TransientKind.LINEAR, True, 0.0, 1.0, rate, rate, 2.0, "")
+    segments = tuple(
+        one._replace(transient=line) if one is part else one for one in report.segments
+    )
+    return dataclasses.replace(report, segments=segments)

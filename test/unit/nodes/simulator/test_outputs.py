@@ -12,7 +12,7 @@ import pytest
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
-from bouncing_disk_ros.ros.conversions import time_to_ns
+from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap

@@ -1,0 +1,266 @@
+"""What a user calls: found by name and by dir(), with a repr; numbers of NumPy are numbers."""
+
+from __future__ import annotations
+
+import inspect
+import io
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import bouncing_disk_ros
+from bouncing_disk_ros import (
+    InputError,
+    MapState,
+    NextCollisionMap,
+    find_attractors,
+    fixed_point,
+    plots,
+    run_study,
+    simulate,
+    study,
+)
+from bouncing_disk_ros.parameters import listed_text, plain
+from bouncing_disk_ros.study import named
+
+SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
+
+
+def test_dir_lists_what_is_public_and_no_more() -> None:
+    shown = [name for name in dir(bouncing_disk_ros) if not name.startswith("__")]
+    assert sorted({*shown, "__version__"}) == sorted(bouncing_disk_ros.__all__)
+    for module in (plots, study):
+        assert {name for name in dir(module) if not name.startswith("_")} >= set(module.__all__)
+
+
+@pytest.mark.parametrize("name", plots.__all__)
+def test_what_draws_is_found(name: str) -> None:
+    assert callable(getattr(plots, name))
+    assert getattr(plots, name).__doc__
+
+
+@pytest.mark.parametrize("name", sorted(set(bouncing_disk_ros.__all__) - {"__version__"}))
+def test_public_names_say_what_they_are(name: str) -> None:
+    assert len((getattr(bouncing_disk_ros, name).__doc__ or "").strip()) > 20
+
+
+def test_public_functions_show_an_example() -> None:
+    shown = []
+    for name in bouncing_disk_ros.__all__:
+        one = getattr(bouncing_disk_ros, name)
+        if inspect.isfunction(one) and not one.__module__.endswith(".boundary"):
+            examples = re.findall(">>> (.*)", str(one.__doc__))
+            assert examples, name
+            for line in examples:
+                compile(line, name, "exec")
+            shown.append(name)
+    assert len(shown) > 15
+
+
+def test_a_mistyped_name_gets_the_nearest() -> None:
+    with pytest.raises(AttributeError, match="Did you mean simulate"):
+        bouncing_disk_ros.simulat  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'basin_picture'"):
+        plots.basin_picture  # noqa: B018
+
+
+def test_light_names_load_nothing_heavy() -> None:
+    code = (
+        "import sys, bouncing_disk_ros; bouncing_disk_ros.InputError; dir(bouncing_disk_ros); "
+        "sys.exit(' '.join({'numba', 'numpy', 'rclpy', 'matplotlib'} & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+# --- numbers of NumPy -----------------------------------------------------------------------------
+def test_numbers_of_numpy_are_numbers() -> None:
+    given: dict[str, Any] = {
+        "axial_forcing": np.float64(0.4),
+        "width": np.int64(16),
+        "height": np.array(12),
+    }
+    assert (
+        named("basins", **given).parameters
+        == named("basins", axial_forcing=0.4, width=16, height=12).parameters
+    )
+    assert type(named("basins", **given).parameters["axial_forcing"]) is float
+    with pytest.raises(InputError, match=r"width: got 2\.5"):
+        named("basins", width=np.float64(2.5))
+    with pytest.raises(InputError, match="width: got True"):
+        named("basins", width=np.bool_(True))
+
+
+def test_lists_of_numbers_are_taken_where_a_text_holds_them() -> None:
+    text = named("toss_paths", phase_lags="0.0 0.5", amplitude_angles="0.7 0.8").parameters
+    for lags in ([0.0, 0.5], (0.0, np.float64(0.5)), np.array([0.0, 0.5])):
+        given: dict[str, Any] = {"phase_lags": lags, "amplitude_angles": np.array([0.7, 0.8])}
+        assert named("toss_paths", **given).parameters == text
+    assert listed_text("a") == plain("a") == "a"
+
+
+def test_simulate_takes_numbers_of_numpy() -> None:
+    plain_run = simulate(2.0, frequency=3.0, programme=[(1.0, {"axial_amplitude": 0.05})],
+                         impulses=[(1.5, 0.01, 0.0)], sample_rate=10.0)  # fmt: skip
+    run = simulate(np.float32(2.0), frequency=np.int64(3),
+                   programme=[(np.float64(1.0), {"axial_amplitude": np.float64(0.05)})],
+                   impulses=[(np.float64(1.5), np.float64(0.01), np.int32(0))],
+                   sample_rate=np.int16(10))  # fmt: skip
+    assert np.array_equal(run.impacts, plain_run.impacts)
+    assert np.array_equal(run.samples, plain_run.samples)
+    assert run.inputs == plain_run.inputs
+    for wrong in (np.float64("nan"), np.bool_(True), np.array([1.0])):
+        with pytest.raises(InputError, match="duration"):
+            simulate(wrong)
+
+
+# --- axial forcing --------------------------------------------------------------------------------
+def test_axial_forcing_stands_for_the_amplitude_that_gives_it() -> None:
+    result = simulate(1.0, axial_forcing=np.float64(0.45), frequency=4.0, gravity=9.81,
+                      preload=0.5, mass=0.2)  # fmt: skip
+    amplitude = float(result.parameters["axial_amplitude"])
+    pull = 9.81 + 0.5 / 0.2
+    assert amplitude * (math.tau * 4.0) ** 2 / (math.pi * pull) == pytest.approx(0.45, rel=1e-14)
+
+
+def test_axial_forcing_wins_over_a_preset_and_not_over_an_amplitude() -> None:
+    preset = simulate(1.0, preset="pizza_multiple_toss", axial_forcing=0.5).parameters
+    own = simulate(1.0, preset="pizza_multiple_toss").parameters
+    ratio = float(preset["axial_amplitude"]) / float(own["axial_amplitude"])
+    assert ratio == pytest.approx(0.5 / 0.45, rel=1e-12)
+    with pytest.raises(InputError, match="allowed: none with axial_amplitude"):
+        simulate(1.0, axial_forcing=0.45, axial_amplitude=0.04)
+    with pytest.raises(InputError, match=r"axial_forcing: got -1\.0"):
+        simulate(1.0, axial_forcing=-1.0)
+
+
+def test_former_keywords_work_with_a_warning() -> None:
+    with pytest.deprecated_call(match="NextCollisionMap: forcing is now axial_forcing"):
+        section = NextCollisionMap(forcing=0.45, restitution=0.5)  # type: ignore[call-arg]
+    assert section == NextCollisionMap(0.45, 0.5)
+    with pytest.deprecated_call(match="forcing is now axial_forcing"):
+        assert section.forcing == 0.45  # type: ignore[attr-defined]
+    with pytest.deprecated_call(match="fixed_point: forcing is now axial_forcing"):
+        orbit = fixed_point(forcing=0.45, restitution=0.5)  # type: ignore[call-arg]
+    assert orbit.cycles == 1
+    with pytest.raises(TypeError, match="which is given"):
+        NextCollisionMap(forcing=0.45, axial_forcing=0.4, restitution=0.5)  # type: ignore[call-arg]
+
+
+# --- reprs ----------------------------------------------------------------------------------------
+def test_reprs_are_one_short_line() -> None:
+    section = NextCollisionMap(np.float64(0.5), np.float64(0.5))
+    assert repr(section).startswith("NextCollisionMap(axial_forcing=0.5, restitution=0.5, phase")
+    found = find_attractors(section, [(1.0, -1.3), (3.0, -0.1)])
+    things = [
+        section, found, found.found[0], fixed_point(0.45, 0.5), named("basins", **SMALL),
+        simulate(1.0, axial_forcing=0.45),
+    ]  # fmt: skip
+    for thing in things:
+        text = repr(thing)
+        assert "\n" not in text
+        assert len(text) < 500
+        assert "array(" not in text
+        assert " at 0x" not in text
+    assert repr(fixed_point(0.45, 0.5)).startswith("<stable orbit of 1 impact(s) in 1 cycle: τ =")
+    assert "16 forcing_phase" in repr(named("basins", **SMALL))
+
+
+# --- studies as functions -------------------------------------------------------------------------
+def test_a_study_runs_by_name_and_as_a_function(tmp_path: Path) -> None:
+    stored = run_study(named("basins", **SMALL), tmp_path / "r.zarr", workers=1)
+    assert stored is not None
+    by_name = run_study("basins", **SMALL)
+    as_function = bouncing_disk_ros.basins(**SMALL)
+    assert by_name is not None
+    for result in (by_name, as_function):
+        assert result.identical(stored.load()), "kept in memory alone, with the same bits"
+
+
+def test_a_study_shows_its_progress_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bouncing_disk_ros.basins(tmp_path / "r.zarr", progress=True, **SMALL)
+    assert "basins: 100%" in capsys.readouterr().err
+    bouncing_disk_ros.basins(tmp_path / "r.zarr", **SMALL)  # stderr is no terminal
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("given", "parameters", "words"),
+    [
+        ("basin", {}, "study: got 'basin', allowed: .* Did you mean basins"),
+        (3, {}, "study: got 3, allowed: the name of a study, or what named"),
+        ("basins", {"widht": 3}, "Did you mean width"),
+        ("basins", {"workers": -1}, "workers: got -1"),
+    ],
+)
+def test_what_cannot_be_run_is_told(given: object, parameters: dict[str, int], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        run_study(given, **parameters)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="allowed: none beside a study that has its own"):
+        run_study(named("basins", **SMALL), width=3)
+
+
+STUDIES: dict[str, dict[str, Any]] = {
+    "toss_paths": {"points": 16},
+    "toss_map": {"phase_lag_count": 5, "amplitude_angle_count": 3},
+    "bifurcation": {"along": "restitution", "begin": 0.5, "end": 0.6, "count": 3, "settling": 10,
+                    "measured": 20, "kept": 5, "doublings": 0},
+    "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
+    "basins": {"axial_forcing": 0.55, "width": 60, "height": 60},
+    "basin_shares": {"begin": 0.4, "count": 2, "samples": 8},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_variable_of_a_result_has_a_unit_and_a_name(name: str) -> None:
+    from bouncing_disk_ros.study.described import ADDED
+
+    result = getattr(bouncing_disk_ros, name)(**STUDIES[name])
+    fields = {*named(name, **STUDIES[name]).fields, *named(name, **STUDIES[name]).axes}
+    for key, variable in result.variables.items():
+        assert variable.attrs["units"], key
+        assert variable.attrs["long_name"], key
+        along = STUDIES[name].get("along", "axial_forcing")
+        assert key in fields or key in ADDED or key == along, f"{key} is in no table"
+
+
+def test_axes_are_called_by_their_parameter() -> None:
+    result = bouncing_disk_ros.bifurcation(**STUDIES["bifurcation"])
+    assert np.array_equal(result["restitution"], result["value"])
+    assert float(result.sel(restitution=0.551, method="nearest")["restitution"]) == 0.55
+    shares = bouncing_disk_ros.basin_shares(**STUDIES["basin_shares"])
+    assert float(shares.sel(axial_forcing=0.4)["axial_forcing"]) == 0.4
+
+
+def test_attractors_have_period_cycles_and_kind() -> None:
+    result = bouncing_disk_ros.basins(axial_forcing=0.48, width=40, height=40)
+    for name in ("attractor_kind", "attractor_period", "attractor_cycles", "attractor_name"):
+        assert name in result.coords
+    periodic = result["attractor_kind"] == "periodic"
+    assert (result["attractor_period"].values[periodic] >= 1).all()
+    assert (result["attractor_period"].values[~periodic] == 0).all()
+    known = dict(
+        zip(result["attractor_name"].values, result["attractor_cycles"].values, strict=True)
+    )
+    assert known["period-1"] == 1
+
+
+def test_a_notebook_shows_a_figure_without_pyplot() -> None:
+    result = bouncing_disk_ros.basins(**SMALL)
+    picture = plots.basins_picture(result)
+    assert imread(io.BytesIO(picture._repr_png_())).std() > 0.01  # type: ignore[attr-defined]
+    assert "matplotlib.pyplot" not in sys.modules or "pyplot" not in str(type(picture))
+
+
+def test_a_state_of_the_map_is_what_its_derivatives_are_of() -> None:
+    section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    assert section.jacobian(MapState(1.0, -1.3)).shape == (3, 3)
