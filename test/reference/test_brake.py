@@ -11,9 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core.model import Disk, Energy, InitialState, Motion, Phase
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Disk, Energy, InitialState, Motion, Phase, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_trace import trace
+from bouncing_disk_ros.run.input_records import Record, from_json, to_json
+from bouncing_disk_ros.run.input_replay import replay
+from bouncing_disk_ros.run.session import Session
 from reference.cases import FIXED, NS, SLOW, Case, examples, runs
 
 SETTLING, MEASURED = 400, 40
@@ -291,3 +295,26 @@ def test_a_changed_inertia_keeps_the_speed(case: Case, seconds: float) -> None:
     own = run.disk.mass * run.disk.gyration_radius**2
     rounding = 4e-16 * run.energy().throughput  # of the energies whose difference the step is
     assert step == pytest.approx(0.5 * own * before.angular_velocity**2, rel=1e-12, abs=rounding)
+
+
+def test_loads_changed_while_it_runs_replay_bit_for_bit() -> None:
+    records: list[Record] = []
+    session = Session(parameters.complete({"axial_amplitude": 0.03}), records.append)
+    batches = []
+    for values in (
+        {"brake_torque": 0.05},
+        {"load_inertia": 0.002, "load_torque": 0.01},
+        {"brake_torque": 1.0},
+        {"brake_torque": 0.0, "load_inertia": 0.0},
+    ):
+        session.set_parameters(parameters.checked(values))
+        session.advance(session.time_ns + 1_234_567_891)
+        batches += [rows for rows in session.take_rows() if len(rows)]
+        session.snapshot()
+    rows = join_rows(batches)
+    assert len(rows) > 10
+    for first in (0, len(records) // 2):  # from the start, and from a snapshot under a brake
+        again = replay([from_json(to_json(record)) for record in records[first:]], session.time_ns)
+        assert again.tobytes() == rows[len(rows) - len(again) :].tobytes()
+        assert len(again) > 0
+    assert session.simulation.energy().loss_brake > 0.0
