@@ -235,6 +235,55 @@ def test_a_held_disk_lets_go_where_friction_outgrows_the_brake(load: float) -> N
         assert abs(event.delay - float(ahead / w)) <= allowed + 4 * 2.0**-53 * event.delay
 
 
+@given(
+    friction=st.floats(0.2, 1.0),
+    swing=st.floats(0.1, 1.5),
+    lag=st.floats(-3.0, 3.0),
+    brake=st.floats(0.05, 0.9),
+    load=st.sampled_from([0.0, -0.1, 0.2]),
+)
+@settings(SLOW, max_examples=examples(10))
+def test_slides_end_where_the_platform_is_caught_or_the_disk_stops(
+    friction: float, swing: float, lag: float, brake: float, load: float
+) -> None:
+    """To 40 digits: α̇ and w_T of each slide keep their signs until one is 0 at its end."""
+    force = friction * 0.12 * 0.25 * 9.81
+    motion = Motion(0.02, swing, 3.0, lag)
+    disk = PRESSED._replace(friction=friction, brake_torque=brake * force, load_torque=load * force)
+    run = Simulation(motion, disk, InitialState(0.0, None, 3.0, 0.0, 0.2))
+    mpmath.mp.dps = 40
+    w, grip = mpmath.mpf(math.tau * 3.0), mpmath.mpf(friction * 0.12 * 0.25) / disk.inertia
+    kinds = set()
+    for event in trace(run, 3 * NS):
+        state, after = event.before, event.after
+        if state.phase is not Phase.SLIDING or after is None or event.delay == 0.0:
+            continue
+        torques = mpmath.mpf(disk.load_torque), mpmath.mpf(disk.brake_torque)
+
+        def at(t: mpmath.mpf, spin: float) -> tuple[mpmath.mpf, mpmath.mpf]:
+            tau = state.tau + w * t  # noqa: B023 (used before the next event)
+            rise = 0.02 * w * (mpmath.cos(tau) - mpmath.cos(mpmath.mpf(state.tau)))  # noqa: B023
+            drag = (torques[0] + spin * torques[1]) / disk.inertia  # noqa: B023
+            speed = state.omega - state.slip_sign * grip * (9.81 * t + rise) - drag * t  # noqa: B023
+            return speed, speed - swing * w * mpmath.cos(tau + lag)
+
+        middle = at(mpmath.mpf(event.delay) / 2, 1.0)[0]
+        spin = math.copysign(1.0, state.omega or float(middle))
+        speed, slip = at(mpmath.mpf(event.delay), spin)
+        scale = abs(state.omega) + float(w) * swing + 9.81 * float(grip) * event.delay
+        if after.phase is Phase.HELD or after.omega == 0.0:
+            kinds.add("stops")
+            assert abs(speed) <= 64 * 2.0**-53 * scale
+        elif after.phase is Phase.STICKING or after.slip_sign != state.slip_sign:
+            kinds.add("catches")
+            assert abs(slip) <= 64 * 2.0**-53 * scale
+        for k in range(1, 50):
+            speed, slip = at(mpmath.mpf(event.delay) * k / 50, spin)
+            assert speed * spin >= -1e-14
+            assert slip * state.slip_sign >= -1e-14
+    assert kinds or run.sample().phase is not Phase.SLIDING
+
+
 def test_a_brake_without_motion_of_the_platform_ends_the_slip_at_rest() -> None:
     """Φ = 0, A = 0: α̇ falls at (μ a_e m g + T_B)/I to 0 and stays there."""
     disk = PRESSED._replace(brake_torque=0.005, load_inertia=0.001)
