@@ -83,6 +83,8 @@ def _drive(report: Report) -> Pairs:
     disk = segment.disk
     loads = f", P {disk.preload:g} N" if disk.preload else ""
     loads += f", T_L {disk.load_torque:g} N·m" if disk.load_torque else ""
+    loads += f", T_B {disk.brake_torque:g} N·m" if disk.brake_torque else ""
+    loads += f", J {disk.load_inertia:g} kg·m²" if disk.load_inertia else ""
     found.append(
         (
             "disk",
@@ -137,7 +139,8 @@ def _speed(report: Report) -> Pairs:
     segment = part.segment
     found = [("at the end", f"{part.settled:.6f} rad/s, mean of the last {SETTLED_SECONDS:g} s")]
     theory = segment.motion and period_one(segment.motion, segment.disk)
-    if theory and known(segment.disk) and not segment.disk.load_torque:
+    loaded = segment.disk.load_torque or segment.disk.brake_torque
+    if theory and known(segment.disk) and not loaded:
         predicted = theory.angular_velocity
         if part.orbit and part.orbit.is_period_one:
             found.append(
@@ -213,6 +216,7 @@ def energy(report: Report) -> Pairs:
                 (f"{e.loss_impact_axial:.6g} J axial, {e.loss_impact_friction:.6g} J friction"),
             ),
             ("loss in sliding contact", f"{e.loss_sliding:.6g} J"),
+            *([("taken by the brake", f"{e.loss_brake:.6g} J")] if e.loss_brake else []),
             (
                 "balance residual",
                 (f"{max(h.residual for h in report.record.health):.1e} of the throughput, largest"),

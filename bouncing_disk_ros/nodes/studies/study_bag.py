@@ -101,7 +101,10 @@ def _checked(path: str, spec: Spec, value: float) -> Value:
 
 
 def _warnings(disk: Disk) -> list[str]:
-    if disk.load_torque == 0.0:
-        return []
-    torque = f"the load torque of that run, {disk.load_torque:g} N·m, is left out"
-    return [f"{torque}: this study has none, its speeds are those of a free disk"]
+    loads = {"load torque": disk.load_torque, "brake torque": disk.brake_torque}
+    return [
+        f"the {name} of that run, {torque:g} N·m, is left out: this study has none, its speeds are "
+        "those of a disk without it"
+        for name, torque in loads.items()
+        if torque
+    ]
