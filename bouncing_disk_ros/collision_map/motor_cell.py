@@ -237,9 +237,10 @@ def _measure(
     height = _COMES_BACK * math.pi * disk.g / motion.omega
     _begin(states[0], motion, disk, begin[BEGIN_TAU], begin[BEGIN_U], begin[BEGIN_OMEGA])
     settling, cycle = int(begin[BEGIN_SETTLING]), 0
-    window, until, since = measured, -1, 0
+    window, until = measured // BATCHES * BATCHES, -1
     ahead = 0 if begin[BEGIN_TAU] < LOOK_AT else 1
-    for k in range(longest + LONGEST_CYCLE):
+    k, part = 0, 1
+    while k <= longest + LONGEST_CYCLE:
         ns, sub = instant_of(motion, k + ahead, LOOK_AT)
         if not _run_until(states[0], motion, disk, ledgers[0], rows, open_row, run, ns, sub):
             return False
@@ -249,34 +250,29 @@ def _measure(
             _write_means(first, seen, motion.f, cycle, out)
             out[SPEED_ERROR] = 0.0
             return True
-        if cycle > 0:
-            continue
-        near = _COMES_BACK * max(speed, abs(seen[SEEN_OMEGA]))
-        cycle = _cycle_of(ring, k, (height / motion.omega, height, near))
-        if cycle > 0:
-            first[:] = seen
-            until = k + cycle
-            continue
-        if k < settling:
-            continue
-        part = window // BATCHES
-        if k == settling:
-            since = k
-        if (k - since) % part == 0:
-            i = (k - since) // part
-            angles[i], times[i] = seen[SEEN_ANGLE], seen[SEEN_AT]
-            if i == 0:
+        if part == 1 and cycle == 0:
+            near = _COMES_BACK * max(speed, abs(seen[SEEN_OMEGA]))
+            cycle = _cycle_of(ring, k, (height / motion.omega, height, near))
+            if cycle > 0:
                 first[:] = seen
+                until = k + cycle
+        length = window // BATCHES
+        if cycle == 0 and k >= settling and (k - settling) % length == 0:
+            i = (k - settling) // length
+            angles[i], times[i] = seen[SEEN_ANGLE], seen[SEEN_AT]
             if i == BATCHES:
                 error = _standard_error(angles, times)
-                if _SURE * error <= begin[BEGIN_PRECISION] or k + 2 * window >= longest:
+                if _SURE * error <= begin[BEGIN_PRECISION] or k + 2 * window > longest:
                     _write_means(first, seen, motion.f, 0, out)
                     out[SPEED_ERROR] = error
                     return True
-                first[:] = seen
-                angles[0], times[0] = seen[SEEN_ANGLE], seen[SEEN_AT]
-                since = k
                 window *= 2
+                part = window // BATCHES  # what has not come back so far will not: look seldom
+                settling = k
+                angles[0], times[0] = seen[SEEN_ANGLE], seen[SEEN_AT]
+            if k == settling:
+                first[:] = seen
+        k += part
     return False
 
 
