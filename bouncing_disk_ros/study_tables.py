@@ -112,17 +112,19 @@ _SWUM: Mapping[str, float] = MappingProxyType(
         "axial_amplitude": 1.0e-6, "angular_amplitude": 4.0e-4, "frequency": 40000.0,
         "phase_lag": -0.7383651652519078, "mass": 5.0e-4, "restitution": 0.5, "friction": 0.2,
         "friction_radius": 2.5e-3, "gyration_radius": 2.8284271247461901e-3,
-        "gravity": TABLE["gravity"].default, "preload": 22.3, "load_torque": 0.0,
+        "gravity": 9.80665, "preload": 22.3, "load_torque": 0.0,
         "brake_torque": 0.0, "load_inertia": 0.0,
     }
 )  # fmt: skip
 """A motor, as in the preset swum."""
-_LOADS = "load_torque, brake_torque, preload, axial_amplitude, angular_amplitude, frequency, " \
+_LOADS = (
+    "load_torque, brake_torque, preload, axial_amplitude, angular_amplitude, frequency, "
     "phase_lag, restitution or friction"
+)
 _MOTOR = (
     Spec("x_axis", "load_torque", "", f"the parameter of the horizontal axis: {_LOADS}"),
     Spec("x_begin", 0.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
-    Spec("x_end", 0.014, "", "last value of it", low=-1e12, high=1e12, angle=True),
+    Spec("x_end", 0.016, "", "last value of it", low=-1e12, high=1e12, angle=True),
     Spec("x_count", 200, "", "number of values", low=1, high=1_000_000),
     Spec("y_axis", "preload", "", "the parameter of the vertical axis"),
     Spec("y_begin", 15.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
@@ -184,6 +186,10 @@ _BAG = (
          "here are those of its last steady motion"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
 )  # fmt: skip
+_PRESET = (
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
+         "parameters not given here are its own"),
+)  # fmt: skip
 _RUN = (
     Spec("output", "", "", "folder for the result and the figures; a run goes on with what it "
          "finds there; empty: output/ and the name of the study with a digest of its parameters"),
@@ -213,14 +219,17 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
     }
 )
 """Study -> what decides its result."""
-COMMON: Mapping[str, Spec] = _by_name(*_BAG, *_RUN)
+COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
 """Texts that hold a list of numbers."""
 TAKES_BAG = ("bifurcation", "parameter_map", "motor", "basins", "basin_shares")
 
+TAKES_PRESET = ("motor",)
+
 
 def table_of(study: str) -> Mapping[str, Spec]:
     """The whole table of a study's node: what decides the result first."""
     bag = _BAG if study in TAKES_BAG else ()
-    return _by_name(*STUDY_TABLES[study].values(), *bag, *_RUN)
+    preset = _PRESET if study in TAKES_PRESET else ()
+    return _by_name(*STUDY_TABLES[study].values(), *preset, *bag, *_RUN)

@@ -23,7 +23,6 @@ from bouncing_disk_ros.core.layout import (
     FAULT,
     FLIGHT,
     IMPACT,
-    LEDGER,
     LEDGER_FIELDS,
     MOTION,
     NEVER,
@@ -118,10 +117,13 @@ def _run_until(
             return False
         if state.event == NOTHING:
             return True
-        if seconds_between(ns, sub, state.event_ns, state.event_sub) > 0.0:
-            # the event is later; but a chatter's tail is not to be looked into
-            if state.event != CHATTER_ENDS or seconds_between(state.ns, state.sub, ns, sub) <= 0.0:
-                return True
+        later = seconds_between(ns, sub, state.event_ns, state.event_sub) > 0.0
+        # but a chatter's tail that has begun is not to be looked into
+        in_tail = (
+            state.event == CHATTER_ENDS and seconds_between(state.ns, state.sub, ns, sub) > 0.0
+        )
+        if later and not in_tail:
+            return True
         kind, before = state.event, state.phase
         if before != FLIGHT:
             run[RUN_CONTACT] += seconds_between(
@@ -189,7 +191,7 @@ def _cycle_of(ring: Floats, k: int, scale: tuple[float, float, float]) -> int:
 
 @rare_kernel
 def _write_means(first: Floats, last: Floats, frequency: float, cycle: int, out: Floats) -> None:
-    """The means between two looks; `cycle` periods lie between them, 0: the state is another one."""
+    """The means between two looks, `cycle` periods apart; 0: the state has not come back."""
     t = last[SEEN_AT] - first[SEEN_AT]
     out[MEAN_SPEED] = (last[SEEN_ANGLE] - first[SEEN_ANGLE]) / t
     out[PERIODS] = math.floor(t * frequency + 0.5)

@@ -1,4 +1,4 @@
-"""What follows from a map of the study `motor`: no-load speed, stall torque, the best of each row."""
+"""What follows from a map of the study `motor`: no-load speed, stall torque, best of each row."""
 
 from __future__ import annotations
 
@@ -37,7 +37,11 @@ def derived(
             added["stall_torque"] = (other, stalls, _about("N·m", "stall torque"))
         if name == "phase_lag":
             fastest, place = _best(np.abs(speed), result[name].values)
-            added["best_phase_lag"] = (other, place, _about("rad", "phase lag of the largest speed"))
+            added["best_phase_lag"] = (
+                other,
+                place,
+                _about("rad", "phase lag of the largest speed"),
+            )
             added["best_speed"] = (other, fastest, _about("rad/s", "largest mean speed"))
     return result.assign(added)
 

@@ -199,7 +199,9 @@ class Motor(Study):
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
         """Measure at each point of a region."""
         given = self.parameters
-        up, across = (self.axes[name].values[region.slices[name]] for name in (self.up, self.across))
+        up, across = (
+            self.axes[name].values[region.slices[name]] for name in (self.up, self.across)
+        )
         motors = [
             self.motor_at({self.up: float(y), self.across: float(x)}) for y in up for x in across
         ]
@@ -213,11 +215,11 @@ class Motor(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add no-load speed, stall torque, the best efficiency and phase lag; and the regimes."""
-        middle = {name: float(np.mean(axis.values)) for name, axis in self.axes.items()}
+        first = {name: float(axis.values[0]) for name, axis in self.axes.items()}
         found = derived(result, self.up, self.across, self._limits)
-        if "preload" in middle:
-            regimes = preload_regimes(*self.motor_at(middle))
-            if not {"axial_amplitude", "frequency", "restitution"} & set(middle):
+        if "preload" in first:
+            regimes = preload_regimes(*self.motor_at(first))
+            if not {"axial_amplitude", "frequency", "restitution"} & set(first):
                 found = found.assign_attrs(
                     {f"preload_{name}": value for name, value in regimes._asdict().items()}
                 )
@@ -227,7 +229,10 @@ class Motor(Study):
         """T* along the axis that is not the load."""
         values = self.axes[other].values
         return np.array(
-            [friction_limit(self.motor_at({"load_torque": 0.0, other: float(v)})[1]) for v in values]
+            [
+                friction_limit(self.motor_at({"load_torque": 0.0, other: float(v)})[1])
+                for v in values
+            ]
         )
 
 

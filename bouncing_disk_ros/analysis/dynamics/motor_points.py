@@ -104,7 +104,7 @@ def check_start(start: str) -> None:
 
 
 def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> MotorMeans:
-    """The means of each motor. With start `followed`: in rows of `row`, each from the one before."""
+    """The means of each motor; with start `followed` in rows of `row`, each from the one before."""
     n = len(motors)
     motions, disks = np.zeros(n, MOTION_DTYPE), np.zeros(n, DISK_DTYPE)
     begins = np.zeros((n, BEGIN_PRECISION + 1))

@@ -31,6 +31,7 @@ from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
 from bouncing_disk_ros.study_tables import COMMON, LISTS
 from bouncing_disk_ros.topics import Qos
@@ -54,7 +55,7 @@ class StudyNode(Node):
         self._kinds = figure_kinds(str(values["figures"]))
         self._view = make_view()
         own = {name: value for name, value in values.items() if name not in COMMON}
-        own |= self._from_bag(own)
+        own |= {**self._from_preset(own), **self._from_bag(own)}
         self._study = self._view.make(own)
         folder = str(values["output"]) or _default_folder(name, self._study.parameters)
         self._folder = Path(folder).expanduser()
@@ -69,6 +70,17 @@ class StudyNode(Node):
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
 
+    def _from_preset(self, own: Mapping[str, Value]) -> dict[str, Value]:
+        """What a preset says and the user does not."""
+        name = str(self._options.get("preset", ""))
+        if not name:
+            return {}
+        if self._options["bag"]:
+            raise InputError("preset", name, "none with bag", "The bag has all parameters.")
+        given = set(self._parameter_overrides)
+        found = load_preset(name)
+        return {key: value for key, value in found.items() if key in own and key not in given}
+
     def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a recorded run says and the user does not."""
         bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
@@ -80,7 +92,9 @@ class StudyNode(Node):
 
         given = set(self._parameter_overrides)
         wanted = [name for name in self._view.from_bag(own) if name not in given]
-        found = read_bag(bag, namespace or None, {name: self._table[name] for name in wanted})
+        specs = {name: self._table[name] for name in wanted}
+        loads = "load_torque" in self._table
+        found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)
         for warning in found.warnings:
             print(f"{self._name}: {warning}", file=sys.stderr, flush=True)
