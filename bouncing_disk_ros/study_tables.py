@@ -142,7 +142,6 @@ _MOTOR = (
          low=32, high=100_000_000),
     Spec("longest", 40_000, "", "periods of the stator simulated at each point, at most", low=64,
          high=1_000_000_000),
-    TABLE["chatter_report_speed"],
 )  # fmt: skip
 _BASINS = (
     Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),

@@ -36,6 +36,8 @@ def stall_torque(motion: Motion, disk: Disk) -> float:
     It has the sign of V. A brake has none: see `knee_torque`.
     """
     speed = no_load_speed(motion, disk)
+    if math.isnan(speed):
+        return math.nan
     balanced = 2.0 * disk.inertia * motion.frequency * speed
     return math.copysign(min(friction_limit(disk), abs(balanced)), balanced)
 
@@ -43,6 +45,8 @@ def stall_torque(motion: Motion, disk: Disk) -> float:
 def knee_torque(motion: Motion, disk: Disk) -> float:
     """Where a brake begins to stop the rotor before the next impact: min(T*, I ω |V|/(2π)), N·m."""
     speed = no_load_speed(motion, disk)
+    if math.isnan(speed):
+        return math.nan
     return min(friction_limit(disk), disk.inertia * motion.frequency * abs(speed))
 
 

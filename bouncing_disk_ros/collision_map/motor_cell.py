@@ -45,9 +45,11 @@ LONGEST_CYCLE = 64
 """Most periods of the platform after which a state is found to come back."""
 BATCHES = 32
 """Parts of a stretch whose means give the standard error of the whole."""
-_COMES_BACK = 1e-9
+_COMES_BACK = 1e-11
 """Within so much of its scales. What changes less in a cycle changes by less than 1e-3 of them in a
-million cycles."""
+hundred million cycles."""
+_NEARLY = 1e-4
+"""What comes back within so much only may yet settle on a shorter cycle."""
 _SURE = 3.0
 """So many standard errors are to be within what is asked for."""
 _MOST_EVENTS = 100_000  # in one period: far more than any has
@@ -173,19 +175,34 @@ def _look(
 
 
 @rare_kernel
-def _cycle_of(ring: Floats, k: int, scale: tuple[float, float, float]) -> int:
-    """Periods after which the state of look k has come back; 0: it has not."""
+def _is_near(now: Floats, then: Floats, part: float, scale: tuple[float, float, float]) -> bool:
+    """Whether two looks see the same state within a part of the scales."""
     length, height, speed = scale
+    same_phase = abs(now[SEEN_TAU] - then[SEEN_TAU]) <= part
+    same_gap = abs(now[SEEN_GAP] - then[SEEN_GAP]) <= part * length
+    same_u = abs(now[SEEN_U] - then[SEEN_U]) <= part * height
+    return (
+        same_phase
+        and same_gap
+        and same_u
+        and abs(now[SEEN_OMEGA] - then[SEEN_OMEGA]) <= part * speed
+    )
+
+
+@rare_kernel
+def _cycle_of(ring: Floats, k: int, scale: tuple[float, float, float]) -> int:
+    """Periods after which the state of look k has come back; 0: it has not, or not clearly.
+
+    What approaches a cycle of n from both sides in turn comes back after 2n long before.
+    """
     now = ring[k % LONGEST_CYCLE]
+    nearly = 0
     for n in range(1, min(k, LONGEST_CYCLE - 1) + 1):
         then = ring[(k - n) % LONGEST_CYCLE]
-        if (
-            abs(now[SEEN_TAU] - then[SEEN_TAU]) <= _COMES_BACK
-            and abs(now[SEEN_GAP] - then[SEEN_GAP]) <= length
-            and abs(now[SEEN_U] - then[SEEN_U]) <= height
-            and abs(now[SEEN_OMEGA] - then[SEEN_OMEGA]) <= speed
-        ):
-            return n
+        if _is_near(now, then, _COMES_BACK, scale):
+            return n if nearly == 0 or n % nearly != 0 else 0
+        if nearly == 0 and _is_near(now, then, _NEARLY, scale):
+            nearly = n
     return 0
 
 
@@ -236,7 +253,7 @@ def _measure(
     ledgers[:] = 0.0
     open_row[0].count = 0
     speed = begin[BEGIN_PRECISION] / PRECISION_PART
-    height = _COMES_BACK * math.pi * disk.g / motion.omega
+    height = math.pi * disk.g / motion.omega
     _begin(states[0], motion, disk, begin[BEGIN_TAU], begin[BEGIN_U], begin[BEGIN_OMEGA])
     settling, cycle = int(begin[BEGIN_SETTLING]), 0
     window, until = measured // BATCHES * BATCHES, -1
@@ -253,8 +270,8 @@ def _measure(
             out[SPEED_ERROR] = 0.0
             return True
         if part == 1 and cycle == 0:
-            near = _COMES_BACK * max(speed, abs(seen[SEEN_OMEGA]))
-            cycle = _cycle_of(ring, k, (height / motion.omega, height, near))
+            scale = (height / motion.omega, height, max(speed, abs(seen[SEEN_OMEGA])))
+            cycle = _cycle_of(ring, k, scale)
             if cycle > 0:
                 first[:] = seen
                 until = k + cycle

@@ -60,7 +60,7 @@ _COLUMNS: Mapping[str, Column] = {
     "sliding_loss": Column("W", "lost by slip in contact per second"),
     "friction_work_per_turn": Column("J", "work of friction per turn of the rotor"),
     "contact_share": Column("1", "share of time in contact"),
-    "impact_rate": Column("1/s", "impacts per second"),
+    "impact_rate": Column("1/s", "impacts per second; the last ones of a chatter count as one"),
 }
 
 
@@ -207,7 +207,7 @@ class Motor(Study):
         ]
         run = Run(
             str(given["start"]), int(given["settling"]), int(given["measured"]),
-            int(given["longest"]), float(given["chatter_report_speed"]),
+            int(given["longest"]),
         )  # fmt: skip
         found = measure(motors, run, len(across))
         shape = (len(up), len(across))

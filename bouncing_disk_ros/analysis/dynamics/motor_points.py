@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.motor_curves import friction_limit, runs_away
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.scales import angular_forcing_of
+from bouncing_disk_ros.analysis.scales import angular_forcing_of, velocity_scale
 from bouncing_disk_ros.collision_map.motor_cell import (
     BEGIN_PRECISION,
     CONTACT_RATE,
@@ -61,6 +61,8 @@ KINDS: Mapping[int, str] = {
 """periodic: impacts alone, that repeat; chattering: impacts and contact, that repeat."""
 _BESIDE = 1e-3
 """A start so far (rad) from the period-1 orbit leaves it where it is not stable."""
+_COUNTED = 0.01
+"""Impacts slower than this part of πg/ω, the last ones of a chatter, count as one."""
 _ROOM = 2.0
 """Times the periods that friction takes at least to give the rotor its speed."""
 
@@ -94,7 +96,6 @@ class Run(NamedTuple):
     settling: int = 300  # periods left out, at least
     measured: int = 512  # periods of the first stretch
     longest: int = 40_000  # periods in all
-    report_speed: float = 1e-3  # m/s: impacts of a chatter below it count as one
 
 
 def check_start(start: str) -> None:
@@ -110,7 +111,7 @@ def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> Mo
     begins = np.zeros((n, BEGIN_PRECISION + 1))
     for i, (motion, disk) in enumerate(motors):
         motions[i] = _motion_record(motion)[0]
-        disks[i] = disk_record(disk, run.report_speed)[0]
+        disks[i] = disk_record(disk, _COUNTED * velocity_scale(motion, disk))[0]
         begins[i] = _begin(motion, disk, run)
     out = np.empty((n, MEANS_COLUMNS))
     states, ledgers, rows, open_row, work = workspace()
