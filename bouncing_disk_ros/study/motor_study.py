@@ -131,7 +131,7 @@ class Motor(Study):
             limit = max(friction_limit(disk) + disk.brake_torque for _, disk in corners)
             hint = "Beyond that of friction (and the brake) the rotor runs away at every point."
             field = self._field_of("load_torque")
-            least = min(abs(disk.load_torque) for _, disk in corners)
+            least = min((disk.load_torque for _, disk in corners), key=abs)
             raise InputError(field, least, f"a torque up to {limit:.6g} N·m somewhere", hint)
         if all(_stands_still(motion, disk) for motion, disk in corners):
             field, value, allowed = self._what_holds_it(corners)
