@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
 from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS
 from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
@@ -149,7 +150,21 @@ def _speed(report: Report) -> Pairs:
                     (f"{predicted:.6f} rad/s, difference {part.settled - predicted:+.1e} rad/s"),
                 )
             )
-    return [*found, ("transient", transient_text(part.transient))]
+    found.append(("transient", transient_text(part.transient)))
+    changes = [(place, one.rise) for place, one in enumerate(report.segments, start=1) if one.rise]
+    return [*found, *(rise_row(place, rise) for place, rise in changes[:MOST_CHANGES])]
+
+
+MOST_CHANGES = 10
+"""Rise and stop times of so many segments are told."""
+
+
+def rise_row(place: int, rise: RiseTime) -> tuple[str, str]:
+    """Rise or stop time of a segment."""
+    slower = abs(rise.final) < abs(rise.initial)
+    path = f"from {rise.initial:.5g} to {rise.final:.5g} rad/s"
+    text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}"
+    return f"{'stop' if slower else 'rise'} time, segment {place}", text
 
 
 def _estimates(report: Report) -> Pairs:
