@@ -43,6 +43,10 @@ Content = Any
 
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
+SINCE_PINNED = ("region_done", "attractor_kind", "attractor_period", "attractor_cycles")
+"""Variables of a result that were not there when it was pinned, or say nothing of it; so is an axis
+by the name of its parameter."""
+
 
 # --- studies --------------------------------------------------------------------------------------
 def studied(folder: Path, name: str, **given: Value) -> Content:
@@ -51,7 +55,8 @@ def studied(folder: Path, name: str, **given: Value) -> Content:
     found = study.run(made, folder / "result.zarr")
     assert found is not None
     first = [*made.axes, *made.fields]
-    derived = [str(one) for one in found.variables if one not in first and one != "region_done"]
+    later = {*SINCE_PINNED, str(made.parameters.get("along", ""))}
+    derived = [str(one) for one in found.variables if one not in first and one not in later]
     result = {one: found[one].values for one in first}
     # what is derived is worked out by numpy and by Newton's method; a best value is flat
     digits = 5 if name in ("toss_map", "basin_shares") else 8
