@@ -15,8 +15,16 @@ from bouncing_disk_ros import basins
 
 def main(size: int = 80) -> None:
     """Compute a window of basins, draw the settling times of the starts that end in period 1."""
-    window = {"phase_begin": 0.2, "phase_end": 1.6, "velocity_begin": -2.5, "velocity_end": -0.5}
-    result = basins("output/own_plot.zarr", axial_forcing=0.45, width=size, height=size, **window)
+    result = basins(
+        "output/own_plot.zarr",
+        axial_forcing=0.45,
+        width=size,
+        height=size,
+        phase_begin=0.2,
+        phase_end=1.6,
+        velocity_begin=-2.5,
+        velocity_end=-0.5,
+    )
     names = list(result["attractor_name"].values)
     in_period_one = result["label"] == names.index("period-1")
     periods = result["impacts"].where(in_period_one)  # one impact in each period of the platform
