@@ -76,6 +76,7 @@ setup(
             "python-flint",  # ball arithmetic, for proofs of flights and contacts
             "scipy",
         ],
+        "docs": ["furo", "myst-parser", "sphinx"],  # guides and API as web pages
         # what `make test` needs besides on a machine without ROS
         "ci": [
             "colcon-common-extensions",
