@@ -18,7 +18,7 @@ unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BU
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
-.PHONY: help demo test figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
+.PHONY: help demo test docs figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
 .DEFAULT_GOAL := help
 
 help:   ## list the targets
@@ -39,6 +39,9 @@ types: test-environment   ## check types (mypy --strict)
 
 bench: bench-environment   ## measure speed and lateness, beside other programs (minutes)
 	$(BIN)/pytest -m bench -s test/bench
+
+docs: test-environment   ## build guides and API reference as web pages: output/docs/html/index.html
+	@$(BIN)/python tools/make_docs.py
 
 figures: run-environment   ## compute every figure of the paper and docs/figures.md (minutes)
 	@$(BIN)/python tools/make_figures.py

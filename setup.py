@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parent
 MANIFEST = ET.parse(ROOT / "package.xml").getroot()
 NAME = MANIFEST.findtext("name")
 EXECUTABLES = runpy.run_path(str(ROOT / NAME / "executables.py"))
-SHARED_FOLDERS = ("config", "launch", "urdf", "rviz")
+SHARED_FOLDERS = ("config", "examples", "launch", "urdf", "rviz")
 
 
 def data_files():
@@ -76,6 +76,7 @@ setup(
             "python-flint",  # ball arithmetic, for proofs of flights and contacts
             "scipy",
         ],
+        "docs": ["furo", "myst-parser", "sphinx"],  # guides and API as web pages
         # what `make test` needs besides on a machine without ROS
         "ci": [
             "colcon-common-extensions",

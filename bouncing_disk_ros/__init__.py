@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         box_dimension,
         uncertainty_exponent,
     )
+    from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
     from bouncing_disk_ros.analysis.dynamics.next_collision import (
         Impacts,
         MapState,
@@ -61,6 +62,13 @@ if TYPE_CHECKING:
         fixed_point,
         periodic_orbit,
     )
+    from bouncing_disk_ros.analysis.recorded.estimate import (
+        Estimate,
+        friction_of,
+        platform_velocities,
+        restitution_of,
+    )
+    from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
     from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
     from bouncing_disk_ros.analysis.recorded.run_summary import summary_of
     from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss
@@ -68,6 +76,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.errors import FailedError, InputError
     from bouncing_disk_ros.nodes.bags.bag_run import read_run
     from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+    from bouncing_disk_ros.nodes.studies.figures import figures
     from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.presets import load_preset, preset_names
     from bouncing_disk_ros.run.programmes import load_programme, programme_names
@@ -90,14 +99,18 @@ _PUBLIC = {
     "analysis.dynamics.basin_labels": "label_starts",
     "analysis.dynamics.best_lag": "best_lag",
     "analysis.dynamics.boundary": "basin_entropy box_dimension uncertainty_exponent",
+    "analysis.dynamics.continuation": "period_doublings",
     "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
     "analysis.dynamics.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
+    "analysis.recorded.estimate": "Estimate friction_of platform_velocities restitution_of",
+    "analysis.recorded.orbit": "Orbit orbit_of",
     "analysis.recorded.run_record": "RunRecord",
     "analysis.recorded.run_summary": "summary_of",
     "analysis.toss.tosses": "TossSetting toss",
     "core.simulation": "Simulation",
     "errors": "FailedError InputError",
     "nodes.bags.bag_run": "read_run",
+    "nodes.studies.figures": "figures",
     "nodes.simulator.simulator_node": "SimulatorNode",
     "ros.from_messages": "impacts_from_msg",
     "run.presets": "load_preset preset_names",
@@ -116,14 +129,15 @@ _RENAMED = {"run_study": "run"}
 """Public names that their module calls otherwise."""
 
 __all__ = [
-    "Attractor", "AttractorKind", "Attractors", "FailedError", "Impacts", "InputError",
-    "MapState", "NextCollisionMap", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
-    "SimulatorNode", "TossSetting", "__version__", "bag", "basin_entropy", "basin_shares",
-    "basins", "best_lag", "bifurcation", "box_dimension", "find_attractors", "fixed_point",
-    "impacts_from_msg", "label_starts", "load_preset", "load_programme", "open_result",
-    "parameter_map", "periodic_orbit", "plots", "preset_names", "programme_names", "read_run",
-    "run_study", "simulate", "spread_starts", "study", "summary_of", "toss", "toss_map",
-    "toss_paths", "uncertainty_exponent",
+    "Attractor", "AttractorKind", "Attractors", "Estimate", "FailedError", "Impacts",
+    "InputError", "MapState", "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result",
+    "RunRecord", "Simulation", "SimulatorNode", "TossSetting", "__version__", "bag",
+    "basin_entropy", "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension",
+    "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
+    "label_starts", "load_preset", "load_programme", "open_result", "orbit_of", "parameter_map",
+    "period_doublings", "periodic_orbit", "platform_velocities", "plots", "preset_names",
+    "programme_names", "read_run", "restitution_of", "run_study", "simulate", "spread_starts",
+    "study", "summary_of", "toss", "toss_map", "toss_paths", "uncertainty_exponent",
 ]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once

@@ -29,7 +29,7 @@ INGREDIENTS = ("constraints.txt", "setup.py")
 #: part of .venv -> extras of setup.py, megabytes to download, megabytes on disk (measured)
 PARTS = {
     "run": (("ros", "prove"), 220, 900),
-    "test": (("test", "ci"), 75, 300),
+    "test": (("test", "ci", "docs"), 95, 400),
     "bench": (("bench",), 195, 620),
     "interop": (("interop",), 235, 710),
 }

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag.bag_topic import Form
 from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.message_type import MessageType, Types, message_type, named_types
+from bouncing_disk_ros.bag.message_type import MessageType, message_type
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.units import NS
@@ -70,30 +70,10 @@ def check_installed(form: Form) -> None:
     `usable` for what cannot be decoded at all.
     """
     theirs = usable(form).types
-    try:
-        ours = message_type(form.type, schema_of(form.type).text).types
-    except InputError:  # no such package here
-        ours = _jazzy_types(form.type)
-        if not ours:
-            raise
+    ours = message_type(form.type, schema_of(form.type).text).types
     if any(name not in theirs or theirs[name][1] != row[1] for name, row in ours.items()):
         allowed = "the fields of the type that is installed here"
         raise InputError(f"definition of {form.type}", "other fields in the bag", allowed)
-
-
-@functools.cache
-def _jazzy_types(kind: str) -> Types:
-    """A standard type of ROS 2 Jazzy and those in it, as `rosbags` knows them; else nothing."""
-    from rosbags.typesys import Stores, get_typestore
-
-    known = get_typestore(Stores.ROS2_JAZZY).fielddefs
-    found: Types = {}
-    todo = [kind] if kind in known else []
-    while todo:
-        name = todo.pop()
-        found[name] = known[name]
-        todo += {one for _, field in known[name][1] for one in named_types(field)} - found.keys()
-    return found
 
 
 def field_names(message: Any, prefix: str = "") -> list[str]:

@@ -142,14 +142,6 @@ def _is_number(description: Any) -> bool:
     return bool(description[0] == _BASE and description[1][0] != "string")
 
 
-def named_types(description: Any) -> list[str]:
-    """The message types that the description of a field names: none or one."""
-    kind, content = description
-    if kind == _NESTED:
-        return [content]
-    return [] if kind == _BASE else named_types(content[0])
-
-
 class _TooManyError(Exception):
     """More objects than a message may become."""
 

@@ -1,6 +1,7 @@
 """Message types as a bag needs them: full definitions with all dependencies, and type hashes.
 
-Both come from share/<package>/msg of the prefixes of the package index (AMENT_PREFIX_PATH).
+Both come from share/<package>/msg of the prefixes of the package index (AMENT_PREFIX_PATH). Where a
+package is not installed there, the standard types are those of ROS 2 Jazzy that `rosbags` has.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import InputError
@@ -65,7 +67,13 @@ def _dependencies(name: str, text: str) -> list[str]:
 
 
 def _definition(name: str) -> str:
-    return _file(name, ".msg").read_text(encoding="utf-8")
+    try:
+        return _file(name, ".msg").read_text(encoding="utf-8")
+    except InputError:
+        if name not in (store := _jazzy()).fielddefs:
+            raise
+    text: str = store.generate_msgdef(name, ros_version=2)[0]
+    return text.partition(SEPARATOR)[0]
 
 
 def _hash(name: str) -> str:
@@ -73,9 +81,20 @@ def _hash(name: str) -> str:
     try:
         content = json.loads(_file(name, ".json").read_text(encoding="utf-8"))
         rows = {row["type_name"]: row["hash_string"] for row in content["type_hashes"]}
-    except (InputError, ValueError, KeyError):
+    except InputError:  # no such package here
+        store = _jazzy()
+        return store.hash_rihs01(name) if name in store.fielddefs else ""
+    except (ValueError, KeyError):
         return ""
     return str(rows.get(name, ""))
+
+
+@functools.cache
+def _jazzy() -> Any:
+    """The standard types of ROS 2 Jazzy, as `rosbags` knows them."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
 
 
 def _file(name: str, suffix: str) -> Path:

@@ -58,20 +58,20 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
     tree = {str(path.relative_to(ROOT)) for path in (ROOT / "bouncing_disk_ros").rglob("*.py")}
-    paused = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
-    assert paused == tree | {"bouncing_disk_ros/py.typed"}
+    found = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
+    assert found == tree | {"bouncing_disk_ros/py.typed"}
 
 
 def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
     share = "share/bouncing_disk_ros/"
     wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
-    for folder in ("config", "launch", "urdf", "rviz"):
+    for folder in ("config", "examples", "launch", "urdf", "rviz"):
         files = [path for path in (ROOT / folder).rglob("*") if path.is_file()]
         files = [path for path in files if "__pycache__" not in path.parts]
         assert files, f"{folder} is empty"
         wanted |= {share + str(path.relative_to(ROOT)) for path in files}
-    paused = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
-    assert paused == wanted
+    found = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
+    assert found == wanted
 
 
 def test_wheel_names_the_executables_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:

@@ -77,8 +77,8 @@ MAY_IMPORT = {
                    "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
     **dict.fromkeys(TABLES, TABLES),
-    "__init__": {"core", "nodes.simulator", "nodes.bags", "ros", "run", "study", "bag", "plots"}
-    | ANALYSIS | TABLES,
+    "__init__": {"core", "nodes.simulator", "nodes.bags", "nodes.studies", "ros", "run", "study",
+                 "bag", "plots"} | ANALYSIS | TABLES,
     "__main__": TABLES,
 }  # fmt: skip
 #: package -> libraries from outside that it may import besides the standard library

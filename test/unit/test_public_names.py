@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.image import imread
 
 import bouncing_disk_ros
@@ -264,3 +265,33 @@ def test_a_notebook_shows_a_figure_without_pyplot() -> None:
 def test_a_state_of_the_map_is_what_its_derivatives_are_of() -> None:
     section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     assert section.jacobian(MapState(1.0, -1.3)).shape == (3, 3)
+
+
+# --- figures --------------------------------------------------------------------------------------
+def test_a_result_is_drawn_as_its_command_draws_it(tmp_path: Path) -> None:
+    result = run_study("basins", angular_velocities=[0.0, 1.0], **SMALL)
+    assert result is not None
+    drawn = bouncing_disk_ros.figures(result)
+    assert list(drawn) == ["basins", "mean_speeds"]
+    study.export(result, tmp_path / "result.nc")
+    with xr.open_dataset(tmp_path / "result.nc") as opened:
+        again = bouncing_disk_ros.figures(opened.load())
+    for name, figure in drawn.items():
+        shown = []
+        for one in (figure, again[name]):
+            one.savefig(content := io.BytesIO(), format="png")
+            shown.append(content.getvalue())
+        assert shown[0] == shown[1]
+
+
+def test_a_diagram_is_drawn_from_its_result_alone() -> None:
+    short: dict[str, Any] = {"settling": 10, "measured": 20, "kept": 5, "doublings": 1}
+    result = run_study("bifurcation", restitution=0.3, begin=0.55, end=0.7, count=4, **short)
+    assert result is not None
+    (figure,) = bouncing_disk_ros.figures(result).values()
+    assert "ε = 0.3" in figure.get_suptitle()
+
+
+def test_what_is_no_result_of_a_study_is_not_drawn() -> None:
+    with pytest.raises(InputError, match="result: got 'a dataset without the name of a study'"):
+        bouncing_disk_ros.figures(xr.Dataset())

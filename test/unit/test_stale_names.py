@@ -12,7 +12,15 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(
     path
-    for pattern in ("config/**/*.yaml", "docs/*.md", "*.md", "launch/*.py", "urdf/*", "tools/*.py")
+    for pattern in (
+        "config/**/*.yaml",
+        "docs/*.md",
+        "examples/*.py",
+        "*.md",
+        "launch/*.py",
+        "urdf/*",
+        "tools/*.py",
+    )
     for path in ROOT.glob(pattern)
 )
 NAMED = re.compile(r"\b(?:bouncing_disk_ros|test|tools|config)/[A-Za-z0-9_/]+\.(?:py|yaml)\b")

@@ -83,6 +83,8 @@ def period_doublings(
     At most `count` of them; fewer where the cascade ends, or an orbit does, before `limit`. From
     the period-1 orbit with axis forcing and ε = 0.5: 0.486003, 0.530664, … Raises InputError for
     an orbit that is not stable, or arguments out of range.
+
+    >>> period_doublings(fixed_point(0.45, 0.5), "axial_forcing", limit=0.55)[0].value
     """
     check_axis(axis)
     value = getattr(orbit.map, axis)

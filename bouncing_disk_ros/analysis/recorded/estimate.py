@@ -44,7 +44,10 @@ class Estimate(NamedTuple):
 
 
 def platform_velocities(rows: NDArray[np.void], motion: Motion) -> Column:
-    """Velocity ṡ (m/s) of the platform in steady motion at each row of IMPACT_DTYPE, shape (n,)."""
+    """Velocity ṡ (m/s) of the platform in steady motion at each row of IMPACT_DTYPE, shape (n,).
+
+    >>> platform_velocities(record.rows, record.motion)
+    """
     omega = math.tau * motion.frequency
     velocities: Column = motion.axial_amplitude * omega * np.cos(rows["forcing_phase"])
     return velocities
@@ -61,6 +64,8 @@ def restitution_of(
     motion is changing): from ẋ⁺ − ṡ = ε |w_A|. With `mass` (kg) instead: from F̂ = m (1 + ε) |w_A|.
     ValueError unless exactly one is given. Rows that sum several impacts are left out; the `note`
     says so, and also where ε seems to have changed: then the interval spans the parts.
+
+    >>> restitution_of(record.rows, mass=record.disk.mass)
     """
     if (platform_velocity is None) == (mass is None):
         raise ValueError("give either platform_velocity or mass")
@@ -87,6 +92,8 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     Slipping impacts have |Ĥ| = μ a_e F̂. Which impacts slip is judged by their velocities, with a
     margin for noise (`SURELY`), and μ by their impulses: so the choice does not bend the estimate.
     Where (almost) every impact sticks there is only a lower bound: value nan, high inf.
+
+    >>> friction_of(record.rows, record.disk)
     """
     use = single_impacts(rows)
     for name in ("axial_impulse", "angular_impulse", "angular_impact_velocity"):

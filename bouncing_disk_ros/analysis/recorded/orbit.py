@@ -85,6 +85,8 @@ def orbit_of(
     With `motion` and `disk`, and rows that follow their map, the answer rests on the map as well:
     periodic means that a stable cycle of just that period is within `tolerance` of the rows, and
     CHAOTIC is possible (see `stability.chaos_of` for its evidence).
+
+    >>> orbit_of(simulate(60.0, preset="pizza_multiple_toss").impacts).name
     """
     gaps = np.flatnonzero(np.diff(rows["index"]) != 1.0)
     rows = rows[gaps[-1] + 1 :] if len(gaps) else rows

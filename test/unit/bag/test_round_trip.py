@@ -18,6 +18,8 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag import schema
+from bouncing_disk_ros.bag.message_type import message_type
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, qos_from_text
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
@@ -216,6 +218,23 @@ def test_schemas_hold_every_dependency_once(topic: str) -> None:
 
 def test_an_unknown_type_is_refused() -> None:
     with pytest.raises(InputError, match="Install the package nowhere_msgs"):
+        schema_of("nowhere_msgs/msg/Nothing")
+
+
+@pytest.mark.parametrize("kind", sorted(set(TYPES.values())))
+def test_a_standard_type_is_known_without_its_package(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_file(name: str, _: str) -> Path:
+        raise InputError("message type", name, "a type whose .msg file is installed")
+
+    installed = schema_of(kind)
+    monkeypatch.setattr(schema, "_file", no_file)
+    known = schema_of.__wrapped__(kind)
+    assert known.type_hash == installed.type_hash
+    fields = [message_type(kind, one.text).types[kind][1] for one in (installed, known)]
+    assert fields[0] == fields[1]
+    with pytest.raises(InputError, match="nowhere_msgs"):
         schema_of("nowhere_msgs/msg/Nothing")
 
 

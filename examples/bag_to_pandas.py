@@ -1,0 +1,34 @@
+"""The impacts of a recorded run as a pandas frame.
+
+    python examples/bag_to_pandas.py [BAG]      (default: a bag that make_bag.py writes)
+
+Two lines do it; pandas comes with xarray, which this package needs.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import pandas as pd
+
+from bouncing_disk_ros import read_run
+from make_bag import make_bag
+
+
+def main(folder: str) -> None:
+    """Make the frame, and use it: the last impacts, the impulse in each second."""
+    run = read_run(folder)
+    impacts = pd.DataFrame(run.rows).set_index("index")
+
+    print(impacts[["time", "forcing_phase", "axial_impact_velocity", "angular_velocity"]].tail())
+    each_second = impacts.groupby(impacts["time"].astype(int))["axial_impulse"]
+    print(each_second.agg(["count", "sum"]).rename(columns={"sum": "N·s"}).T)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        main(sys.argv[1])
+    else:
+        with tempfile.TemporaryDirectory() as place:
+            make_bag(str(Path(place, "run_1")))
+            main(str(Path(place, "run_1")))

@@ -1,0 +1,36 @@
+"""Restitution ε and friction μ from the impacts of a recorded run, with 95 % intervals.
+
+    python examples/restitution_and_friction.py [BAG]      (default: a bag that make_bag.py writes)
+
+ε comes from impulses and velocities, μ from the impacts that slip. The true values are those of
+the disk that was simulated; of a real machine they are what is looked for.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+from bouncing_disk_ros import friction_of, read_run, restitution_of
+from make_bag import make_bag
+
+
+def main(folder: str) -> None:
+    """Estimate both; print them beside what the simulator had."""
+    run = read_run(folder)
+    for name, found, true in (
+        ("restitution", restitution_of(run.rows, mass=run.disk.mass), run.disk.restitution),
+        ("friction", friction_of(run.rows, run.disk), run.disk.friction),
+    ):
+        print(f"{name} {found.value:.6f}, from {found.low:.6f} to {found.high:.6f}, "
+              f"by {found.impacts} impacts; true {true}")  # fmt: skip
+        if found.note:
+            print(f"    {found.note}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        main(sys.argv[1])
+    else:
+        with tempfile.TemporaryDirectory() as place:
+            make_bag(str(Path(place, "run_1")))
+            main(str(Path(place, "run_1")))

@@ -1,0 +1,101 @@
+"""The scripts in examples/ run, say what is true, and are listed."""
+
+from __future__ import annotations
+
+import ast
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bouncing_disk_ros
+from support.processes import environment
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+PERIOD_2 = r"period 1 → 2 at Γ = 0\.4860030783, 2 → 4 at Γ = 0\.5306641709"
+#: script -> its arguments, what it prints, the files that it leaves
+RUNS: dict[str, tuple[list[str], list[str], set[str]]] = {
+    "figures_3_and_4": (
+        ["0.3", "20"],
+        [r"period 1 → 2 at Γ = 0\.67715134", r"Γ = 0\.6572: +3\d\.\d\d % .* go to period-1"],
+        {"figures_3_and_4_bifurcation.pdf", "figures_3_and_4_basins.pdf"},
+    ),
+    "coexisting_orbits": (
+        ["0.48"],
+        [
+            r"period-1 with multipliers -0\.919466\+0",
+            r"period-2 in 1 cycle with multipliers -0\.606",
+        ],
+        set(),
+    ),
+    "own_plot": (["20"], [r"5\d\.\d% of the window, 2\d impacts"], {"own_plot.svg", "output"}),
+    "follow_period_2": ([], [PERIOD_2, r"(?m)^0\.530664 .* -1\.00000\+0\.00000j$"], set()),
+    "make_bag": ([], [], {"run_1"}),
+    "bag_to_pandas": ([], [r"(?m)^60\.0 +20\.0+ .* 38\.057049$", r"N·s"], set()),
+    "restitution_and_friction": (
+        [],
+        [r"restitution 0\.500000, from 0\.5", r"friction 0\.600000, from 0\.[56]\d+ to 0\.600"],
+        set(),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_script_runs_and_says_what_is_true(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments, patterns, files = RUNS[name]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
+    runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+    printed = capsys.readouterr().out
+    for pattern in patterns:
+        assert re.search(pattern, printed), printed
+    assert {path.name for path in tmp_path.iterdir()} == files
+    if name == "make_bag":
+        run = bouncing_disk_ros.read_run("run_1")
+        assert (len(run.rows), run.lost) == (61, 0)
+
+
+def test_the_node_passes_its_own_test() -> None:
+    paths = f"{Path(bouncing_disk_ros.__file__).resolve().parents[1]}:{EXAMPLES}"
+    plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
+    options = ("-q", "--import-mode=importlib", "-c", "/dev/null", "--rootdir", str(EXAMPLES))
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *options, *plugins, "test_retoss_node.py"],
+        cwd=EXAMPLES,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        env=environment(
+            {
+                "PYTHONPATH": paths,
+                "PYTHONDONTWRITEBYTECODE": "1",
+                "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+                "PYTEST_ADDOPTS": None,
+            }
+        ),
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 passed" in done.stdout
+
+
+def test_every_script_is_run_by_a_test() -> None:
+    node = {"retoss_node", "test_retoss_node"}
+    assert {path.stem for path in SCRIPTS} == RUNS.keys() | node
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_a_script_is_short_and_says_what_it_shows(path: Path) -> None:
+    text = path.read_text("utf-8")
+    assert len(text.splitlines()) < 60
+    about = ast.get_docstring(ast.parse(text)) or ""
+    assert f"{path.name}" in about
+    page = (ROOT / "docs" / "examples.md").read_text("utf-8")
+    assert f"[`{path.name}`](../examples/{path.name})" in page
