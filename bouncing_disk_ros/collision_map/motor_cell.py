@@ -234,6 +234,31 @@ def _standard_error(angles: Floats, times: Floats) -> float:
 
 
 @rare_kernel
+def _pooled(
+    first: Floats,
+    since: Floats,
+    seen: Floats,
+    angles: Floats,
+    times: Floats,
+    known: float,
+    error: float,
+) -> tuple[float, float]:
+    """Mean speed and its error with one stretch more, which begins at `since` and ends at `seen`.
+
+    What came before it, from `first` on, counts unless it was clearly another speed.
+    """
+    latest = _standard_error(angles, times)
+    mean = (angles[BATCHES] - angles[0]) / (times[BATCHES] - times[0])
+    if abs(mean - known) > _SURE * math.hypot(error, latest):
+        first[:] = since
+        error = math.inf
+    if error < math.inf:
+        latest *= error / math.hypot(error, latest)
+    speed = (seen[SEEN_ANGLE] - first[SEEN_ANGLE]) / (seen[SEEN_AT] - first[SEEN_AT])
+    return speed, latest
+
+
+@rare_kernel
 def _measure(
     states: Record,
     motion: Record,
@@ -281,13 +306,7 @@ def _measure(
             i = (k - settling) // length
             angles[i], times[i] = seen[SEEN_ANGLE], seen[SEEN_AT]
             if i == BATCHES:
-                latest = _standard_error(angles, times)
-                mean = (angles[i] - angles[0]) / (times[i] - times[0])
-                if abs(mean - known) > _SURE * math.hypot(error, latest):
-                    first[:] = since  # it was not settled before
-                    error = math.inf
-                error = error * latest / math.hypot(error, latest) if error < math.inf else latest
-                known = (seen[SEEN_ANGLE] - first[SEEN_ANGLE]) / (seen[SEEN_AT] - first[SEEN_AT])
+                known, error = _pooled(first, since, seen, angles, times, known, error)
                 if _SURE * error <= begin[BEGIN_PRECISION] or k + 2 * window > longest:
                     _write_means(first, seen, motion.f, 0, out)
                     out[SPEED_ERROR] = error

@@ -1,4 +1,4 @@
-"""A motor's map: the study `motor` beside a loop of `simulate`, and how well its means are known."""
+"""A motor's map: the study `motor` beside a loop of `simulate`, and how good its means are."""
 
 from __future__ import annotations
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
 from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS
 from bouncing_disk_ros.analysis.recorded.segments import known
-from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
