@@ -122,9 +122,9 @@ def parameters_page() -> str:
 
 
 _STUDIES_NOTE = (
-    "Where and how, not what: results do not depend on these, except that a bag stands for the "
-    "numbers found in it. Only `bifurcation`, `parameter_map`, `basins` and `basin_shares` take "
-    "one."
+    "Where and how, not what: results do not depend on these, except that a bag or a preset "
+    "stands for the numbers found in it. Only `bifurcation`, `parameter_map`, `motor`, `basins` "
+    "and `basin_shares` take a bag, only `motor` a preset."
 )
 _HEAD = (
     "| name | symbol | type | default | unit | allowed | meaning | source |\n"

@@ -38,6 +38,7 @@ _STUDIES = (
         "collision_map.lyapunov_and_speed",
         "collision_map.map_tangent",
         "collision_map.clearance",
+        "collision_map.motor_cell",
     ),
 )
 _NAME = re.compile(r"numba-[0-9a-f]{16}")

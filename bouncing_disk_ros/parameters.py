@@ -153,6 +153,11 @@ _SPECS = (
          source=f"{_PAPER}: none"),
     Spec("load_torque", 0.0, "N·m", "constant torque on the disk, positive when it brakes positive "
          "rotation", "T_L", low=-1e12, high=1e12, group="disk", source=f"{_PAPER}: none"),
+    Spec("brake_torque", 0.0, "N·m", "torque of a dry brake on the disk, against its rotation; a "
+         "disk at rest is kept so by up to as much", "T_B", low=0.0, high=1e12, group="disk",
+         source=f"{_PAPER}: none"),
+    Spec("load_inertia", 0.0, "kg·m²", "moment of inertia of what turns with the disk", "J",
+         low=0.0, high=1e12, group="disk", source=f"{_PAPER}: none"),
     # --- initial state of the disk
     Spec("initial_height", 0.0, "m", "height of the disk above the platform at the start and after "
          "a reset", "x − s", low=0.0, high=1e6, group="start", source="chosen"),
@@ -270,7 +275,8 @@ _SLIDERS = {
     "axial_amplitude": (0.0, 0.1), "angular_amplitude": (0.0, math.pi), "frequency": (0.1, 20.0),
     "phase_lag": (-math.pi, math.pi), "mass": (0.01, 2.0), "friction": (0.0, 2.0),
     "friction_radius": (0.01, 0.5), "gyration_radius": (0.01, 0.5), "gravity": (0.0, 20.0),
-    "preload": (-2.0, 10.0), "load_torque": (-0.1, 0.1), "initial_height": (0.0, 1.0),
+    "preload": (-2.0, 10.0), "load_torque": (-0.1, 0.1), "brake_torque": (0.0, 0.1),
+    "load_inertia": (0.0, 0.01), "initial_height": (0.0, 1.0),
     "initial_axial_velocity": (-5.0, 5.0), "initial_angular_velocity": (-50.0, 50.0),
     "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
     "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from bouncing_disk_ros.parameters import TABLE, Spec
@@ -107,6 +108,42 @@ _PARAMETER_MAP = (
     Spec("measured", 2000, "", "impacts from which exponent, kind and speed are computed", low=256,
          high=100_000_000),
 )  # fmt: skip
+_SWUM: Mapping[str, float] = MappingProxyType(
+    {
+        "axial_amplitude": 1.0e-6, "angular_amplitude": 4.0e-4, "frequency": 40000.0,
+        "phase_lag": -0.7383651652519078, "mass": 5.0e-4, "restitution": 0.5, "friction": 0.2,
+        "friction_radius": 2.5e-3, "gyration_radius": 2.8284271247461901e-3,
+        "gravity": 9.80665, "preload": 22.3, "load_torque": 0.0,
+        "brake_torque": 0.0, "load_inertia": 0.0,
+    }
+)  # fmt: skip
+"""A motor, as in the preset swum."""
+_LOADS = (
+    "load_torque, brake_torque, preload, axial_amplitude, angular_amplitude, frequency, "
+    "phase_lag, restitution or friction"
+)
+_MOTOR = (
+    Spec("x_axis", "load_torque", "", f"the parameter of the horizontal axis: {_LOADS}"),
+    Spec("x_begin", 0.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
+    Spec("x_end", 0.016, "", "last value of it", low=-1e12, high=1e12, angle=True),
+    Spec("x_count", 200, "", "number of values", low=1, high=1_000_000),
+    Spec("y_axis", "preload", "", "the parameter of the vertical axis"),
+    Spec("y_begin", 15.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
+    Spec("y_end", 40.0, "", "last value of it", low=-1e12, high=1e12, angle=True),
+    Spec("y_count", 200, "", "number of values", low=1, high=1_000_000),
+    *(replace(TABLE[name], default=value, source="as in the preset swum",
+              while_unconfigured=False) for name, value in _SWUM.items()),
+    Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
+         "and as rest where there is none; rest: the rotor lies on the stator; followed: along x, "
+         "each where the one before has ended, the first one as period-1"),
+    Spec("settling", 300, "", "periods of the stator left out at least; more where friction is "
+         "slow to give the rotor its speed", low=0, high=100_000_000),
+    Spec("measured", 512, "", "periods of the first stretch that means are over, where the state "
+         "does not repeat; each stretch that is too short is followed by one twice as long",
+         low=32, high=100_000_000),
+    Spec("longest", 40_000, "", "periods of the stator simulated at each point, at most", low=64,
+         high=1_000_000_000),
+)  # fmt: skip
 _BASINS = (
     Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),
     Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
@@ -149,6 +186,10 @@ _BAG = (
          "here are those of its last steady motion"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
 )  # fmt: skip
+_PRESET = (
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
+         "parameters not given here are its own"),
+)  # fmt: skip
 _RUN = (
     Spec("output", "", "", "folder for the result and the figures; a run goes on with what it "
          "finds there; empty: output/ and the name of the study with a digest of its parameters"),
@@ -172,19 +213,23 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "toss_map": _by_name(*_TOSS_MAP),
         "bifurcation": _by_name(*_BIFURCATION),
         "parameter_map": _by_name(*_PARAMETER_MAP),
+        "motor": _by_name(*_MOTOR),
         "basins": _by_name(*_BASINS),
         "basin_shares": _by_name(*_BASIN_SHARES),
     }
 )
 """Study -> what decides its result."""
-COMMON: Mapping[str, Spec] = _by_name(*_BAG, *_RUN)
+COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "basins", "basin_shares")
+TAKES_BAG = ("bifurcation", "parameter_map", "motor", "basins", "basin_shares")
+
+TAKES_PRESET = ("motor",)
 
 
 def table_of(study: str) -> Mapping[str, Spec]:
     """The whole table of a study's node: what decides the result first."""
     bag = _BAG if study in TAKES_BAG else ()
-    return _by_name(*STUDY_TABLES[study].values(), *bag, *_RUN)
+    preset = _PRESET if study in TAKES_PRESET else ()
+    return _by_name(*STUDY_TABLES[study].values(), *preset, *bag, *_RUN)

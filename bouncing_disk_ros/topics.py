@@ -112,7 +112,8 @@ _TOPICS = (
           "contact force or torque on that body; angles unwrapped",
           "ros2 topic echo /joint_states"),
     Topic("disk/phase", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "flight, sticking, sliding or paused, when it differs from the last one published",
+          "flight, sticking, sliding, held (by a brake) or paused, when it differs from the last "
+          "one published",
           "ros2 topic echo /disk/phase"),
     Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
           "every impact, one row each or counted in one; x, y, z draw the next-collision section; "

@@ -41,10 +41,14 @@ def axial_forcing_of(motion: Motion, disk: Disk) -> float:
 
 
 def angular_forcing_of(motion: Motion, disk: Disk) -> float:
-    """Γ_T = a_g² Φ ω² / (a_e π g μ), 1; inf without friction, nan without rotation besides."""
+    """Γ_T = I Φ ω² / (m a_e π g μ), 1; inf without friction, nan without rotation besides."""
     omega = math.tau * motion.frequency
     pull = disk.friction_radius * math.pi * acceleration(disk) * disk.friction
-    turn = disk.gyration_radius**2 * motion.angular_amplitude * omega**2
+    turn = (
+        (disk.gyration_radius**2 + disk.load_inertia / disk.mass)
+        * motion.angular_amplitude
+        * omega**2
+    )
     if pull > 0.0:
         return turn / pull
     return math.inf if turn > 0.0 else math.nan

@@ -59,6 +59,7 @@ class ContactState(NamedTuple):
     sine: float
     cosine: float
     slip_sign: float
+    drag: float
     omega: float
 
 
@@ -88,12 +89,12 @@ def contact_until_flight(
     a, _ = load(motion, disk.g, axial_jet(motion, sine, cosine, 0.0))
     sign = slip_sign(disk, a, omega - b[1], b[2])
     for _ in range(_MOST_EVENTS):
-        state = ContactState(tau, sine, cosine, sign, omega)
+        state = ContactState(tau, sine, cosine, sign, disk.lag, omega)
         if sign == 0.0:
             kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
         else:
             kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
-            rotation = slide(motion, disk, 0.0, sine, cosine, sign, omega, d)
+            rotation = slide(motion, disk, disk.lag, 0.0, sine, cosine, sign, omega, d)
             turned += rotation[0]
             omega = rotation[1]
         lasted += d
@@ -131,7 +132,9 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
     waited = turned = 0.0
     kind = MAP_IMPACT
     if u > 0.0:
-        end, waited, sign = chatter_verdict(motion, disk, 0.0, sine, cosine, jet, u, omega)
+        end, waited, sign = chatter_verdict(
+            motion, disk, disk.lag, 0.0, sine, cosine, jet, u, omega
+        )
         if end == BOUNCES:
             d, w1 = landing(motion, sine, cosine, jet, disk.g, u, 0.0)
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
@@ -141,7 +144,9 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
             sums = chatter_sums(disk, jet, u)
             sine, cosine = sincos(tau)
             b_end = angular_jet(motion, sine, cosine, 0.0)
-            turned, omega = chatter_rotation(disk, sign, omega, b, b_end, push, sums, waited)
+            turned, omega = chatter_rotation(
+                disk, disk.lag, sign, omega, b, b_end, push, sums, waited
+            )
             jet = axial_jet(motion, sine, cosine, 0.0)
     if load(motion, disk.g, jet)[1]:
         if separation_phase(motion, disk.g) < 0.0:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.layout import FADE, FLIGHT, NEVER, SLIDING, STEADY
+from bouncing_disk_ros.core.layout import FADE, FLIGHT, HELD, NEVER, SLIDING, STEADY
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.schedule import Fade, Impulse
 
@@ -29,6 +29,8 @@ FREQUENCIES = (1e-9, 1e9)  # Hz
 _LARGEST = 1e100  # of any other number
 _INT64 = (-(2**63), 2**63 - 1)
 _LATEST = int(NEVER) // 2  # ns, of an instant
+_LOADS = ("brake_torque", "load_inertia")
+"""Last fields of a disk, which checkpoints of version 0.1.0 lack: 0."""
 _Item = TypeVar("_Item")
 
 
@@ -92,7 +94,12 @@ def motion(name: str, values: Any) -> Motion:
 
 def disk(name: str, values: Any) -> Disk:
     """Disk, contact and loads from their numbers."""
-    made = Disk(*_numbers(name, values, len(Disk._fields)))
+    count = len(Disk._fields)
+    if isinstance(values, (list, tuple)) and len(values) == count - len(_LOADS):
+        values = [*values, *(0.0 for _ in _LOADS)]
+    made = Disk(*_numbers(name, values, count))
+    for field in _LOADS:
+        number(f"{name} {field}", getattr(made, field), low=0.0)
     for field in ("mass", "gyration_radius"):
         number(f"{name} {field}", getattr(made, field), low=1e-100)
     for field in ("friction", "friction_radius"):
@@ -178,13 +185,15 @@ def check_state(r: np.void) -> None:
     instant("state ns", int(r["ns"]))
     number("state sub", float(r["sub"]), 0.0, 1.0)
     number("state tau", float(r["tau"]), 0.0, 2.0 * math.pi)
-    whole("state phase", int(r["phase"]), FLIGHT, SLIDING)
+    whole("state phase", int(r["phase"]), FLIGHT, HELD)
     number("state gap", float(r["gap"]), low=0.0)
     whole("state rows", int(r["rows"]), 0, 2**53)
     whole("state cycles", int(r["cycles"]), -(2**53), 2**53)
     whole("state turns", int(r["turns"]), -(2**62), 2**62)
-    if r["phase"] == SLIDING and abs(r["slip_sign"]) != 1.0:
-        raise refusal("state slip_sign", float(r["slip_sign"]), "-1 or 1 while sliding")
+    if r["phase"] in (SLIDING, HELD) and abs(r["slip_sign"]) != 1.0:
+        raise refusal("state slip_sign", float(r["slip_sign"]), "-1 or 1 while sliding or held")
+    if float(r["spin_sign"]) not in (-1.0, 0.0, 1.0):
+        raise refusal("state spin_sign", float(r["spin_sign"]), "-1, 0 or 1")
 
 
 def check_motion(r: np.void) -> None:

@@ -1,9 +1,9 @@
 """Contact: when the disk leaves, sticks, slips and stops slipping (model: phases 3 and 4).
 
-With a = g + s̈ (the normal force over the mass) and ρ = β̈ + T_L/(m a_g²) (the torque that
-sticking needs over the moment of inertia), friction can supply up to `grip`·a, grip = μ a_e/a_g².
-Four functions are watched, each positive until its event and searched with steps that cannot pass
-its first root.
+With a = g + s̈ (the normal force over the mass) and ρ = β̈ + drag (the torque that sticking needs
+over the moment of inertia), friction can supply up to `grip`·a. The drag is what the load, and a
+brake while α̇ keeps its sign, take from α̇, rad/s². The functions watched are each positive until
+their event and searched with steps that cannot pass the first root.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
 from bouncing_disk_ros.core.bounds import Bounds, bounds_from
+from bouncing_disk_ros.core.brake import slip_out_sign
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     gap_after,
@@ -23,8 +24,8 @@ from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
-_ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
-LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD = range(5)
+ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
+LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD, TURNING, SPINNING, SPIN_DRIVE, HOLD = range(9)
 Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
 NO_SLIP = (0.0, 0.0, 0.0, 0.0)
 
@@ -47,6 +48,7 @@ def watched(
     sign: float,
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     tau: float,
     slip: Slip,
@@ -55,7 +57,10 @@ def watched(
     """A watched function and its derivative d seconds after (elapsed, tau).
 
     LOAD a; UNLOAD −a; MARGIN grip·a − sign·ρ; SLIPPING sign·w_T of a disk that slides with this
-    sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip.
+    sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
+    TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
+    brake has left: for these `slip` begins with the speed, or the most that the brake can hold, and
+    the sign of friction.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
@@ -64,16 +69,26 @@ def watched(
         return a, s3
     if which == UNLOAD:
         return -a, -s3
+    w, spin, s, c = slip
+    if which == HOLD:
+        return w - sign * (drag + spin * disk.grip * a), -sign * spin * disk.grip * s3
+    if which == SPIN_DRIVE:
+        return -spin * disk.grip * a - sign * drag, -spin * disk.grip * s3
+    if which == SPINNING:
+        pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
+        slowed = spin * disk.grip * a + sign * drag
+        return w - spin * disk.grip * pushed - sign * drag * d, -slowed
     _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
-    rho = b2 + disk.lag
+    if which == TURNING:
+        return sign * b1, sign * b2
+    rho = b2 + drag
     if which == MARGIN:
         return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
-    w, spin, s, c = slip
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
     pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
-    return w - disk.grip * pushed - sign * (b1 - spin + disk.lag * d), -disk.grip * a - sign * rho
+    return w - disk.grip * pushed - sign * (b1 - spin + drag * d), -disk.grip * a - sign * rho
 
 
 @kernel
@@ -83,6 +98,12 @@ def _curvature(which: int, over: Bounds, disk: Record) -> float:
         return over.s4
     if which == SLIPPING:
         return disk.grip * over.s3 + over.b3
+    if which == TURNING:
+        return over.b3
+    if which == SPINNING:
+        return disk.grip * over.s3
+    if which in (SPIN_DRIVE, HOLD):
+        return disk.grip * over.s4
     return disk.grip * over.s4 + over.b4
 
 
@@ -100,6 +121,7 @@ def first_zero(
     sign: float,
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     tau: float,
     slip: Slip,
@@ -121,7 +143,7 @@ def first_zero(
         if d >= over.until:
             over = bounds_from(motion, elapsed, d)
             curvature = _curvature(which, over, disk)
-        f, f1 = watched(which, sign, motion, disk, elapsed, tau, slip, d)
+        f, f1 = watched(which, sign, motion, disk, drag, elapsed, tau, slip, d)
         if f <= 0.0:
             if f1 < 0.0:
                 return Search(d, d, i)
@@ -158,7 +180,7 @@ def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon
         return Search(wrapped(leave - tau) / motion.omega, horizon, 0)
     if disk.g > motion.s2:
         return Search(math.inf, horizon, 0)
-    return first_zero(LOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
+    return first_zero(LOAD, 0.0, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
@@ -174,22 +196,22 @@ def load_returns(
         ahead = wrapped(math.pi - leave - tau)
         returns = min(ahead, max(math.pi - 2.0 * leave, 0.0)) / motion.omega
         return Search(returns, returns, 0)
-    return first_zero(UNLOAD, 0.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, horizon)
+    return first_zero(UNLOAD, 0.0, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @kernel
 def stick_fails(
-    motion: Record, disk: Record, elapsed: float, tau: float, horizon: float
+    motion: Record, disk: Record, drag: float, elapsed: float, tau: float, horizon: float
 ) -> tuple[Search, float]:
     """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there."""
     weakest = disk.g - motion.s2
-    if motion.b2 + abs(disk.lag) <= disk.grip * weakest:
+    if motion.b2 + abs(drag) <= disk.grip * weakest:
         return Search(math.inf, horizon, 0), 0.0
     within = horizon
     if motion.kind == STEADY:
-        within = min(horizon, _ONE_PERIOD * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, within)
-    down = first_zero(MARGIN, -1.0, motion, disk, elapsed, tau, NO_SLIP, 0.0, up.reached)
+        within = min(horizon, ONE_PERIOD * period_of(motion))
+    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), -1.0
@@ -201,7 +223,14 @@ def stick_fails(
 
 @kernel
 def slip_ends(
-    motion: Record, disk: Record, elapsed: float, tau: float, sign: float, w: float, horizon: float
+    motion: Record,
+    disk: Record,
+    drag: float,
+    elapsed: float,
+    tau: float,
+    sign: float,
+    w: float,
+    horizon: float,
 ) -> tuple[Search, int]:
     """Delay at which sliding with sign·w_T = w reaches w_T = 0, and whole periods to skip.
 
@@ -217,30 +246,32 @@ def slip_ends(
     slip = (w, b1, sine, cosine)
     within = horizon
     if motion.kind == STEADY:
-        skip = _periods_without_root(motion, disk, sign, w + disk.grip * s1 + sign * b1)
+        skip = _periods_without_root(motion, disk, drag, sign, w + disk.grip * s1 + sign * b1)
         if skip > 0:
             return never, skip
     turns = Search(0.0, 0.0, 0)
     if w == 0.0:
-        reach = min(horizon, _ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
-        turns = first_zero(DRIVE, sign, motion, disk, elapsed, tau, NO_SLIP, 0.0, reach)
+        reach = min(horizon, ONE_PERIOD * period_of(motion)) if motion.kind == STEADY else horizon
+        turns = first_zero(DRIVE, sign, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, reach)
         if turns.zero == math.inf:
             return (never if turns.reached >= reach else turns), 0
-    if motion.kind == STEADY and disk.grip * disk.g + sign * disk.lag <= 0.0:
+    if motion.kind == STEADY and disk.grip * disk.g + sign * drag <= 0.0:
         # higher after each period: now or never
-        within = min(horizon, turns.zero + _ONE_PERIOD * period_of(motion))
-    end = first_zero(SLIPPING, sign, motion, disk, elapsed, tau, slip, turns.zero, within)
+        within = min(horizon, turns.zero + ONE_PERIOD * period_of(motion))
+    end = first_zero(SLIPPING, sign, motion, disk, drag, elapsed, tau, slip, turns.zero, within)
     reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
     return Search(end.zero, reached, turns.steps + end.steps), 0
 
 
 @kernel
-def _periods_without_root(motion: Record, disk: Record, sign: float, start: float) -> int:
+def _periods_without_root(
+    motion: Record, disk: Record, drag: float, sign: float, start: float
+) -> int:
     """Whole periods in which sign·w_T surely stays positive: slow sliding is not stepped.
 
     sign·w_T = start − p(τ) − r d with p a sinusoid of amplitude `swing`.
     """
-    rate = (disk.grip * disk.g + sign * disk.lag) * period_of(motion)
+    rate = (disk.grip * disk.g + sign * drag) * period_of(motion)
     if rate <= 0.0:
         return 0
     along = disk.grip * motion.a + sign * motion.p * motion.lag_cosine
@@ -266,6 +297,7 @@ def slip_sign(disk: Record, a: float, slip: float, rho: float) -> float:
 def slide(
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     sine: float,
     cosine: float,
@@ -279,14 +311,8 @@ def slide(
     """
     fall = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, d)
     pushed, q = -fall[0], -fall[1]
-    turned = (omega - 0.5 * disk.lag * d) * d - sign * disk.grip * pushed
-    return turned, omega - (sign * disk.grip * q + disk.lag * d), pushed, q
-
-
-@kernel
-def slip_out_sign(rho: float) -> float:
-    """Sign with which a slip starts out of w_T = 0: against what sticking would need."""
-    return -1.0 if rho > 0.0 else 1.0
+    turned = (omega - 0.5 * drag * d) * d - sign * disk.grip * pushed
+    return turned, omega - (sign * disk.grip * q + drag * d), pushed, q
 
 
 @kernel

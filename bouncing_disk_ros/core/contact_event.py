@@ -6,31 +6,51 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
+from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.bounds import span_from
-from bouncing_disk_ros.core.contact import period_of, separation, slip_ends, stick_fails, stopped
+from bouncing_disk_ros.core.contact import (
+    HOLD,
+    NO_SLIP,
+    ONE_PERIOD,
+    SPIN_DRIVE,
+    SPINNING,
+    TURNING,
+    Search,
+    first_zero,
+    period_of,
+    separation,
+    slip_ends,
+    stick_fails,
+    stopped,
+)
 from bouncing_disk_ros.core.layout import (
     DISK,
+    LETS_GO,
     LONGEST,
     MOTION,
     NEXT_EVENT,
+    NOTHING,
     SEPARATION,
     SKIP,
+    SLIDING,
     SLIP,
     SLIP_ENDS,
     STATE,
     STEADY,
     STICKING,
+    STOPS,
+    TURNS,
     WAYPOINT,
     NextEvent,
 )
-from bouncing_disk_ros.core.platform import Record, angular_jet
+from bouncing_disk_ros.core.platform import Record, angular_jet, turns_not, until_turning
 
 # A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick
 # until then.
 _LAST_SLIP = 1e-8
 SLIDE_PERIODS = 8.0
 """Periods of one piece of a slide in a cross-fade."""
+_SAFE = 1.0 + 1e-12  # bounds are rounded up
 _QUADRATURE_STEPS = 500  # of a search take the time of the energy of one such piece
 
 
@@ -41,7 +61,7 @@ def after_sticking(
     """Next event of a disk that sticks."""
     leave = separation(motion, disk, since, state.tau, horizon)
     until = min(leave.reached, leave.zero)
-    fail, sign = stick_fails(motion, disk, since, state.tau, min(horizon, until))
+    fail, sign = stick_fails(motion, disk, state.drag, since, state.tau, min(horizon, until))
     steps = leave.steps + fail.steps
     near = fail.zero <= until and (until - fail.zero) * motion.omega_max <= _LAST_SLIP
     if near and leave.zero == math.inf and until < horizon and fail.zero > 0.0:
@@ -72,7 +92,7 @@ def after_sliding(
     until = min(leave.reached, leave.zero)
     b = angular_jet(motion, state.sine, state.cosine, since)
     w = max(state.slip_sign * (state.omega - b[1]), 0.0)
-    stop, skip = slip_ends(motion, disk, since, state.tau, state.slip_sign, w, until)
+    stop, skip = slip_ends(motion, disk, state.drag, since, state.tau, state.slip_sign, w, until)
     steps = leave.steps + stop.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)
     if stop.zero < until or (stop.zero == until < math.inf and leave.zero == math.inf):
         return NextEvent(SLIP_ENDS, stop.zero, 0.0, steps)
@@ -86,11 +106,150 @@ def after_sliding(
     return stopped(until, horizon, steps)
 
 
+@kernel
+def after_held(
+    state: Record, motion: Record, disk: Record, since: float, horizon: float
+) -> NextEvent:
+    """Next event of a disk that its brake holds, but for those of the brake."""
+    within = horizon
+    if motion.kind != STEADY:  # its energy takes quadrature, as that of a slide
+        within = min(horizon, span_from(motion, since, motion.duration, SLIDE_PERIODS))
+    leave = separation(motion, disk, since, state.tau, within)
+    steps = leave.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)
+    if leave.zero == math.inf:
+        return stopped(leave.reached, horizon, steps)
+    return NextEvent(SEPARATION, leave.zero, 0.0, steps)
+
+
+@rare_kernel
+def _zero(
+    which: int,
+    sign: float,
+    motion: Record,
+    disk: Record,
+    drag: float,
+    elapsed: float,
+    tau: float,
+    about: tuple[float, float, float, float],
+    begin: float,
+    horizon: float,
+) -> Search:
+    return first_zero(which, sign, motion, disk, drag, elapsed, tau, about, begin, horizon)
+
+
+@rare_kernel
+def _platform_turns(
+    motion: Record, disk: Record, elapsed: float, tau: float, sign: float, horizon: float
+) -> Search:
+    """Delay at which β̇, which has this sign, is zero."""
+    if sign == 0.0 or turns_not(motion):
+        return Search(math.inf, horizon, 0)
+    if motion.kind == STEADY:
+        d = until_turning(motion, tau, sign)
+        return Search(d if d <= horizon else math.inf, min(d, horizon), 0)
+    return _zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
+
+
+@rare_kernel
+def _disk_stops(
+    state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
+) -> Search:
+    """Delay at which α̇ of a sliding disk is zero."""
+    sign = state.spin_sign
+    if turns_not(motion):  # α̇ is the slip: it ends where that does
+        return Search(math.inf, horizon, 0)
+    along = state.slip_sign * sign  # 1: friction slows the disk
+    speed = max(sign * state.omega, 0.0)
+    tau, drag = state.tau, state.drag
+    sine, cosine = sincos(tau)
+    about = (speed, along, sine, cosine)
+    begin = 0.0
+    within = reach = horizon
+    if motion.kind == STEADY:
+        reach = min(horizon, ONE_PERIOD * period_of(motion))
+    if speed == 0.0:  # searched from where its drive turns against it, as a slip from 0
+        starts = _zero(SPIN_DRIVE, sign, motion, disk, drag, elapsed, tau, about, 0.0, reach)
+        if starts.zero == math.inf:
+            return Search(math.inf, horizon, starts.steps) if starts.reached >= reach else starts
+        begin = starts.zero
+    if motion.kind == STEADY:
+        rate = along * disk.grip * disk.g + sign * drag
+        sure = speed - 2.0 * disk.grip * motion.a * motion.omega * _SAFE
+        if sure > 0.0:
+            begin = min(sure / (rate * _SAFE), horizon) if rate > 0.0 else horizon
+        if begin >= horizon:
+            return Search(math.inf, horizon, 0)
+        if rate <= 0.0:  # faster after each period: now or never
+            within = min(horizon, begin + ONE_PERIOD * period_of(motion))
+    end = _zero(SPINNING, sign, motion, disk, drag, elapsed, tau, about, begin, within)
+    reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
+    return Search(end.zero, reached, end.steps)
+
+
+@rare_kernel
+def _lets_go(
+    state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
+) -> tuple[Search, float]:
+    """Delay at which the brake no longer holds the disk, and the sign with which it then turns."""
+    if abs(disk.lag) + disk.grip * (disk.g + motion.s2) <= disk.brake:
+        return Search(math.inf, horizon, 0), 0.0
+    about = (disk.brake, state.slip_sign, 0.0, 0.0)
+    lag, tau = disk.lag, state.tau
+    up = _zero(HOLD, 1.0, motion, disk, lag, elapsed, tau, about, 0.0, horizon)
+    down = _zero(HOLD, -1.0, motion, disk, lag, elapsed, tau, about, 0.0, up.reached)
+    steps = up.steps + down.steps
+    if down.zero < up.zero:
+        return Search(down.zero, down.reached, steps), 1.0
+    if up.zero <= down.reached:
+        return Search(up.zero, up.reached, steps), -1.0
+    return Search(math.inf, down.reached, steps), 0.0
+
+
+@rare_kernel
+def brake_event(
+    state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
+) -> NextEvent:
+    """The brake's next event before `horizon` s: the disk stops, the platform turns, slip begins.
+
+    NOTHING, or a WAYPOINT where the search stopped before.
+    """
+    kind, value = TURNS, 0.0
+    if state.phase == STICKING:
+        found = _platform_turns(motion, disk, elapsed, state.tau, state.spin_sign, horizon)
+    elif state.phase == SLIDING:
+        kind = STOPS
+        found = _disk_stops(state, motion, disk, elapsed, horizon)
+    else:
+        found, value = _lets_go(state, motion, disk, elapsed, horizon)
+        # held for good, turns of the platform need no event: see add_held_work
+        if value != 0.0 or motion.kind != STEADY or found.reached < horizon:
+            until, steps = min(found.zero, found.reached), found.steps
+            turn = _platform_turns(motion, disk, elapsed, state.tau, -state.slip_sign, until)
+            kind = TURNS if turn.zero < until else LETS_GO
+            if turn.zero < until or turn.reached < until:
+                found = Search(turn.zero, turn.reached, steps + turn.steps)
+    if found.zero < horizon:
+        return NextEvent(kind, found.zero, value, found.steps)
+    if found.reached < horizon:
+        return NextEvent(WAYPOINT, found.reached, 0.0, found.steps)
+    return NextEvent(NOTHING, 0.0, 0.0, found.steps)
+
+
 @entry(NEXT_EVENT(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64))
 def after_contact(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
     """Next event of a disk in contact, up to `horizon` s ahead."""
     if state.phase == STICKING:
-        return after_sticking(state, motion, disk, since, horizon)
-    return after_sliding(state, motion, disk, since, horizon)
+        found = after_sticking(state, motion, disk, since, horizon)
+    elif state.phase == SLIDING:
+        found = after_sliding(state, motion, disk, since, horizon)
+    else:
+        found = after_held(state, motion, disk, since, horizon)
+    if disk.brake > 0.0:
+        until = horizon if found.kind == NOTHING else found.delay
+        sooner = brake_event(state, motion, disk, since, until)
+        steps = found.steps + sooner.steps
+        if sooner.kind != NOTHING:
+            return NextEvent(sooner.kind, sooner.delay, sooner.value, steps)
+    return found

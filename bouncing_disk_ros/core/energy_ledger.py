@@ -12,10 +12,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, two_sum
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
 from bouncing_disk_ros.core.bounds import frequency_at
+from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
+    L_BRAKE,
     L_FRICTION,
     L_SLIDING,
     STEADY,
@@ -23,9 +25,17 @@ from bouncing_disk_ros.core.layout import (
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
+from bouncing_disk_ros.core.platform import (
+    Jet,
+    Record,
+    angular_jet,
+    axial_jet,
+    phase_advance,
+    turning_phase,
+    until_turning,
+)
 
-Ledger = Any  # float64 (2, 8): sums and what their rounding left out
+Ledger = Any  # float64 (2, 9): sums and what their rounding left out
 
 # Gauss–Legendre, 12 points. Written out: numpy computes them by LAPACK, whose last digits differ
 # from version to version. The nodes are good to 1 ulp, the weights to 7e-16; records hold sums made
@@ -101,9 +111,14 @@ def add_axial_work(ledger: Ledger, disk: Record, s: Jet, s_end: Jet) -> None:
 
 
 @kernel
-def add_sticking_work(ledger: Ledger, disk: Record, b: Jet, b_end: Jet) -> None:
-    """Angular work of the platform while the disk sticks to the platform, from the jets of β."""
+def add_sticking_work(ledger: Ledger, disk: Record, spin: float, b: Jet, b_end: Jet) -> None:
+    """Angular work of the platform while the disk sticks to it, from the jets of β.
+
+    `spin` is the sign of the brake's direction. What it takes is entered by itself.
+    """
     work = disk.load_torque * (b_end[0] - b[0])
+    if spin != 0.0:
+        work += disk.brake_torque * spin * (b_end[0] - b[0])
     work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
     add_entry(ledger, W_ANGULAR, work)
 
@@ -113,6 +128,7 @@ def add_sliding_work(
     ledger: Ledger,
     motion: Record,
     disk: Record,
+    drag: float,
     sign: float,
     slip: float,
     elapsed: float,
@@ -130,14 +146,71 @@ def add_sliding_work(
     """
     if disk.grip == 0.0:
         return
-    if motion.kind == STEADY and motion.omega * t > 0.5:
-        drift = disk.g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
-    else:
-        drift = _drift(motion, disk.g, elapsed, tau, t, b[1])
+    drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
     scale = disk.inertia * disk.grip
     add_entry(ledger, W_ANGULAR, -sign * scale * (b[1] * q + drift))
-    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - disk.lag * (t * q - pushed) - drift
+    rubbed = slip * q - 0.5 * sign * disk.grip * q * q - drag * (t * q - pushed) - drift
     add_entry(ledger, L_SLIDING, sign * scale * rubbed)
+
+
+@kernel
+def _power_beyond(
+    motion: Record, g: float, elapsed: float, tau: float, t: float, q: float, b: Jet, b_end: Jet
+) -> float:
+    """∫(g + s̈)(β̇ − β̇₀)dt over t seconds, with q = ∫(g + s̈)dt."""
+    if motion.kind == STEADY and motion.omega * t > 0.5:
+        return g * (b_end[0] - b[0]) + shared_power(motion, tau, t) - b[1] * q
+    return _drift(motion, g, elapsed, tau, t, b[1])
+
+
+@rare_kernel
+def rubbing(motion: Record, disk: Record, elapsed: float, tau: float, t: float) -> float:
+    """∫ μ a_e N β̇ dt over t seconds of contact, J: what friction takes with α̇ = 0."""
+    sine, cosine = sincos(tau)
+    sine_end, cosine_end = sincos(tau + phase_advance(motion, elapsed, t))
+    b = angular_jet(motion, sine, cosine, elapsed)
+    b_end = angular_jet(motion, sine_end, cosine_end, elapsed + t)
+    q = -gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, t)[1]
+    drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
+    return disk.inertia * disk.grip * (b[1] * q + drift)
+
+
+@rare_kernel
+def add_held_work(
+    ledger: Ledger, state: Record, motion: Record, disk: Record, elapsed: float, d: float
+) -> None:
+    """Work of the platform that slides beneath a held disk, all of it lost; the sign of the slip.
+
+    A steady motion may turn back many times on the way.
+    """
+    rubbed, tau, left, sign = 0.0, state.tau, d, state.slip_sign
+    if motion.kind == STEADY:
+        half = math.pi / motion.omega
+        for _ in range(4):
+            span = until_turning(motion, tau, -sign)
+            if span >= left:
+                break
+            rubbed -= sign * rubbing(motion, disk, elapsed, tau, span)
+            left -= span
+            tau = turning_phase(motion, -sign)
+            sign = -sign
+            periods = math.floor(left / (2.0 * half))
+            if periods >= 1.0:
+                other = turning_phase(motion, -sign)
+                rubbed -= sign * periods * rubbing(motion, disk, elapsed, tau, half)
+                rubbed += sign * periods * rubbing(motion, disk, elapsed, other, half)
+                left = max(left - periods * 2.0 * half, 0.0)
+    rubbed -= sign * rubbing(motion, disk, elapsed, tau, left)
+    state.slip_sign = sign
+    add_entry(ledger, W_ANGULAR, rubbed)
+    add_entry(ledger, L_SLIDING, rubbed)
+
+
+@kernel
+def add_brake_loss(ledger: Ledger, disk: Record, way: float) -> None:
+    """What the brake takes while the disk turns by `way` rad, without its sign."""
+    if disk.brake > 0.0:
+        add_entry(ledger, L_BRAKE, disk.brake_torque * abs(way))
 
 
 @kernel

@@ -14,6 +14,7 @@ from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FADE,
     FLIGHT,
+    L_BRAKE,
     LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
@@ -251,13 +252,30 @@ class Engine:
         if not isinstance(values, Mapping) or set(names) - set(values):
             raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
         engine = cls(disk, report_speed)
-        engine.state = checkpoint.record(values["state"], STATE_DTYPE)
+        engine.state = checkpoint.record(_with_loads(values["state"], engine), STATE_DTYPE)
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
         engine.invalidate_next_event()
         engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
         checkpoint.check_motion(engine.m[0])
         platform.derive(engine.m)
-        engine._ledger = checkpoint.table("books", values["books"], 2, len(LEDGER_FIELDS))
+        ledger = values["books"]
+        if _rows_of(ledger, len(LEDGER_FIELDS) - 1):  # of 0.1.0, before the loss in a brake
+            ledger = [[*row[:L_BRAKE], 0.0, *row[L_BRAKE:]] for row in ledger]
+        engine._ledger = checkpoint.table("books", ledger, 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine
+
+
+def _with_loads(values: Any, engine: Engine) -> Any:
+    """A state's record with what those of version 0.1.0 lack: no brake, and the load's drag."""
+    if not isinstance(values, Mapping):
+        return values
+    return {"spin_sign": 0.0, "drag": float(engine.k["lag"][0]), **values}
+
+
+def _rows_of(values: Any, columns: int) -> bool:
+    """Whether these are lists of so many numbers each."""
+    return isinstance(values, (list, tuple)) and all(
+        isinstance(row, (list, tuple)) and len(row) == columns for row in values
+    )

@@ -9,7 +9,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import entry, kernel
 from bouncing_disk_ros.core.contact import load_returns, stopped
 from bouncing_disk_ros.core.flight import search_impact
-from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, chatter_verdict
+from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,
@@ -33,7 +33,12 @@ def _chatter(
     """Complete chattering in closed form, where that is exact and friction's part decided."""
     u = state.u
     sine, cosine = state.sine, state.cosine
-    end, t, sign = chatter_verdict(motion, disk, since, sine, cosine, s, u, state.omega)
+    if disk.brake > 0.0:
+        end, t, sign = braked_chatter(motion, disk, since, sine, cosine, s, u, state.omega)
+    else:
+        end, t, sign = chatter_verdict(
+            motion, disk, disk.lag, since, sine, cosine, s, u, state.omega
+        )
     if end == STILL:
         return NextEvent(CHATTER_ENDS, 0.0, STILLED, 0)
     if end == BOUNCES or t + PAST_BOUNDARY > horizon:

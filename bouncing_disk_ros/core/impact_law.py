@@ -6,8 +6,9 @@ grip·(1 + ε)w.
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel
-from bouncing_disk_ros.core.platform import Jet, Record, angular_jet
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, turns_not
 from bouncing_disk_ros.core.roots import ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
@@ -21,6 +22,7 @@ _NO_BOUNCE = 1e-17
 _STRAIGHT = 4e-6
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
 _MARGIN = 1e-3
+_DECIDED = 1.0 + _MARGIN
 
 
 @kernel
@@ -84,6 +86,7 @@ def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, fl
 def chatter_verdict(
     motion: Record,
     disk: Record,
+    drag: float,
     elapsed: float,
     sine: float,
     cosine: float,
@@ -91,12 +94,15 @@ def chatter_verdict(
     u: float,
     omega: float,
 ) -> tuple[int, float, float]:
-    """`chatter_end` with friction, which must be decided too; and the sign of w_T (0: sticks)."""
+    """`chatter_end` with friction, which must be decided too; and the sign of w_T (0: sticks).
+
+    `drag` is what load and brake take from α̇ in flight, rad/s².
+    """
     end, t = chatter_end(motion, disk, s, u)
     if end != COMPLETES:
         return end, t, 0.0
     b = angular_jet(motion, sine, cosine, elapsed)
-    rho = b[2] + disk.lag
+    rho = b[2] + drag
     total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
     friction, sign = chatter_friction(disk, disk.g + s[2], rho, omega - b[1], total, t)
     if friction == UNDECIDED:
@@ -115,6 +121,7 @@ def chatter_sums(disk: Record, s: Jet, u: float) -> tuple[float, float]:
 @kernel
 def chatter_rotation(
     disk: Record,
+    drag: float,
     sign: float,
     omega: float,
     b: Jet,
@@ -130,9 +137,9 @@ def chatter_rotation(
     """
     moment, squares = sums
     if sign == 0.0:
-        return b_end[0] - b[0] - 0.5 * (b[2] + disk.lag) * squares, b_end[1]
-    turned = (omega - 0.5 * disk.lag * t) * t - sign * disk.grip * moment * disk.restitution
-    return turned, omega - sign * disk.grip * push - disk.lag * t
+        return b_end[0] - b[0] - 0.5 * (b[2] + drag) * squares, b_end[1]
+    turned = (omega - 0.5 * drag * t) * t - sign * disk.grip * moment * disk.restitution
+    return turned, omega - sign * disk.grip * push - drag * t
 
 
 @kernel
@@ -181,3 +188,59 @@ def chatter_friction(
     if abs(slip) > (disk.grip * total + abs(rho) * t) * (1.0 + _MARGIN):
         return ALL_SLIP, sign
     return UNDECIDED, sign
+
+
+@rare_kernel
+def braked_chatter(
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    sine: float,
+    cosine: float,
+    s: Jet,
+    u: float,
+    omega: float,
+) -> tuple[int, float, float]:
+    """`chatter_verdict` with a brake: completed only where the brake's part is decided.
+
+    The disk keeps its direction; or it stops in this flight and in each that follows (the sign is
+    STOPPED_TAIL times that of the slip); or neither it nor the platform turns.
+    """
+    end, t = chatter_end(motion, disk, s, u)
+    if end != COMPLETES:
+        return end, t, 0.0
+    b = angular_jet(motion, sine, cosine, elapsed)
+    a, e = disk.g + s[2], disk.restitution
+    total = u * (1.0 + e) / (1.0 - e)
+    drag = chatter_drag(disk, omega)
+    spin, side = sign_of(omega), -sign_of(b[1])
+    most = disk.grip * (1.0 + e) * u  # change of α̇ in the first impact to come
+    first = (disk.brake + disk.lag * spin) * 2.0 * u / a  # what the flight before it can take
+    stops = (
+        side != 0.0
+        and abs(disk.lag) <= disk.brake
+        and abs(omega) * _DECIDED <= first
+        and most * a * _DECIDED <= (disk.brake - disk.lag * side) * 2.0 * e * u
+        and abs(b[1]) > (abs(b[2]) * t + most + abs(omega)) * _DECIDED
+    )
+    if stops:
+        return COMPLETES, t, STOPPED_TAIL * side
+    if omega == 0.0 and not turns_not(motion):
+        return BOUNCES, t, 0.0
+    friction, sign = chatter_friction(disk, a, b[2] + drag, omega - b[1], total, t)
+    if friction == UNDECIDED:
+        return BOUNCES, t, 0.0
+    if omega == 0.0:
+        return COMPLETES, t, 0.0 if friction == ALL_STICK else sign
+    slows = max(drag * spin, 0.0)
+    if friction == ALL_STICK:
+        lasts = abs(omega) > (abs(b[2]) + abs(drag)) * t * _DECIDED
+        return (COMPLETES if lasts else BOUNCES), t, 0.0
+    if sign == spin:  # friction slows the disk
+        lasts = abs(omega) > (disk.grip * total + slows * t) * _DECIDED
+    else:  # each impact gives more than the next flight takes, or all flights together too little
+        grows = disk.grip * (1.0 + e) * a > slows * 2.0 * e * _DECIDED
+        lasts = abs(omega) > slows * t * _DECIDED or (
+            grows and abs(omega) > max(first, 0.0) * _DECIDED
+        )
+    return (COMPLETES if lasts else BOUNCES), t, sign

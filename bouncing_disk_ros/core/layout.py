@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.model import Disk
 
-FLIGHT, STICKING, SLIDING = 0, 1, 2  # model.Phase as plain integers, for the kernels
+FLIGHT, STICKING, SLIDING, HELD = 0, 1, 2, 3  # model.Phase as plain integers, for the kernels
 STEADY, FADE = 0, 1
 NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
 
@@ -22,6 +22,7 @@ NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
 UNKNOWN, NOTHING, IMPACT, SEPARATION, SLIP, SLIP_ENDS, CHATTER_ENDS, SKIP = range(8)
 WAYPOINT = 8  # no event up to there: the search goes on from it
 FAULT = 9  # the state is not finite, or a root was not found: the run ends
+STOPS, TURNS, LETS_GO = 10, 11, 12  # with a brake: the disk stops, the platform turns back, slip
 STILLED = 2.0  # value of a CHATTER_ENDS whose bounces are too short to have a duration
 
 STATE_DTYPE = np.dtype(
@@ -35,7 +36,11 @@ STATE_DTYPE = np.dtype(
         ("sine", "f8"),  # of tau
         ("cosine", "f8"),
         ("phase", "i8"),
-        ("slip_sign", "f8"),  # sign of w_T while sliding
+        ("slip_sign", "f8"),  # sign of w_T while sliding or held
+        # in contact: the sign of the brake's torque −T_B·spin_sign, 0 where no brake acts; and what
+        # load and brake take from α̇, rad/s²
+        ("spin_sign", "f8"),
+        ("drag", "f8"),
         # axial: relative to the platform, so that tiny bounces keep their digits
         ("gap", "f8"),
         ("u", "f8"),  # gap velocity
@@ -95,12 +100,14 @@ DISK_DTYPE = np.dtype(
         ("mass", "f8"),
         ("restitution", "f8"),
         ("friction", "f8"),
-        ("inertia", "f8"),  # m a_g²
+        ("inertia", "f8"),  # I = m a_g² + J
         ("weight", "f8"),  # m g + P, N
         ("g", "f8"),  # g + P/m
-        ("grip", "f8"),  # μ a_e/a_g²: angular acceleration by friction over g + s̈, rad/m
+        ("grip", "f8"),  # μ a_e m/I: angular acceleration by friction over g + s̈, rad/m
         ("load_torque", "f8"),
-        ("lag", "f8"),  # T_L/(m a_g²), rad/s²
+        ("lag", "f8"),  # T_L/I, rad/s²
+        ("brake_torque", "f8"),
+        ("brake", "f8"),  # T_B/I, rad/s²
         ("report_speed", "f8"),  # m/s: slower impacts share a row; changes no result
     ],
     align=True,
@@ -114,14 +121,16 @@ LEDGER_FIELDS = (
     "loss_impact_axial",
     "loss_impact_friction",
     "loss_sliding",
+    "loss_brake",
     "throughput",
 )
-W_AXIAL, W_ANGULAR, W_IMPULSES, W_PARAMETERS, L_AXIAL, L_FRICTION, L_SLIDING, THROUGHPUT = range(8)
+W_AXIAL, W_ANGULAR, W_IMPULSES, W_PARAMETERS = range(4)
+L_AXIAL, L_FRICTION, L_SLIDING, L_BRAKE, THROUGHPUT = range(4, 9)
 
 STATE = from_dtype(STATE_DTYPE)[::1]
 MOTION = from_dtype(MOTION_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
-LEDGER = types.float64[:, ::1]  # (2, 8): sums and what their rounding left out
+LEDGER = types.float64[:, ::1]  # (2, 9): sums and what their rounding left out
 
 
 LONGEST = 1e8
@@ -147,13 +156,15 @@ NEXT_EVENT = types.NamedTuple([types.int64, types.float64, types.float64, types.
 def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
     """The disk as the kernels read it, with what follows from it."""
     record = np.zeros(1, DISK_DTYPE)
-    inertia = disk.mass * disk.gyration_radius**2
+    inertia = disk.inertia
     record["mass"], record["restitution"] = disk.mass, disk.restitution
     record["friction"] = disk.friction
     record["inertia"] = inertia
     record["weight"] = disk.mass * disk.gravity + disk.preload
     record["g"] = disk.gravity + disk.preload / disk.mass
-    record["grip"] = disk.friction * disk.friction_radius / disk.gyration_radius**2
+    squared = disk.gyration_radius**2 + disk.load_inertia / disk.mass
+    record["grip"] = disk.friction * disk.friction_radius / squared
     record["load_torque"], record["lag"] = disk.load_torque, disk.load_torque / inertia
+    record["brake_torque"], record["brake"] = disk.brake_torque, disk.brake_torque / inertia
     record["report_speed"] = report_speed
     return record

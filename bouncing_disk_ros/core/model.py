@@ -25,6 +25,7 @@ class Phase(IntEnum):
     FLIGHT = 0
     STICKING = 1
     SLIDING = 2
+    HELD = 3  # at α̇ = 0 by the brake, while the platform slides beneath
 
 
 class ImpactKind(IntEnum):
@@ -55,6 +56,13 @@ class Disk(NamedTuple):
     gravity: float  # g, m/s²
     preload: float = 0.0  # P, N, presses the disk on the platform
     load_torque: float = 0.0  # T_L, N·m, positive when it brakes positive rotation
+    brake_torque: float = 0.0  # T_B, N·m, a dry brake: −T_B sgn α̇
+    load_inertia: float = 0.0  # J, kg·m², turns with the disk
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia of all that turns, I = m a_g² + J, kg·m²."""
+        return self.mass * self.gyration_radius**2 + self.load_inertia
 
 
 class InitialState(NamedTuple):
@@ -106,6 +114,7 @@ class Energy(NamedTuple):
     loss_impact_axial: float
     loss_impact_friction: float
     loss_sliding: float
+    loss_brake: float  # what a brake takes: with a motor, work done on the load
     residual: float  # kinetic + potential − initial − works + losses: 0 but for rounding
     # the scale of the residual: magnitudes of all entries, of what flights exchanged
     # between kinetic and potential energy, and of the energies themselves

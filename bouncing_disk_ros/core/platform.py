@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, sine_and_cosine
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, sine_and_cosine, wrapped
 from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
 from bouncing_disk_ros.core.model import Motion
 
 Record = Any  # a numba record: one element of an array with a dtype of `layout`
 Jet = tuple[float, float, float, float, float]
 
+_JUST_PAST = 1.0 + 1e-9  # more than half a period ahead lies the zero that has just been
 # Largest values of b', b'', b''', b'''' on [0, 1].
 _BLEND_BOUNDS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0, 360.0)
 
@@ -123,6 +124,25 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
     x = d / motion.duration
     grown = x * x * (c1 / 2.0 + x * (c2 / 3.0 + x * (c3 / 4.0 + x * (c4 / 5.0 + x * c5 / 6.0))))
     return TWO_PI * ((motion.f + motion.df * b0) * d + motion.df * motion.duration * grown)
+
+
+@kernel
+def turns_not(motion: Record) -> bool:
+    """Whether the platform does not turn, over all of its motion in force."""
+    return motion.p == 0.0 and motion.dp == 0.0
+
+
+@kernel
+def turning_phase(motion: Record, sign: float) -> float:
+    """Forcing phase at which β̇ of a steady motion falls (sign 1) or rises through zero, rad."""
+    return wrapped((0.5 if sign > 0.0 else 1.5) * math.pi - motion.lag)
+
+
+@kernel
+def until_turning(motion: Record, tau: float, sign: float) -> float:
+    """Seconds until β̇ of a steady motion, which has this sign, is zero."""
+    ahead = wrapped(turning_phase(motion, sign) - tau)
+    return 0.0 if ahead > math.pi * _JUST_PAST else ahead / motion.omega
 
 
 ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums

@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.brake import (
+    begin_braked_contact,
+    braked_spin,
+    stick_or_reverse_braked,
+)
 from bouncing_disk_ros.core.contact import load, slide, slip_sign
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_axial_work,
+    add_brake_loss,
+    add_held_work,
     add_sliding_work,
     add_sticking_work,
 )
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
-from bouncing_disk_ros.core.layout import FLIGHT, SLIDING, STICKING, UNKNOWN
+from bouncing_disk_ros.core.layout import FLIGHT, HELD, SLIDING, STICKING, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
@@ -30,8 +37,13 @@ def turn(state: Record, angle: float) -> None:
 
 
 @kernel
-def spin(state: Record, disk: Record, d: float) -> None:
-    """Rotation in d seconds of flight: only the load torque acts."""
+def spin(state: Record, disk: Record, ledger: Ledger, d: float) -> None:
+    """Rotation in d seconds of flight: only the load torque and the brake act."""
+    if disk.brake > 0.0:
+        turned, state.omega, way = braked_spin(state.omega, disk, d)
+        turn(state, turned)
+        add_brake_loss(ledger, disk, way)
+        return
     turn(state, (state.omega - 0.5 * disk.lag * d) * d)
     state.omega -= disk.lag * d
 
@@ -66,7 +78,7 @@ def propagate(
         state.gap, state.u, _, _, _ = gap_after(
             motion, before, sine_before, cosine_before, disk.g, state.gap, state.u, d
         )
-        spin(state, disk, d)
+        spin(state, disk, ledger, d)
     else:
         after = elapsed(motion, ns, sub)
         sine, cosine = sincos(tau)
@@ -76,20 +88,37 @@ def propagate(
         b1 = angular_jet(motion, sine, cosine, after)
         if state.phase == STICKING:
             add_axial_work(ledger, disk, s0, s1)
-            add_sticking_work(ledger, disk, b0, b1)
+            add_sticking_work(ledger, disk, state.spin_sign, b0, b1)
+            add_brake_loss(ledger, disk, b1[0] - b0[0])
             turn(state, b1[0] - b0[0])
             state.omega = b1[1]
+        elif state.phase == HELD:
+            add_axial_work(ledger, disk, s0, s1)
+            add_held_work(ledger, state, motion, disk, before, d)
         else:
             sign = state.slip_sign
             sine_before, cosine_before = state.sine, state.cosine
             turned, omega, pushed, q = slide(
-                motion, disk, before, sine_before, cosine_before, sign, state.omega, d
+                motion, disk, state.drag, before, sine_before, cosine_before, sign, state.omega, d
             )
             slip = state.omega - b0[1]
             add_axial_work(ledger, disk, s0, s1)
             add_sliding_work(
-                ledger, motion, disk, sign, slip, before, state.tau, d, q, pushed, b0, b1
+                ledger,
+                motion,
+                disk,
+                state.drag,
+                sign,
+                slip,
+                before,
+                state.tau,
+                d,
+                q,
+                pushed,
+                b0,
+                b1,
             )
+            add_brake_loss(ledger, disk, turned)
             turn(state, turned)
             state.omega = omega
         state.gap = 0.0
@@ -109,10 +138,13 @@ def classify_contact(state: Record, motion: Record, disk: Record) -> None:
     if not pressed:
         state.phase = FLIGHT
         return
-    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
-    slip = state.omega - b1
-    rho = b2 + disk.lag
-    sign = slip_sign(disk, a, slip, rho)
+    b = angular_jet(motion, state.sine, state.cosine, since)
+    if disk.brake > 0.0:
+        begin_braked_contact(state, motion, disk, a, b)
+        return
+    state.spin_sign = 0.0
+    state.drag = disk.lag
+    sign = slip_sign(disk, a, state.omega - b[1], b[2] + disk.lag)
     if sign == 0.0:
         state.phase = STICKING
         return
@@ -127,12 +159,14 @@ def stick_or_reverse(state: Record, motion: Record, disk: Record) -> None:
     Only sticking takes over the platform's velocity: its rounding is that of ωΦ, not of the disk's.
     """
     since = elapsed(motion, state.ns, state.sub)
-    _, _, s2, _, _ = axial_jet(motion, state.sine, state.cosine, since)
-    _, b1, b2, _, _ = angular_jet(motion, state.sine, state.cosine, since)
-    rho = b2 + disk.lag
-    sign = slip_sign(disk, disk.g + s2, 0.0, rho)
+    a = disk.g + axial_jet(motion, state.sine, state.cosine, since)[2]
+    b = angular_jet(motion, state.sine, state.cosine, since)
+    if disk.brake > 0.0:
+        stick_or_reverse_braked(state, motion, disk, a, b)
+        return
+    sign = slip_sign(disk, a, 0.0, b[2] + disk.lag)
     if sign == 0.0:
         state.phase = STICKING
-        state.omega = b1
+        state.omega = b[1]
     else:
         state.slip_sign = sign

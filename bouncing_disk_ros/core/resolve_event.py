@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
-from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, add_impact_energy
+from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
+from bouncing_disk_ros.core.brake import (
+    STOPPED_TAIL,
+    chatter_drag,
+    end_braked_phase,
+    stopped_tail,
+)
+from bouncing_disk_ros.core.energy_ledger import (
+    Ledger,
+    add_brake_loss,
+    add_entry,
+    add_impact_energy,
+)
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.impact_law import (
@@ -31,6 +42,7 @@ from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_FRICTION,
     LEDGER,
+    LETS_GO,
     MOTION,
     SEPARATION,
     SLIDING,
@@ -38,10 +50,12 @@ from bouncing_disk_ros.core.layout import (
     SLIP_ENDS,
     STATE,
     STILLED,
+    STOPS,
+    TURNS,
     W_ANGULAR,
     W_AXIAL,
 )
-from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet
 from bouncing_disk_ros.core.propagate import (
     classify_contact,
     propagate,
@@ -62,8 +76,16 @@ def end_contact(state: Record, motion: Record, disk: Record, kind: int, value: f
     elif kind == SLIP:
         state.phase = SLIDING
         state.slip_sign = value
+        if disk.brake > 0.0 and state.spin_sign == 0.0:  # from rest, with a platform at rest
+            state.spin_sign = value
+            state.drag = disk.lag + disk.brake * value
     elif kind == SLIP_ENDS:
         stick_or_reverse(state, motion, disk)
+    elif kind in (STOPS, TURNS, LETS_GO):
+        since = elapsed(motion, state.ns, state.sub)
+        a = disk.g + axial_jet(motion, state.sine, state.cosine, since)[2]
+        b = angular_jet(motion, state.sine, state.cosine, since)
+        end_braked_phase(state, motion, disk, kind, value, a, b)
 
 
 @kernel
@@ -98,6 +120,62 @@ def _impact(
 
 
 @kernel
+def _end_chatter_rotation(
+    state: Record,
+    disk: Record,
+    ledger: Ledger,
+    sign: float,
+    b: Jet,
+    b_end: Jet,
+    push: float,
+    sums: tuple[float, float],
+    t: float,
+) -> float:
+    """Rotation and its energy over a chatter's tail; returns Σ of the angular impulses over I."""
+    moment, squares = sums
+    before = state.omega
+    drag = chatter_drag(disk, before)
+    rho, slip = b[2] + drag, before - b[1]
+    turned, state.omega = chatter_rotation(disk, drag, sign, before, b, b_end, push, sums, t)
+    turn(state, turned)
+    add_brake_loss(ledger, disk, turned)
+    if sign == 0.0:
+        twist = b_end[1] - before + drag * t
+        late = squares / (1.0 - disk.restitution)
+        add_entry(ledger, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * late))
+        add_entry(ledger, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
+        return twist
+    twist = -sign * disk.grip * push
+    add_entry(ledger, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2]))
+    lost = -twist * (slip + 0.5 * twist) - disk.grip * sign * rho * moment
+    add_entry(ledger, L_FRICTION, disk.inertia * lost)
+    return twist
+
+
+@rare_kernel
+def end_stopped_tail(
+    state: Record,
+    disk: Record,
+    ledger: Ledger,
+    side: float,
+    u: float,
+    b: Jet,
+    push: float,
+    moment: float,
+) -> float:
+    """The same where the brake stops the disk in each flight; the slip has the sign `side`."""
+    turned, way, squares = stopped_tail(disk, side, u, state.omega)
+    turn(state, turned)
+    state.omega = 0.0
+    add_brake_loss(ledger, disk, way)
+    twist = -side * disk.grip * push
+    work = disk.inertia * (twist * b[1] - side * disk.grip * moment * b[2])
+    add_entry(ledger, W_ANGULAR, work)
+    add_entry(ledger, L_FRICTION, work - 0.5 * disk.inertia * squares)
+    return twist
+
+
+@kernel
 def _end_chatter(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
@@ -109,32 +187,20 @@ def _end_chatter(
     """
     if state.event_value == STILLED:
         return _still(state, motion, disk, ledger, rows, n, open_row)
-    t, sign, u = state.event_delay, state.event_value, state.u
+    t, u = state.event_delay, state.u
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
     b = angular_jet(motion, state.sine, state.cosine, since)
     push = -gap_after(motion, since, state.sine, state.cosine, disk.g, 0.0, u, t)[1]
     moment, squares = chatter_sums(disk, s, u)
-    rho = b[2] + disk.lag
-    slip = state.omega - b[1]
-    before = state.omega
+    slip, sign = state.omega - b[1], state.event_value
     set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
     b_end = angular_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))
-    sums = (moment, squares)
-    turned, state.omega = chatter_rotation(disk, sign, before, b, b_end, push, sums, t)
-    turn(state, turned)
-    if sign == 0.0:
-        twist = b_end[1] - before + disk.lag * t
-        late = squares / (1.0 - disk.restitution)
-        add_entry(ledger, W_ANGULAR, disk.inertia * (twist * b[1] + b[2] * rho * late))
-        add_entry(ledger, L_FRICTION, 0.5 * disk.inertia * (rho * rho * squares + slip * slip))
+    if abs(sign) == STOPPED_TAIL:
+        twist = end_stopped_tail(state, disk, ledger, sign / STOPPED_TAIL, u, b, push, moment)
     else:
-        twist = -sign * disk.grip * push
-        add_entry(
-            ledger, W_ANGULAR, disk.inertia * (twist * b[1] - sign * disk.grip * moment * b[2])
-        )
-        lost = -twist * (slip + 0.5 * twist) - disk.grip * sign * rho * moment
-        add_entry(ledger, L_FRICTION, disk.inertia * lost)
+        sums = (moment, squares)
+        twist = _end_chatter_rotation(state, disk, ledger, sign, b, b_end, push, sums, t)
     add_entry(ledger, W_AXIAL, disk.mass * (push * s[1] + s[2] * moment))
     add_entry(ledger, L_AXIAL, 0.5 * disk.mass * u * u)
     state.gap = 0.0
@@ -173,7 +239,7 @@ def resolve(
     d, ns, sub = state.event_delay, state.event_ns, state.event_sub
     cycles, tau = state.event_cycles, state.event_tau
     if kind == IMPACT:
-        spin(state, disk, d)
+        spin(state, disk, ledger, d)
         set_clock(state, ns, sub, cycles, tau)
         return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
     propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)

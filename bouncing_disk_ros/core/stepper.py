@@ -15,7 +15,6 @@ from bouncing_disk_ros.core.layout import (
     FLIGHT,
     LEDGER,
     MOTION,
-    SLIDING,
     STATE,
     STICKING,
     UNKNOWN,
@@ -156,8 +155,8 @@ def observe(states: Record, motion: Record, disks: Record, out: Record) -> None:
         a = disk.g + jet[2]
         observed.force = disk.mass * a
         if state.phase == STICKING:
-            observed.torque = disk.inertia * (turn[2] + disk.lag)
-        elif state.phase == SLIDING:
+            observed.torque = disk.inertia * (turn[2] + state.drag)
+        else:
             observed.torque = -state.slip_sign * disk.inertia * disk.grip * a
     v = jet[1] + state.u
     observed.kinetic = 0.5 * disk.mass * v * v + 0.5 * disk.inertia * state.omega * state.omega

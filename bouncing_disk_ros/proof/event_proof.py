@@ -41,6 +41,8 @@ def prove(event: Event) -> Verdict:
     with ctx.workprec(precision_for(event)):
         if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.PROPAGATED):
             return prove_flight(event)
+        if event.disk.brake > 0.0 and event.kind is not Kind.STILL:
+            return Verdict(Outcome.UNDECIDED, f"{event.kind} with a brake is not covered")
         if event.before.phase is not Phase.FLIGHT:
             return prove_contact(event)
         if event.kind is Kind.STILL:

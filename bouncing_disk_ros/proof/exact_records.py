@@ -57,12 +57,13 @@ class MotionRecord(NamedTuple):
 
 
 class DiskRecord(NamedTuple):
-    """Disk and contact: ε, g + P/m, μ a_e/a_g² and T_L/(m a_g²)."""
+    """Disk and contact: ε, g + P/m, μ a_e m/I, T_L/I and T_B/I."""
 
     restitution: float
     g: float
     grip: float
     lag: float
+    brake: float = 0.0
 
 
 class Event(NamedTuple):

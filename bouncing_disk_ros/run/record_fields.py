@@ -19,6 +19,8 @@ from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
 Check = Callable[[Mapping[str, Any]], Record]
+LOADS_OF_OLD_RECORDS: Mapping[str, float] = {"brake_torque": 0.0, "load_inertia": 0.0}
+"""Loads of the disk that records of version 0.1.0 lack."""
 _INDEX = 1 << 53
 _FADE_NS = 10**6 * NS
 _INITIAL = {name: f"initial_{name}" for name in InitialState._fields}
@@ -43,6 +45,7 @@ def checked_record(record: object) -> Record:
 # --- the kinds ------------------------------------------------------------------------------------
 def _snapshot(fields: Mapping[str, Any]) -> Record:
     values = _values("parameters", _of(fields, "parameters"))
+    values = {**LOADS_OF_OLD_RECORDS, **values}
     missing = [name for name in Disk._fields if name not in values]
     if missing:
         raise InputError("parameters", f"without {missing[0]}", ", ".join(Disk._fields))
@@ -81,7 +84,7 @@ def _impulse(fields: Mapping[str, Any]) -> Record:
 def _parameters(fields: Mapping[str, Any]) -> Record:
     return {
         "values": _values("values", _of(fields, "values")),
-        "disk": _disk("disk", _named("disk", _of(fields, "disk"), Disk._fields)),
+        "disk": _disk("disk", _named("disk", _with_loads(_of(fields, "disk")), Disk._fields)),
     }
 
 
@@ -128,6 +131,10 @@ def in_range(field: str, parameter: str, value: object) -> float:
         return float(parameters.TABLE[parameter].checked(number(field, value)))
     except InputError as error:
         raise InputError(field, value, error.allowed) from None
+
+
+def _with_loads(disk: Any) -> Any:
+    return {**LOADS_OF_OLD_RECORDS, **disk} if isinstance(disk, dict) else disk
 
 
 def _disk(field: str, values: Mapping[str, Any]) -> dict[str, float]:

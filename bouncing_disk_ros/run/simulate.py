@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.command_validation import (
@@ -38,13 +38,55 @@ Point = tuple[SupportsFloat, Mapping[str, Any]]
 ImpulseRow = tuple[SupportsFloat, SupportsFloat, SupportsFloat]
 
 
-class Result(NamedTuple):
-    """What `simulate` gives back."""
+class _Recorded(NamedTuple):
+    """What there is to unpack of a result."""
 
     impacts: NDArray[np.void]  # rows of IMPACT_DTYPE in the order of their index
     samples: NDArray[np.void]  # rows of SAMPLE_DTYPE on the grid k / sample_rate, from t = 0
     inputs: list[Record]  # the exact record of what drove the run, as on disk/inputs
     parameters: dict[str, Value]
+
+
+class Result(_Recorded):
+    """What `simulate` gives back: impacts, samples, inputs and parameters, and what follows.
+
+    `energy` is the energy ledger at the end, J, and `duration` the time simulated, s.
+    """
+
+    energy: Energy
+    duration: float
+    turned: float  # angle of the disk from the start to the end, rad
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean angular velocity of the disk over the whole run, rad/s; nan for no time."""
+        return self.turned / self.duration if self.duration > 0.0 else math.nan
+
+    @property
+    def unwrapped_angle(self) -> NDArray[np.float64]:
+        """Angle of the disk with its whole turns, of each sample, rad."""
+        samples = self.samples
+        return np.asarray(math.tau * samples["turns"] + samples["angle"], float)
+
+    @property
+    def input_work(self) -> float:
+        """Work of both motions of the platform on the disk, J."""
+        return self.energy.work_axial + self.energy.work_angular
+
+    @property
+    def output_work(self) -> float:
+        """Work of the disk on its load torque and its brake, J."""
+        return float(self.parameters["load_torque"]) * self.turned + self.energy.loss_brake
+
+    @property
+    def efficiency(self) -> float:
+        """Output over input, 1; nan unless both are positive.
+
+        Over the whole run: what the disk's own energy has changed by is in the difference.
+        """
+        if self.input_work > 0.0 and self.output_work > 0.0:
+            return self.output_work / self.input_work
+        return math.nan
 
     def __repr__(self) -> str:
         """What there is, in numbers."""
@@ -101,8 +143,12 @@ def simulate(
         request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(request, arrival)
         session.apply_impulse(_instant("impulses time", at), axial, angular)
+    start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
-    return Result(join_rows(session.take_rows()), samples, records, whole)
+    result = Result(join_rows(session.take_rows()), samples, records, whole)
+    result.energy, result.duration = session.simulation.energy(), end / NS
+    result.turned = session.simulation.sample().unwrapped_angle - start
+    return result
 
 
 def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:

@@ -186,6 +186,29 @@ def test_a_recorded_run_says_which_disk_and_motion(start: Starter, tmp_path: Pat
     assert "parameter_bag" not in stored.attrs
 
 
+def test_a_motor_takes_a_preset_or_a_recorded_run(start: Starter, tmp_path: Path) -> None:
+    sizes = {"x_axis": "brake_torque", "x_end": 0.001, "x_count": 2, "netcdf": "false"}
+    axis = {"y_axis": "phase_lag", "y_begin": -1.0, "y_end": 1.0, "y_count": 2}
+    preset = {"preset": "pizza_multiple_toss", "friction": 0.4}
+    node = begin(start, "motor", tmp_path / "p", **sizes, **axis, **preset)
+    assert node.wait(WAIT) == 0, node.output
+    of_preset = open_result(tmp_path / "p" / "result.zarr")
+    assert of_preset.attrs["parameter_frequency"] == 3.0
+    assert of_preset.attrs["parameter_friction"] == 0.4, "what is given wins"
+    assert "parameter_preset" not in of_preset.attrs
+    folder = period_one_bag(tmp_path / "run", 4.0, load_torque=1e-4)
+    node = begin(start, "motor", tmp_path / "b", **sizes, **axis, bag=folder)
+    assert node.wait(WAIT) == 0, node.output
+    assert "T_L = 0.0001 N·m" in node.output
+    assert "left out" not in node.output
+    of_bag = open_result(tmp_path / "b" / "result.zarr")
+    assert of_bag.attrs["parameter_load_torque"] == 1e-4
+    assert (of_bag["kind"].values == 0).all()
+    both = begin(start, "motor", tmp_path / "n", **sizes, bag=folder, preset="swum")
+    assert both.wait(WAIT) == 2
+    both.wait_for("motor: preset: got 'swum', allowed: none with bag")
+
+
 def test_help_names_options_units_and_what_is_allowed(start: Starter) -> None:
     code, node = start.finish("basins", "--help")
     assert code == 0

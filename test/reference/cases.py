@@ -110,6 +110,17 @@ def disks(draw: st.DrawFn, restitution: st.SearchStrategy[float] | None = None) 
 
 
 @st.composite
+def loaded(draw: st.DrawFn, disk: Disk) -> Disk:
+    """The disk with a brake, from next to none to more than friction can turn, and an inertia."""
+    most = disk.friction * disk.friction_radius * disk.mass * effective_gravity(disk)
+    own = disk.mass * disk.gyration_radius**2
+    return disk._replace(
+        brake_torque=draw(st.floats(0.01, 1.5)) * most,
+        load_inertia=draw(st.sampled_from([0.0, 0.5, 2.0])) * own,
+    )
+
+
+@st.composite
 def motions(draw: st.DrawFn, disk: Disk, frequency: float) -> Motion:
     """A steady motion, Γ from rest to well above the first bifurcation."""
     return Motion(
@@ -142,9 +153,12 @@ def runs(
     periods: float = 3.0,
     inputs: bool = True,
     restitution: st.SearchStrategy[float] | None = None,
+    brake: bool = False,
 ) -> Case:
     """A run of the whole model; the inputs fall within `periods` of a motion of 1 Hz."""
     disk = draw(disks(restitution))
+    if brake:
+        disk = draw(loaded(disk))
     motion = draw(motions(disk, 1.0))
     initial = draw(initial_states(disk, motion))
     fades: tuple[Fade, ...] = ()
@@ -154,7 +168,7 @@ def runs(
         times = [round(periods * NS * t) for t in (begin, begin + duration)]
         fades = (Fade(times[0], times[1], draw(motions(disk, draw(st.floats(0.7, 1.4))))),)
     if inputs and draw(st.booleans()):
-        inertia = disk.mass * disk.gyration_radius**2
+        inertia = disk.mass * disk.gyration_radius**2 + disk.load_inertia
         omega = math.tau * motion.frequency
         axial = draw(st.floats(-0.5, 0.5)) * math.pi * effective_gravity(disk) / omega
         angular = draw(st.floats(-1.0, 1.0)) * omega * motion.angular_amplitude

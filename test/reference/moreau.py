@@ -112,8 +112,25 @@ def angular(rows, t):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _after(free, platform, rub, hold):  # type: ignore[no-untyped-def]
+    """Return α̇ after a step, with impulses of friction and brake of at most rub and hold over I.
+
+    The least of ½(x − free)² + rub|x − platform| + hold|x|: at a kink, or where a slope vanishes.
+    """
+    best, least = 0.0, math.inf
+    for k in range(6):
+        x = 0.0 if k == 0 else platform
+        if k >= 2:
+            x = free + (rub if k % 2 else -rub) + (hold if k < 4 else -hold)
+        size = 0.5 * (x - free) ** 2 + rub * abs(x - platform) + hold * abs(x)
+        if size < least:
+            best, least = x, size
+    return best
+
+
+@njit(cache=True)
 def _integrate(rows, impulses, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
-    restitution, limit, gravity, brake = constants
+    restitution, limit, gravity, load, brake = constants
     x, v, angle, spin = state
     np.random.seed(seed)  # noqa: NPY002 (numba has this one)
     t, k = 0.0, 0
@@ -132,13 +149,15 @@ def _integrate(rows, impulses, constants, state, end, h, seed):  # type: ignore[
         stop = min(end, impulses[k, 0]) if k < len(impulses) else end
         after = min(t + h * (0.5 + np.random.random()), stop)  # noqa: NPY002
         dt = after - t
-        v_free, spin_free = v - gravity * dt, spin - brake * dt
+        v_free, spin_free = v - gravity * dt, spin - load * dt
+        rub = 0.0
         if x + 0.5 * dt * v <= axial(rows, t + 0.5 * dt)[0]:  # P/m, angular impulse/(m a_g²)
             before, then = v - axial(rows, t)[1], v_free - axial(rows, after)[1]
             p = max(0.0, -restitution * before - then)
-            slip = spin_free - angular(rows, after)[1]
             v_free += p
-            spin_free -= min(max(slip, -limit * p), limit * p)
+            rub = limit * p
+        if rub > 0.0 or brake > 0.0:
+            spin_free = _after(spin_free, angular(rows, after)[1], rub, brake * dt)
         x += 0.5 * dt * (v + v_free)
         angle += 0.5 * dt * (spin + spin_free)
         t, v, spin = after, v_free, spin_free
@@ -158,15 +177,16 @@ def integrate(
 
     `rows` come from `segments`; kicks are in order of time and act between two steps.
     """
-    inertia = disk.mass * disk.gyration_radius**2
+    inertia = disk.mass * disk.gyration_radius**2 + disk.load_inertia
     scaled = [
         (impulse.time, impulse.axial / disk.mass, impulse.angular / inertia) for impulse in impulses
     ]
     constants = (
         disk.restitution,
-        disk.friction * disk.friction_radius / disk.gyration_radius**2,
+        disk.friction * disk.friction_radius * disk.mass / inertia,
         disk.gravity + disk.preload / disk.mass,
         disk.load_torque / inertia,
+        disk.brake_torque / inertia,
     )
     table = np.array(scaled, dtype=np.float64).reshape(-1, 3)
     return State(*_integrate(rows, table, constants, tuple(state), end, h, seed))

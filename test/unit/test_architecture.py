@@ -72,7 +72,7 @@ MAY_IMPORT = {
     "nodes.replay": {"nodes.replay", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
                      "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
-                      "study", "core"} | ANALYSIS | TABLES,
+                      "run", "study", "core"} | ANALYSIS | TABLES,
     "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",
                    "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,

@@ -104,7 +104,7 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     if not np.any(pushed > 0.0):
         note = _text(["not identifiable: no single impacts", *notes])
         return Estimate(math.nan, 0.0, math.inf, 0, note)
-    inertia = disk.mass * disk.gyration_radius**2
+    inertia = disk.inertia
     gripped = -np.sign(rows["angular_impact_velocity"]) * rows["angular_impulse"]
     gripped = gripped / disk.friction_radius
     needed = inertia / disk.friction_radius * np.abs(rows["angular_impact_velocity"])

@@ -28,7 +28,7 @@ def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
     fall = rows["axial_impact_velocity"]
     axial = 0.5 * disk.mass * (1.0 - disk.restitution**2) * fall * fall
     twist = rows["angular_impulse"]
-    inertia = disk.mass * disk.gyration_radius**2
+    inertia = disk.inertia
     summed = rows["count"] > 1
     # a row of several impacts has the sum of their impulses, but the slip before the first of them
     friction = -twist * (rows["angular_impact_velocity"] + 0.5 * twist / inertia)

@@ -15,6 +15,7 @@ _LEDGER = (
     ("loss in impacts, axial", "loss_impact_axial", 1),
     ("loss in impacts, friction", "loss_impact_friction", 3),
     ("loss in sliding", "loss_sliding", 2),
+    ("taken by the brake", "loss_brake", 4),
 )
 _RINGS = 40
 """Recomputed points in the panel."""

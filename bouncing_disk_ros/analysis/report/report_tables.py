@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
 from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS
 from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
@@ -83,6 +84,8 @@ def _drive(report: Report) -> Pairs:
     disk = segment.disk
     loads = f", P {disk.preload:g} N" if disk.preload else ""
     loads += f", T_L {disk.load_torque:g} N·m" if disk.load_torque else ""
+    loads += f", T_B {disk.brake_torque:g} N·m" if disk.brake_torque else ""
+    loads += f", J {disk.load_inertia:g} kg·m²" if disk.load_inertia else ""
     found.append(
         (
             "disk",
@@ -137,7 +140,8 @@ def _speed(report: Report) -> Pairs:
     segment = part.segment
     found = [("at the end", f"{part.settled:.6f} rad/s, mean of the last {SETTLED_SECONDS:g} s")]
     theory = segment.motion and period_one(segment.motion, segment.disk)
-    if theory and known(segment.disk) and not segment.disk.load_torque:
+    loaded = segment.disk.load_torque or segment.disk.brake_torque
+    if theory and known(segment.disk) and not loaded:
         predicted = theory.angular_velocity
         if part.orbit and part.orbit.is_period_one:
             found.append(
@@ -146,7 +150,21 @@ def _speed(report: Report) -> Pairs:
                     (f"{predicted:.6f} rad/s, difference {part.settled - predicted:+.1e} rad/s"),
                 )
             )
-    return [*found, ("transient", transient_text(part.transient))]
+    found.append(("transient", transient_text(part.transient)))
+    changes = [(place, one.rise) for place, one in enumerate(report.segments, start=1) if one.rise]
+    return [*found, *(rise_row(place, rise) for place, rise in changes[:MOST_CHANGES])]
+
+
+MOST_CHANGES = 10
+"""Rise and stop times of so many segments are told."""
+
+
+def rise_row(place: int, rise: RiseTime) -> tuple[str, str]:
+    """Rise or stop time of a segment."""
+    slower = abs(rise.final) < abs(rise.initial)
+    path = f"from {rise.initial:.5g} to {rise.final:.5g} rad/s"
+    text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}"
+    return f"{'stop' if slower else 'rise'} time, segment {place}", text
 
 
 def _estimates(report: Report) -> Pairs:
@@ -213,6 +231,7 @@ def energy(report: Report) -> Pairs:
                 (f"{e.loss_impact_axial:.6g} J axial, {e.loss_impact_friction:.6g} J friction"),
             ),
             ("loss in sliding contact", f"{e.loss_sliding:.6g} J"),
+            *([("taken by the brake", f"{e.loss_brake:.6g} J")] if e.loss_brake else []),
             (
                 "balance residual",
                 (f"{max(h.residual for h in report.record.health):.1e} of the throughput, largest"),

@@ -20,6 +20,7 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
 from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.analysis.recorded.record_validation import checked_times
+from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime, rise_time_of
 from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS, Health, RunRecord
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
 from bouncing_disk_ros.analysis.recorded.transient import LEAST, Transient, transient_of
@@ -77,6 +78,7 @@ class SegmentReport(NamedTuple):
     orbit: Orbit | None
     transient: Transient | None
     settled: float  # rotor speed at its end, mean over SETTLED_SECONDS, rad/s
+    rise: RiseTime | None = None  # from the speed before it; None: no clear change, or not known
 
 
 class RealTime(NamedTuple):
@@ -135,8 +137,8 @@ def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Repor
     worked = set(np.argsort(counts, kind="stable")[-MOST_SEGMENTS:].tolist())
     shown, speeds = _chosen(counts, choice), Speeds(record)
     reports = tuple(
-        _segment(speeds, segment, rows, place in worked or place == shown)
-        for place, segment in enumerate(segments)
+        _segment(speeds, segment, rows, place in worked or place == shown, before)
+        for place, (before, segment) in enumerate(zip([None, *segments], segments, strict=False))
     )
     restitution, friction = _estimates(rows, segments, shown)
     return Report(
@@ -167,7 +169,9 @@ def _chosen(counts: list[int], choice: str) -> int:
     raise InputError("segment", choice, f"{LONGEST}, {LAST}, or a number from 1 to {len(counts)}")
 
 
-def _segment(speeds: Speeds, segment: Segment, rows: Rows, worked: bool) -> SegmentReport:
+def _segment(
+    speeds: Speeds, segment: Segment, rows: Rows, worked: bool, before: Segment | None
+) -> SegmentReport:
     own = segment.of(rows)
     times, rotor = speeds.of(segment, own)
     disk = segment.disk if known(segment.disk) else None
@@ -178,6 +182,9 @@ def _segment(speeds: Speeds, segment: Segment, rows: Rows, worked: bool) -> Segm
         orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
         transient_of(times, rotor) if worked else None,
         speeds.settled(segment, own),
+        rise_time_of(*speeds.since(before, segment, rows), before.end)
+        if worked and before is not None and not segment.began_by.startswith("reset")
+        else None,
     )
 
 
@@ -259,6 +266,18 @@ class Speeds:
             times, speeds = self._states[int(within[0]) : int(within[1])].T
         step = max(1, -(-len(times) // MOST_POINTS))
         return times[::step], speeds[::step]
+
+    def since(self, before: Segment, segment: Segment, rows: Rows) -> tuple[Column, Column]:
+        """Times (s) and rotor speeds (rad/s) from the segment `before` to the end of this one.
+
+        Samples, with what the platform's cross-fade in between did; impacts where there are none.
+        """
+        if len(self._states):
+            first, last = np.searchsorted(self._states[:, 0], (before.begin, segment.end))
+            times, speeds = self._states[int(first) : int(last)].T
+            return times, speeds
+        whole = before._replace(end=segment.end).of(rows)
+        return whole["time"], whole["angular_velocity"]
 
     def settled(self, segment: Segment, own: Rows) -> float:
         """Mean rotor speed in time over the last SETTLED_SECONDS of a segment, rad/s; nan: unknown.

@@ -134,7 +134,7 @@ def _measures(pixels: Pixels, starts: Floats, setting: TossSetting) -> Toss:
         starts[:, single_toss.START_ANGULAR_AMPLITUDE],
         starts[:, single_toss.START_ANGULAR_SPEED],
     )
-    inertia = disk.mass * disk.gyration_radius**2
+    inertia = disk.inertia
     gain = 0.5 * inertia * (final - start) * (final + start)
     work = pixels.work_axial + pixels.work_angular
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -171,6 +171,9 @@ def check_setting(setting: TossSetting) -> None:
     given = {**setting.disk._asdict(), "frequency": setting.frequency}
     # the table of parameters knows Python's numbers only
     complete({k: v.item() if isinstance(v, np.generic) else v for k, v in given.items()})
+    if setting.disk.brake_torque != 0.0:
+        hint = "Use `simulate`, which has brakes."
+        raise InputError("brake_torque", setting.disk.brake_torque, "0 for single tosses", hint)
     arc = setting.arc_amplitude
     if not (math.isfinite(arc) and arc > 0.0):
         raise InputError("arc_amplitude", arc, "a finite number > 0 m")

@@ -189,9 +189,10 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
 
 
 def _joules(energy: Mapping[str, str], name: str) -> float:
-    """An entry of the energy ledger; version 0.1.0 called one of them otherwise."""
+    """An entry of the energy ledger; version 0.1.0 called one otherwise, and had no brake."""
     before = "work_kicks (J)" if name == "work_impulses" else ""
-    return float(energy.get(f"{name} (J)", energy.get(before, "nan")))
+    absent = "0" if name == "loss_brake" else "nan"
+    return float(energy.get(f"{name} (J)", energy.get(before, absent)))
 
 
 def _shown(values: Mapping[str, Any]) -> str:

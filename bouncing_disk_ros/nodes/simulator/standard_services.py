@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 from rclpy.task import Future
 
-from bouncing_disk_ros.core.model import Disk, Sample
+from bouncing_disk_ros.core.model import Disk, Phase, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.ros.conversions import ns_to_time
@@ -282,7 +282,11 @@ def fill_entity_state(state: Any, entity: str, sample: Sample, disk: Disk) -> No
         twist.linear.z, twist.angular.z = sample.axial_velocity, sample.angular_velocity
         force = sample.axial_force - disk.mass * disk.gravity - disk.preload
         acceleration.linear.z = force / disk.mass
-        acceleration.angular.z = (sample.friction_torque - disk.load_torque) / inertia_of(disk)
+        if sample.phase is not Phase.HELD:
+            turning = sample.angular_velocity
+            brake = math.copysign(disk.brake_torque, turning) if turning else 0.0
+            torque = sample.friction_torque - disk.load_torque - brake
+            acceleration.angular.z = torque / disk.inertia
     else:
         angle = sample.platform_angle
         state.pose.position.z = sample.platform_position
@@ -291,17 +295,12 @@ def fill_entity_state(state: Any, entity: str, sample: Sample, disk: Disk) -> No
     state.pose.orientation.z, state.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
 
 
-def inertia_of(disk: Disk) -> float:
-    """Moment of inertia about the axis, kg·m²."""
-    return disk.mass * disk.gyration_radius**2
-
-
 def impulse_to_twist(twist: Any, run: Run) -> ImpulseRequest:
     """The impulse now that gives the disk a twist; x and y are refused like those of an impulse."""
     sample, disk = run.session.simulation.sample(), run.session.simulation.disk
     linear, angular = twist.linear, twist.angular
     force = disk.mass * (linear.z - sample.axial_velocity)
-    torque = inertia_of(disk) * (angular.z - sample.angular_velocity)
+    torque = disk.inertia * (angular.z - sample.angular_velocity)
     return ImpulseRequest(
         (linear.x, linear.y, force), (angular.x, angular.y, torque), field="~/set_entity_state"
     )

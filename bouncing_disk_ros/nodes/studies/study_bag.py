@@ -33,8 +33,12 @@ class FromBag(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def read_bag(path: str, namespace: str | None, wanted: Mapping[str, Spec]) -> FromBag:
+def read_bag(
+    path: str, namespace: str | None, wanted: Mapping[str, Spec], *, takes_loads: bool = False
+) -> FromBag:
     """The options of a study that are `wanted`, from the last steady motion of the last run.
+
+    `takes_loads`: the study knows load and brake torque, so that nothing is left out.
 
     Raises InputError for a bag that is damaged or without one, or whose values the study cannot
     use; FailedError when the disk fails.
@@ -49,13 +53,22 @@ def read_bag(path: str, namespace: str | None, wanted: Mapping[str, Spec]) -> Fr
     values = numbers(segment.motion, segment.disk)
     taken = {name: _checked(path, spec, float(values[name])) for name, spec in wanted.items()}
     shown = ", ".join(
-        f"{MAP_PARAMETERS[name].symbol} = {value:.10g}" for name, value in taken.items()
+        f"{_symbol(wanted[name])} = {value:.10g}{_unit(wanted[name])}"
+        for name, value in taken.items()
     )
     text = (
         f"from {path}, steady motion from {segment.begin:.3f} to {segment.end:.3f} s: "
         f"{shown or 'nothing, all is given'}"
     )
-    return FromBag(taken, text, tuple(_warnings(segment.disk)))
+    return FromBag(taken, text, () if takes_loads else tuple(_warnings(segment.disk)))
+
+
+def _symbol(spec: Spec) -> str:
+    return spec.symbol.split(" ")[0] or spec.name
+
+
+def _unit(spec: Spec) -> str:
+    return f" {spec.shown_unit}" if spec.shown_unit and spec.name not in MAP_PARAMETERS else ""
 
 
 def _record(path: str, namespace: str | None) -> RunRecord:
@@ -83,12 +96,14 @@ def last_steady(record: RunRecord, path: str) -> Segment:
 
 
 def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
-    """What a motion and a disk amount to; nan and inf where there is no gravity or friction."""
+    """A motion and a disk, and what they amount to; nan and inf without gravity or friction."""
     return {
         "axial_forcing": axial_forcing_of(motion, disk),
         "restitution": disk.restitution,
         "phase_lag": motion.phase_lag,
         "angular_forcing": angular_forcing_of(motion, disk),
+        **motion._asdict(),
+        **disk._asdict(),
     }
 
 
@@ -101,7 +116,10 @@ def _checked(path: str, spec: Spec, value: float) -> Value:
 
 
 def _warnings(disk: Disk) -> list[str]:
-    if disk.load_torque == 0.0:
-        return []
-    torque = f"the load torque of that run, {disk.load_torque:g} N·m, is left out"
-    return [f"{torque}: this study has none, its speeds are those of a free disk"]
+    loads = {"load torque": disk.load_torque, "brake torque": disk.brake_torque}
+    return [
+        f"the {name} of that run, {torque:g} N·m, is left out: this study has none, its speeds are "
+        "those of a disk without it"
+        for name, torque in loads.items()
+        if torque
+    ]

@@ -28,6 +28,7 @@ from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
 from bouncing_disk_ros.study_tables import COMMON
 
@@ -95,7 +96,7 @@ class StudyWork:
         self._kinds = figure_kinds(str(values["figures"]))
         self._view = view
         own = {name: value for name, value in values.items() if name not in COMMON}
-        own |= self._from_bag(own)
+        own |= {**self._from_preset(own), **self._from_bag(own)}
         self._study = self._view.make(own)
         folder = str(values["output"]) or _default_folder(name, self._study.parameters)
         self._folder = Path(folder).expanduser()
@@ -107,6 +108,16 @@ class StudyWork:
     def has_image(self) -> bool:
         """Whether the result is a map, to be published as an image."""
         return bool(self._view.image)
+
+    def _from_preset(self, own: Mapping[str, Value]) -> dict[str, Value]:
+        """What a preset says and the user does not."""
+        name = str(self._options.get("preset", ""))
+        if not name:
+            return {}
+        if self._options["bag"]:
+            raise InputError("preset", name, "none with bag", "The bag has all parameters.")
+        found = load_preset(name)
+        return {key: value for key, value in found.items() if key in own and key not in self._given}
 
     def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a recorded run says and the user does not."""

@@ -385,3 +385,16 @@ def test_a_chunk_that_contradicts_itself_is_lost_and_told(tmp_path: Path) -> Non
     assert report.saved == 0
     with bag.open(tmp_path / "mended") as run:
         assert list(run.messages()) == []
+
+
+def test_messages_whose_definitions_are_lost_are_counted_and_told(
+    tmp_path: Path, sent: list[Sent]
+) -> None:
+    """Other writers define topics in the first chunk only; without it no later one can be read."""
+    file = foreign(tmp_path / "run.mcap", sent, chunk_size=1, repeat_channels=False)
+    whole, first = file.read_bytes(), Source(file).blocks[0]
+    file.write_bytes(whole[: first.offset] + whole[first.offset + first.length : -8])
+    report = bag.recover(file, tmp_path / "mended")
+    assert (report.saved, report.lost) == (0, len(sent) - 1)
+    told = [line for line in report.lines if "the definition of its topics is lost" in line]
+    assert len(told) == len(sent) - 1

@@ -263,3 +263,18 @@ def test_the_duration_is_from_the_first_to_the_last_message() -> None:
     content = Metadata(files, [], {}).content()
     assert content["starting_time"] == {"nanoseconds_since_epoch": 500}
     assert content["duration"] == {"nanoseconds": 400}
+
+
+def test_each_file_names_the_time_of_its_last_message(folder: Path, sent: list[Sent]) -> None:
+    ends = []
+    for file in folder.glob("*.mcap"):
+        with file.open("rb") as stream:
+            reader = make_reader(stream)
+            times = [message.log_time for _, _, message in reader.iter_messages()]
+            summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_start_time == times[0]
+        assert summary.statistics.message_end_time == times[-1]
+        ends.append(times[-1])
+    assert max(ends) == sent[-1].log_time_ns

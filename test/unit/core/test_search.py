@@ -286,7 +286,7 @@ def edited(path: str, value: Any) -> dict[str, Any]:
     ("path", "value"),
     [
         ("engine/books", [[0.0] * 8]),
-        ("engine/books", [[0.0] * 9, [0.0] * 9]),
+        ("engine/books", [[0.0] * 10, [0.0] * 10]),
         ("engine/books", []),
         ("engine/books", 3),
         ("engine/books/0/0", math.nan),
@@ -297,7 +297,7 @@ def edited(path: str, value: Any) -> dict[str, Any]:
         ("engine/state/ns", 2 * SECOND),
         ("engine/state/ns", True),
         ("engine/state/cycles", 2**70),
-        ("engine/state/phase", 3),
+        ("engine/state/phase", 4),
         ("engine/state/gap", -1e-300),
         ("engine/state/gap", [0.0, 0.0]),
         ("engine/state/tau", 7.0),

@@ -15,6 +15,7 @@ from bouncing_disk_ros.nodes.studies import (
     basin_shares,
     basins,
     bifurcation,
+    motor,
     parameter_map,
     toss_map,
     toss_paths,
@@ -275,3 +276,57 @@ def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
             tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.6, starts=starts, **small
         )
         assert list(figures) == ["bifurcation"]
+
+
+def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
+    figures, lines, result = shown(
+        tmp_path, motor.TOOL, x_count=7, y_begin=19.0, y_end=33.0, y_count=8, longest=1500
+    )
+    assert list(figures) == ["speed_torque", "stall", "motor_map"]
+    left, right = figures["speed_torque"].axes[:2]
+    assert (left.get_xlabel(), left.get_ylabel()) == (
+        "load torque T_L (N·m)", "mean speed of the rotor (rad/s)"
+    )  # fmt: skip
+    names = [text.get_text() for text in left.texts]
+    assert names == [f"{p:.4g}" for p in result["preload"].values if p < 30.2], "no contact alone"
+    assert right.get_ylabel() == "preload P (N)"
+    stall = figures["stall"].axes
+    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (N·m)"]
+    marked = [text.get_text().strip() for text in stall[0].texts]
+    assert marked == ["doubling", "no period 1", "contact only"]
+    assert "periodic" in text_of(figures["stall"])
+    shown_kinds = text_of(figures["motor_map"])
+    assert "runs away" in shown_kinds
+    assert "unresolved" not in shown_kinds
+    assert any(
+        line.startswith("  period 1 between preloads of 20.6803 and 30.1544 N") for line in lines
+    )
+    assert any(line.startswith("  largest efficiency 0.1") for line in lines)
+    assert any(line.startswith("  stall torque from ") for line in lines)
+
+
+def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, motor.TOOL, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
+        y_end=1.0, y_count=3,
+    )  # fmt: skip
+    assert list(figures) == ["speed_torque", "motor_map"]
+    assert not any("stall" in line for line in lines)
+    assert any(line.startswith("  best phase lag from ") for line in lines)
+
+
+def test_a_motor_at_one_point(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, motor.TOOL, x_end=0.0, x_count=1, y_begin=33.0, y_end=33.0, y_count=1
+    )
+    assert "no efficiency anywhere" in [t.get_text() for t in figures["speed_torque"].axes[1].texts]
+    assert lines[0] == "  contact_only at 100.000 % of the points"
+
+
+def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
+    figures, _, _ = shown(
+        tmp_path, motor.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
+        y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
+    )  # fmt: skip
+    assert list(figures) == ["motor_map"]
+    assert "T_L = 0.002 N·m" in figures["motor_map"].get_suptitle()

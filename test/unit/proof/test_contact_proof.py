@@ -88,6 +88,15 @@ def test_sticking_where_the_disk_slides_is_refuted() -> None:
         assert prove(carried).outcome is Outcome.REFUTED
 
 
+@pytest.mark.parametrize("off", [1e-9, -1e-9])
+def test_sticking_at_another_speed_than_the_platform_s_is_refuted(off: float) -> None:
+    for event in both(Kind.SLIP):
+        before = event.before._replace(omega=event.before.omega + off)
+        verdict = prove(event._replace(before=before))
+        assert verdict.outcome is Outcome.REFUTED
+        assert "the speed of a disk that sticks" in verdict.reason
+
+
 def test_sliding_where_the_disk_sticks_is_refuted() -> None:
     for event in both(Kind.SLIP):
         for sign in (1.0, -1.0):

@@ -16,7 +16,7 @@ from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.run_values import STATES, run_values
 from bouncing_disk_ros.units import NS
 
-BOOKS = Energy._make([0.0] * 10 + [1e-15, 1.0])
+BOOKS = Energy._make([0.0] * 11 + [1e-15, 1.0])
 FIRST = Reading(0, 0, 0, 0, 0, 0, BOOKS, "running", 1.0, 0)
 TICKS = {"ticks": 100.0, "p50": 1e-4, "p99": 2e-4, "max": 3e-4}
 

@@ -54,7 +54,12 @@ def test_names_left_out_keep_their_value() -> None:
 
 
 def test_every_programme_of_the_package_is_sound() -> None:
-    assert programme_names() == ["first_toss_to_period_1", "single_toss", "spin_up"]
+    assert programme_names() == [
+        "first_toss_to_period_1",
+        "motor_start_and_stop",
+        "single_toss",
+        "spin_up",
+    ]
     for name in programme_names():
         programme = load_programme(name)
         assert programme.name == name
@@ -102,7 +107,9 @@ def test_content_must_be_a_mapping(given: object) -> None:
 def test_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"programme: got 'spinup', .*Did you mean spin_up"):
         load_programme("spinup")
-    with pytest.raises(InputError, match="first_toss_to_period_1, single_toss, spin_up or the"):
+    with pytest.raises(
+        InputError, match="first_toss_to_period_1, motor_start_and_stop, single_toss, spin_up"
+    ):
         load_programme("")
     with pytest.raises(InputError, match="allowed: a readable YAML file"):
         load_programme(str(tmp_path / "none.yaml"))

@@ -194,6 +194,15 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     assert again.tobytes() == join_rows(session.take_rows()).tobytes()
 
 
+def test_the_latest_target_is_that_of_the_last_command_that_waits() -> None:
+    session, _ = dense()
+    session.advance(1, 10)
+    for amplitude in (0.03, 0.05):
+        session.command([(5 * NS, Motion(amplitude, 0.1, 3.0, 0.0))])
+    assert session.waiting == 2
+    assert session.latest_target == Motion(0.05, 0.1, 3.0, 0.0)
+
+
 def test_a_pause_waits_in_its_place() -> None:
     session, _ = dense()
     session.advance(1, 10)

@@ -181,3 +181,27 @@ def test_impulses_are_axial_then_angular() -> None:
     found = simulate(1.0, impulses=[(0.5, 0.05, 0.001)])
     (record,) = [one for one in found.inputs if one["kind"] == "impulse"]
     assert (record["axial_impulse"], record["angular_impulse"]) == (0.05, 0.001)
+
+
+def test_a_result_sums_up_speed_work_and_efficiency() -> None:
+    """A period-1 motor under a brake: V − πT_B/(Iω), and output/input as the ledger has them."""
+    given = {"frequency": 5.0, "restitution": 0.5, "initial_forcing_phase": math.acos(1 / 1.35)}
+    result = simulate(
+        200.0, axial_forcing=0.45, brake_torque=2e-3, load_inertia=1e-3, sample_rate=10.0, **given
+    )
+    assert result.duration == 200.0
+    angle = result.unwrapped_angle
+    assert len(angle) == len(result.samples) == 2001
+    assert result.turned == pytest.approx(angle[-1] - angle[0], rel=1e-12)
+    assert result.mean_speed == pytest.approx(result.turned / 200.0, rel=1e-15)
+    assert result.output_work == result.energy.loss_brake > 0.0
+    assert 0.0 < result.efficiency < 1.0
+    assert result.efficiency == result.output_work / result.input_work
+    still = simulate(0.0)
+    assert math.isnan(still.mean_speed)
+    assert math.isnan(still.efficiency)
+    impacts, samples, inputs, parameters = result  # as in 0.1.0
+    assert len(impacts) > 100
+    assert parameters["brake_torque"] == 2e-3
+    assert inputs[0]["kind"] == "snapshot"
+    assert len(samples) == 2001

@@ -110,6 +110,14 @@ def test_intervals_of_the_exponent_cover() -> None:
     assert sum(part.low <= whole <= part.high for part in parts) >= 24
 
 
+def test_the_interval_of_the_exponent_is_student_s_of_its_batches() -> None:
+    """Twenty batches whose means are 1 to 20: their mean ± t(97.5 %, 19) · deviation / √20."""
+    exponent = stability.exponent_of(np.repeat(np.arange(1.0, 21.0), 3))
+    half = 2.0930240544 * math.sqrt(35.0) / math.sqrt(20.0)
+    assert exponent.value == 10.5
+    assert (exponent.low, exponent.high) == pytest.approx((10.5 - half, 10.5 + half), rel=1e-6)
+
+
 def test_negative_exponent_is_no_chaos() -> None:
     """On a stable cycle it is the logarithm of the multiplier, within ln(condition)/1000."""
     path = path_of(map_rows(0.40, 2000), motion_of(0.40), DISK)

@@ -12,6 +12,7 @@ from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
 from bouncing_disk_ros.nodes.bags.bag_report import parser
 from bouncing_disk_ros.proof import event_proof as proof
+from bouncing_disk_ros.proof.exact_records import Event
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 from bouncing_disk_ros.run.session import Session
 from support.recorded import NS, START_NS, RecordedRun
@@ -84,6 +85,31 @@ def test_a_part_can_be_proved(folder: Path, capsys: pytest.CaptureFixture[str]) 
     assert f"left out: {whole - some} events, as asked, every 5th only" in text
     assert prove(folder, "--from", "2", "--to", "3") == ExitCode.DONE
     assert 0 < rows_of(capsys.readouterr().out)["all"][0] < whole
+
+
+def test_nothing_is_proved_from_a_missing_record_to_the_next_snapshot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        run = RecordedRun(writer, preset="pizza_multiple_toss")
+
+        def unrecorded(session: Session) -> None:
+            strike(session)
+            run._records.clear()
+
+        acts = {1.0: fade, 3.0: unrecorded, 4.0: soften, 6.0: Session.snapshot}
+        run.run(8.0, acts)
+    times: list[float] = []
+
+    def noted(event: Event) -> Verdict:
+        times.append(event.before.ns / NS)
+        return Verdict(Outcome.PROVED)
+
+    monkeypatch.setattr(proof, "prove", noted)
+    assert prove(tmp_path / "run") == ExitCode.DONE
+    assert not [time for time in times if 1.5 < time < 5.5]
+    assert min(times) < 1.0  # before the gap
+    assert max(times) > 6.0  # after the snapshot
 
 
 def test_a_refuted_event_is_told(

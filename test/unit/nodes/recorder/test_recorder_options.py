@@ -64,6 +64,7 @@ def test_all_but_hidden_ones() -> None:
     chosen = selection(all=True, exclude="/rosout")
     assert chosen.wants("/anything/at/all")
     assert not chosen.wants("/rosout")
+    assert chosen.wants("/rosout_agg")  # the whole name must match
     assert not chosen.wants("/fibonacci/_action/status")
     assert selection(all=True, topics="/a/_b").wants("/a/_b")
 

@@ -8,14 +8,17 @@ from types import ModuleType
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
 
 WALL = 1_800_000_000 * NS
@@ -93,6 +96,34 @@ def test_the_clock_is_published_before_whatever_is_stamped_with_its_time() -> No
 
 def test_no_clock_is_published_unasked() -> None:
     assert "/clock" not in {name for name, _ in published(1, clock=False)}
+
+
+def test_impacts_are_stamped_with_their_last_row() -> None:
+    node = RecordingNode()
+    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0), parameters.complete({}))
+    rows = np.zeros(MAX_ROWS + 2, IMPACT_DTYPE)
+    rows["time"] = np.arange(len(rows))
+    outputs.impacts(rows)
+    assert node.sent == [
+        ("disk/impacts", WALL + (MAX_ROWS - 1) * NS),
+        ("disk/impacts", WALL + (MAX_ROWS + 1) * NS),
+    ]
+
+
+def test_the_motion_is_published_again_with_new_times() -> None:
+    node = RecordingNode()
+    whole = parameters.complete({})
+    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0), whole)
+    session = Session(whole, outputs.record)
+    outputs.state(session, True)
+    outputs.times = TimeMap(0, 0, WALL + 7 * NS, 1.0)
+    outputs.state(session, True)
+    outputs.state(session, True)
+    begin_ns = session.simulation.motion_in_force.begin_ns
+    assert [content for name, content in node.sent if name == "platform/motion"] == [
+        WALL + begin_ns,
+        WALL + 7 * NS + begin_ns,
+    ]
 
 
 def test_every_output_is_in_its_frame() -> None:

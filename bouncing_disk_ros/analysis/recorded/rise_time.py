@@ -1,0 +1,55 @@
+"""How long a rotor takes from one speed to the next: to 1 − 1/e and to 95 % of the way."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+PARTS = (1.0 - math.exp(-1.0), 0.95)
+"""Parts of the way that a rise time is told for."""
+LAST_PART = 0.2
+"""Share of the time at the end whose mean is the speed that was reached."""
+_CLEAR = 5.0
+"""A change counts only if it is so many times the scatter at its end."""
+_LEAST = 8
+
+
+class RiseTime(NamedTuple):
+    """A change of speed; times are seconds since it began."""
+
+    initial: float  # rad/s
+    final: float  # rad/s, mean of the last part
+    to_1_e: float  # until 1 − 1/e of the way is first made
+    to_95: float  # until 95 % of it are
+
+
+def rise_time_of(
+    times: NDArray[np.float64], speeds: NDArray[np.float64], begin: float
+) -> RiseTime | None:
+    """The rise time in speeds (rad/s) at rising times (s), of a change that begins at `begin`.
+
+    Give speeds from before the change on: the last one up to `begin` is where it starts. None where
+    there are too few, where none is from before, or where the speed does not change clearly.
+    """
+    after = times > begin
+    if np.sum(after) < _LEAST or np.all(after):
+        return None
+    initial = float(speeds[~after][-1])
+    late = speeds[times >= times[-1] - LAST_PART * (times[-1] - begin)]
+    final = float(np.mean(late))
+    if abs(final - initial) <= _CLEAR * float(np.std(late)) or final == initial:
+        return None
+    at = np.concatenate([[begin], times[after]])
+    way = (np.concatenate([[initial], speeds[after]]) - initial) / (final - initial)
+    return RiseTime(initial, final, *(_first(at, way, part) - begin for part in PARTS))
+
+
+def _first(times: NDArray[np.float64], way: NDArray[np.float64], part: float) -> float:
+    """When a part of the way is first made, on straight lines between the points."""
+    place = int(np.argmax(way >= part))
+    before, there = float(way[place - 1]), float(way[place])
+    share = (part - before) / (there - before)
+    return float(times[place - 1] + share * (times[place] - times[place - 1]))

@@ -1,0 +1,110 @@
+"""The executable `motor`: speed, power and efficiency of a motor over two parameters."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
+from bouncing_disk_ros.nodes.studies.study_view import StudyView
+from bouncing_disk_ros.parameters import Value
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.motor_study import Motor
+
+_ABOUT = """A motor whose rotor is pressed on a vibrating stator, over a plane of two of its
+parameters: mean speed, output power, efficiency, losses, time in contact, impacts and wear; from
+them no-load speed, stall torque, best efficiency and best phase lag. Left out, parameters are those
+of the preset swum."""
+_EXAMPLE = (
+    "ros2 run bouncing_disk_ros motor --ros-args -p y_axis:=phase_lag -p y_begin:=-0.5pi "
+    "-p y_end:=0.5pi"
+)
+
+
+def make_view() -> StudyView[Motor]:
+    """The study with its pictures."""
+    from bouncing_disk_ros.study.motor_study import Motor
+
+    return StudyView(Motor, _pictures, lines, from_bag=_from_bag, image="mean_speed")
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.core.model import Disk, Motion
+
+    return [
+        name
+        for name in (*Motion._fields, *Disk._fields)
+        if name not in (values["x_axis"], values["y_axis"])
+    ]
+
+
+def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.plots.motor_map_plot import motor_map_picture
+    from bouncing_disk_ros.plots.speed_torque_plot import speed_torque_picture, stall_picture
+
+    found = {}
+    load = next((name for name in (study.across, study.up) if name.endswith("_torque")), "")
+    if load:
+        found["speed_torque"] = speed_torque_picture(result, load)
+    if "stall_torque" in result:
+        found["stall"] = stall_picture(result)
+    return {**found, "motor_map": motor_map_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
+    kind = result["kind"]
+    rows = []
+    for number, name in zip(kind.attrs["flag_values"], kind.attrs["flag_meanings"].split(),
+                            strict=True):  # fmt: skip
+        share = 100.0 * float((kind == number).mean())
+        if share > 0.0:
+            rows.append(f"  {name:12} at {share:7.3f} % of the points")
+    rows += _largest(result, "mean_speed", "mean speed", " rad/s")
+    rows += _largest(result, "output_power", "output power", " W")
+    rows += _largest(result, "efficiency", "efficiency", "")
+    rows += _range(result, "no_load_speed", "no-load speed", "rad/s")
+    rows += _range(result, "stall_torque", "stall torque", "N·m")
+    rows += _range(result, "best_phase_lag", "best phase lag", "rad")
+    if "preload_contact_only" in result.attrs:
+        names = ("doubling", "no_period_one", "contact_only")
+        doubled, none, contact = (float(result.attrs[f"preload_{name}"]) for name in names)
+        rows.append(f"  period 1 between preloads of {doubled:.6g} and {none:.6g} N, contact alone "
+                    f"from {contact:.6g} N on")  # fmt: skip
+    rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
+    if count := int(rough.sum()):
+        rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
+                    f"at {count} points: longest:=... lets them run on")  # fmt: skip
+    return rows
+
+
+def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
+    """Where a field is largest; nothing where it is nowhere known."""
+    values = result[field]
+    if not bool(values.notnull().any()):
+        return []
+    best = values.isel(values.argmax(...))
+    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(values.dims))
+    return [f"  largest {name} {float(best):.6g}{unit} at {at}"]
+
+
+def _range(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
+    """Between which values one of the derived numbers lies."""
+    if field not in result or not bool(result[field].notnull().any()):
+        return []
+    values = result[field]
+    low, high = float(values.min()), float(values.max())
+    return [f"  {name} from {low:.6g} to {high:.6g} {unit} over {values.dims[0]}"]
+
+
+TOOL = StudyTool("motor", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
+
+
+if __name__ == "__main__":
+    sys.exit(main())

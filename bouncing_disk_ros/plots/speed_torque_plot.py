@@ -1,0 +1,141 @@
+"""Speed over torque of a motor, with its efficiency; stall torque and no-load speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.plots.motor_map_plot import KIND_COLORS, axis_label, fixed_text, kinds_of
+from bouncing_disk_ros.plots.style import GREY, new_figure
+
+LINES = 7
+"""Curves drawn, spread evenly over the axis that is not the torque."""
+_LEVELS = 10
+
+
+def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
+    """Speed over `load` for some values of the other axis, and efficiency over both."""
+    figure = new_figure(12.5, 5.4)
+    left, right = figure.subplots(1, 2)
+    other = next(str(dim) for dim in result["mean_speed"].dims if dim != load)
+    speed, efficiency, kind = (
+        result[name].transpose(other, load).values for name in ("mean_speed", "efficiency", "kind")
+    )
+    top = float(np.nanmax(efficiency)) if np.isfinite(efficiency).any() else 1.0
+    norm = Normalize(0.0, top or 1.0)
+    torques = result[load].values
+    for i in _spread(kind):
+        _draw_line(left, torques, speed[i], efficiency[i], norm)
+        _name_line(left, torques, speed[i], f"{float(result[other][i]):.4g}")
+    left.axhline(0.0, color=GREY, linewidth=0.8)
+    left.autoscale_view()
+    left.margins(x=0.12)
+    left.set_xlabel(axis_label(result[load]))
+    left.set_ylabel("mean speed of the rotor (rad/s)")
+    left.set_title(f"Numbers at the lines: {axis_label(result[other])}", fontsize=10)
+    _draw_efficiency(figure, right, result, efficiency, (load, other), norm)
+    figure.suptitle(fixed_text(result), fontsize=10)
+    return figure
+
+
+def _spread(kind: NDArray[np.int32]) -> list[int]:
+    """Some rows, spread evenly over those where the rotor bounces without contact at some load."""
+    rows = np.flatnonzero((kind == 0).any(axis=1))
+    if len(rows) == 0:
+        rows = np.arange(len(kind))
+    picked = np.linspace(0, len(rows) - 1, min(LINES, len(rows))).round().astype(int)
+    return [int(rows[i]) for i in picked]
+
+
+def _draw_line(
+    axes: Any, torques: Any, speed: NDArray[Any], efficiency: NDArray[Any], norm: Normalize
+) -> None:
+    """One curve, coloured by efficiency, grey where there is none."""
+    points = np.column_stack([torques, speed])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    known = np.isfinite(pieces).all(axis=(1, 2))
+    middle = 0.5 * (efficiency[:-1] + efficiency[1:])
+    useful = known & np.isfinite(middle)
+    axes.add_collection(LineCollection(pieces[known & ~useful], colors=GREY, linewidths=1.6))
+    axes.add_collection(
+        LineCollection(pieces[useful], array=middle[useful], cmap="viridis", norm=norm,
+                       linewidths=2.2)
+    )  # fmt: skip
+
+
+def _name_line(axes: Any, torques: Any, speed: NDArray[Any], text: str) -> None:
+    known = np.flatnonzero(np.isfinite(speed))
+    if len(known):
+        end = known[-1]
+        axes.annotate(text, (torques[end], speed[end]), xytext=(4, 0), fontsize=8,
+                      textcoords="offset points", va="center")  # fmt: skip
+
+
+def _draw_efficiency(
+    figure: Figure,
+    axes: Any,
+    result: xr.Dataset,
+    efficiency: NDArray[Any],
+    names: tuple[str, str],
+    norm: Normalize,
+) -> None:
+    load, other = names
+    axes.set_xlabel(axis_label(result[load]))
+    axes.set_ylabel(axis_label(result[other]))
+    axes.set_title("Efficiency: work on load and brake over work of the stator", fontsize=10)
+    x, y = result[load].values, result[other].values
+    axes.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
+    axes.set_ylim(y[0], y[-1] if y[-1] > y[0] else y[0] + 1.0)
+    if min(efficiency.shape) < 2 or not np.isfinite(efficiency).any():
+        axes.text(0.5, 0.5, "no efficiency anywhere", ha="center", transform=axes.transAxes)
+        return
+    levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
+    drawn = axes.contourf(x, y, np.ma.masked_invalid(efficiency), levels, cmap="viridis", norm=norm)
+    figure.colorbar(drawn, ax=axes, label="efficiency η (1)")
+
+
+def stall_picture(result: xr.Dataset) -> Figure:
+    """No-load speed and stall torque over the axis that is not the load."""
+    figure = new_figure(11.5, 4.8)
+    panels = figure.subplots(1, 2, sharex=True)
+    other = str(result["stall_torque"].dims[0])
+    places = result[other].values
+    loads = result["load_torque"].values
+    at_zero = int(np.abs(loads).argmin())
+    kind = result["kind"].transpose(other, "load_torque").values[:, at_zero]
+    names = kinds_of(result)
+    for axes, field in zip(panels, ("no_load_speed", "stall_torque"), strict=True):
+        values = result[field].values
+        axes.plot(places, values, color=GREY, linewidth=0.8, zorder=1)
+        for number, name in names.items():
+            mine = (kind == number) & np.isfinite(values)
+            if mine.any():
+                axes.plot(places[mine], values[mine], ".", color=KIND_COLORS[number], label=name)
+        axes.axhline(0.0, color=GREY, linewidth=0.8)
+        _mark_regimes(axes, result, other)
+        axes.set_xlabel(axis_label(result[other]))
+        about = result[field].attrs
+        axes.set_ylabel(f"{about['long_name']} ({about['units']})")
+    if panels[0].get_legend_handles_labels()[0]:
+        panels[0].legend(fontsize=8, title="without a load")
+    figure.suptitle(fixed_text(result), fontsize=10)
+    return figure
+
+
+def _mark_regimes(axes: Any, result: xr.Dataset, other: str) -> None:
+    if other != "preload" or "preload_doubling" not in result.attrs:
+        return
+    places = result[other].values
+    for name, text in (("doubling", "doubling"), ("no_period_one", "no period 1"),
+                       ("contact_only", "contact only")):  # fmt: skip
+        at = float(result.attrs[f"preload_{name}"])
+        if places[0] <= at <= places[-1]:
+            axes.axvline(at, color=GREY, linewidth=0.8, linestyle=":")
+            axes.text(at, 1.0, f" {text}", rotation=90, va="top", ha="right", fontsize=7,
+                      transform=axes.get_xaxis_transform())  # fmt: skip

@@ -1,0 +1,259 @@
+"""The study `motor`: speed, powers and losses of an ultrasonic motor over two of its parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.dynamics.motor_points import (
+    KINDS,
+    UNKNOWN_KIND,
+    MotorMeans,
+    Run,
+    check_start,
+    measure,
+)
+from bouncing_disk_ros.analysis.motor_curves import friction_limit, preload_regimes, runs_away
+from bouncing_disk_ros.analysis.scales import axial_forcing_of
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.study.basin_study import refuse_conservative
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.motor_numbers import derived
+
+AXES = (
+    "load_torque", "brake_torque", "preload", "axial_amplitude", "angular_amplitude", "frequency",
+    "phase_lag", "restitution", "friction",
+)  # fmt: skip
+"""Parameters that an axis may have."""
+SIDE, POINTS_OF_A_REGION = 16, 400
+"""Points along a side of a region, or in the rows of one where points follow each other."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a field of MotorMeans is stored."""
+
+    units: str
+    long_name: str
+    symbol: str = ""
+
+
+_COLUMNS: Mapping[str, Column] = {
+    "mean_speed": Column("rad/s", "mean speed of the rotor"),
+    "mean_speed_error": Column("rad/s", "standard error of the mean speed"),
+    "measured": Column("1", "periods of the stator that the means are over"),
+    "output_power": Column("W", "output power: work on load and brake per second"),
+    "brake_power": Column("W", "the brake's part of the output power"),
+    "axial_power": Column("W", "work of the stator's axial motion per second"),
+    "angular_power": Column("W", "work of the stator's rotation per second"),
+    "efficiency": Column("1", "output over the work of the stator", "η"),
+    "impact_loss": Column("W", "lost by restitution per second"),
+    "impact_friction_loss": Column("W", "lost by slip in impacts per second"),
+    "sliding_loss": Column("W", "lost by slip in contact per second"),
+    "friction_work_per_turn": Column("J", "work of friction per turn of the rotor"),
+    "contact_share": Column("1", "share of time in contact"),
+    "impact_rate": Column("1/s", "impacts per second; the last ones of a chatter count as one"),
+}
+
+
+class Motor(Study):
+    """Means over a plane of two parameters, in SI units; parameters as in the table."""
+
+    name: ClassVar[str] = "motor"
+    title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        super().__init__(parameters)
+        given = self.parameters
+        self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
+        for key in ("x_axis", "y_axis"):
+            if given[key] not in AXES:
+                hint = closest(str(given[key]), AXES)
+                raise InputError(key, given[key], "one of " + ", ".join(AXES), hint)
+        if self.across == self.up:
+            raise InputError("y_axis", self.up, "another parameter than x_axis")
+        for name in (self.across, self.up):  # no part of what is computed
+            del given[name]
+        for key in ("x", "y"):
+            self._check_axis(key)
+        if "restitution" in given:
+            refuse_conservative(float(given["restitution"]))
+        check_start(str(given["start"]))
+        if int(given["longest"]) < int(given["settling"]) + 2 * int(given["measured"]):
+            least = int(given["settling"]) + 2 * int(given["measured"])
+            raise InputError("longest", given["longest"], f">= settling + 2 measured = {least}")
+        self._check_preload()
+        self._check_that_it_moves()
+
+    def _check_axis(self, key: str) -> None:
+        """The ends of an axis: in order, within what the parameter may be."""
+        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
+        name = str(self.parameters[f"{key}_axis"])
+        if not begin < end and not (begin == end and self.parameters[f"{key}_count"] == 1):
+            raise InputError(f"{key}_begin", begin, f"less than {key}_end = {end:g}")
+        for side, value in (("begin", begin), ("end", end)):
+            try:
+                TABLE[name].checked(value)
+            except InputError as error:
+                hint = f"It is a value of {name}."
+                raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
+        if name == "restitution" and end == 1.0:
+            hint = "At 1 no impact loses anything, and nothing settles."
+            raise InputError(f"{key}_end", end, "less than 1", hint)
+
+    def _check_preload(self) -> None:
+        given = self.parameters
+        weight = float(given["mass"]) * float(given["gravity"])
+        field, least = "preload", float(given.get("preload", 0.0))
+        for key, name in (("x", self.across), ("y", self.up)):
+            if name == "preload":
+                field, least = f"{key}_begin", float(given[f"{key}_begin"])
+        if not least > -weight:
+            hint = "Else nothing holds the rotor down."
+            raise InputError(field, least, f"> −mass × gravity = {-weight:g} N", hint)
+
+    def _check_that_it_moves(self) -> None:
+        """Refuse a plane of which every point runs away or stands still."""
+        corners = [
+            self.motor_at({self.across: x, self.up: y})
+            for x in _ends(self._values("x"))
+            for y in _ends(self._values("y"))
+        ]
+        if all(runs_away(disk) for _, disk in corners):
+            limit = max(friction_limit(disk) + disk.brake_torque for _, disk in corners)
+            hint = "Beyond that of friction (and the brake) the rotor runs away at every point."
+            field = self._field_of("load_torque")
+            least = min((disk.load_torque for _, disk in corners), key=abs)
+            raise InputError(field, least, f"a torque up to {limit:.6g} N·m somewhere", hint)
+        if all(_stands_still(motion, disk) for motion, disk in corners):
+            field, value, allowed = self._what_holds_it(corners)
+            raise InputError(field, value, allowed, "As it is, nothing moves at any point.")
+
+    def _field_of(self, name: str) -> str:
+        ends = {self.across: "x_end", self.up: "y_end"}
+        return ends.get(name, name)
+
+    def _what_holds_it(self, corners: list[tuple[Motion, Disk]]) -> tuple[str, float, str]:
+        moves = [m for m, _ in corners if m.axial_amplitude > 0.0 or m.angular_amplitude > 0.0]
+        if not moves:
+            return self._field_of("axial_amplitude"), 0.0, "> 0, or an angular_amplitude > 0"
+        if all(disk.friction == 0.0 for _, disk in corners):
+            return self._field_of("friction"), 0.0, "> 0, or a load"
+        brake = min(disk.brake_torque for _, disk in corners)
+        most = max(_largest_torque(motion, disk) for motion, disk in corners)
+        return self._field_of("brake_torque"), brake, f"less than {most:.6g} N·m somewhere"
+
+    def _values(self, key: str) -> NDArray[np.float64]:
+        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
+        return np.linspace(begin, end, int(self.parameters[f"{key}_count"]))
+
+    def motor_at(self, point: Mapping[str, float]) -> tuple[Motion, Disk]:
+        """The motor with these values of the axes."""
+        values = {**self.parameters, **point}
+        motion = Motion(*(float(values[name]) for name in Motion._fields))
+        return motion, Disk(*(float(values[name]) for name in Disk._fields))
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        """The two parameters, by their names: rows, then columns."""
+        return {
+            name: Axis(self._values(key), TABLE[name].unit, name.replace("_", " "),
+                       TABLE[name].symbol.split(" ")[0])
+            for key, name in (("y", self.up), ("x", self.across))
+        }  # fmt: skip
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """As in analysis.dynamics.motor_points.MotorMeans."""
+        dims = (self.up, self.across)
+        flags = dict(KINDS)
+        return {
+            "kind": Field(dims, "int32", "1", "kind of motion", fill=UNKNOWN_KIND, flags=flags),
+            "period": Field(dims, "int32", "1", "impacts in one repetition, 0: none known", fill=0),
+            "cycles": Field(
+                dims, "int32", "1", "periods of the stator in one repetition, 0: none known",
+                fill=0,
+            ),
+            **{
+                name: Field(dims, "float64", column.units, column.long_name, column.symbol)
+                for name, column in _COLUMNS.items()
+            },
+        }  # fmt: skip
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        """Squares; whole rows where each point starts where the one before has ended."""
+        if self.parameters["start"] != "followed":
+            return {self.up: SIDE, self.across: SIDE}
+        columns = int(self.parameters["x_count"])
+        return {self.up: max(1, POINTS_OF_A_REGION // columns), self.across: columns}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
+        """Measure at each point of a region."""
+        given = self.parameters
+        up, across = (
+            self.axes[name].values[region.slices[name]] for name in (self.up, self.across)
+        )
+        motors = [
+            self.motor_at({self.up: float(y), self.across: float(x)}) for y in up for x in across
+        ]
+        run = Run(
+            str(given["start"]), int(given["settling"]), int(given["measured"]),
+            int(given["longest"]),
+        )  # fmt: skip
+        found = measure(motors, run, len(across))
+        shape = (len(up), len(across))
+        return {name: getattr(found, name).reshape(shape) for name in MotorMeans._fields}
+
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
+        """Add no-load speed, stall torque, the best efficiency and phase lag; and the regimes."""
+        first = {name: float(axis.values[0]) for name, axis in self.axes.items()}
+        found = derived(result, self.up, self.across, self._limits)
+        if "preload" in first:
+            regimes = preload_regimes(*self.motor_at(first))
+            if not {"axial_amplitude", "frequency", "restitution"} & set(first):
+                found = found.assign_attrs(
+                    {f"preload_{name}": value for name, value in regimes._asdict().items()}
+                )
+        return found
+
+    def _limits(self, other: str) -> NDArray[np.float64]:
+        """T* along the axis that is not the load."""
+        values = self.axes[other].values
+        return np.array(
+            [
+                friction_limit(self.motor_at({"load_torque": 0.0, other: float(v)})[1])
+                for v in values
+            ]
+        )
+
+
+def _ends(values: NDArray[np.float64]) -> tuple[float, ...]:
+    """Both ends of an axis, and 0 where it lies between: loads are least there."""
+    begin, end = float(values[0]), float(values[-1])
+    return (begin, 0.0, end) if begin < 0.0 < end else (begin, end)
+
+
+def _largest_torque(motion: Motion, disk: Disk) -> float:
+    """The largest torque of load and friction on a rotor that never leaves the stator, N·m."""
+    pressed = 1.0 + math.pi * axial_forcing_of(motion, disk)
+    return abs(disk.load_torque) + friction_limit(disk) * pressed
+
+
+def _stands_still(motion: Motion, disk: Disk) -> bool:
+    """Whether a rotor on a stator that it never leaves is held for good, or nothing turns it."""
+    if math.pi * axial_forcing_of(motion, disk) > 1.0:
+        return disk.friction == 0.0 and abs(disk.load_torque) <= disk.brake_torque
+    if motion.angular_amplitude == 0.0:
+        return not runs_away(disk)
+    if disk.friction == 0.0:
+        return abs(disk.load_torque) <= disk.brake_torque
+    return _largest_torque(motion, disk) <= disk.brake_torque
