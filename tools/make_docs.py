@@ -44,8 +44,8 @@ SECTIONS: dict[str, tuple[str, str]] = {
     "Studies": (
         """Long computations with their results as datasets: [studies](studies.md). All take the
         [parameters](parameters.md) of their table as keywords.""",
-        """toss_paths toss_map bifurcation parameter_map basins basin_shares run_study study
-        open_result figures""",
+        """toss_paths toss_map bifurcation parameter_map basins basin_shares run_study
+        open_result figures study""",
     ),
     "Next-collision map": (
         "From impact to impact, in units of the forcing: orbits, attractors, boundaries of basins.",

@@ -1,6 +1,6 @@
 """Compute every figure of the paper, and write docs/figures.md with each number beside the paper's.
 
-    python tools/make_figures.py [NAME ...]      (default: all)
+    python tools/make_figures.py [NAME ...]      (default: all; geometry: that of docs/model.md)
 
 The studies run by the parameter files in config/; their stores are kept in output/figures, so that
 a second run only draws, and an interrupted one goes on.
@@ -23,7 +23,8 @@ from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.executables import entry_point
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study_tables import COMMON
-from paper_figures import FIGURES, PaperFigure, page  # beside this file
+from geometry_figure import geometry_figure  # beside this file
+from paper_figures import FIGURES, PaperFigure, page
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,8 +89,14 @@ def main() -> int:
     """Compute, draw, write the page; exit code 0 done, 2 bad input, 130 interrupted."""
     names = [figure.name for figure in FIGURES]
     parser = argparse.ArgumentParser(prog="make_figures", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(names)}")
-    chosen = parser.parse_args().names or names
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"any of geometry, {', '.join(names)}"
+    )
+    given = parser.parse_args().names
+    if "geometry" in given or not given:
+        geometry_figure().savefig(ROOT / "docs" / "figures" / "geometry.png", dpi=DPI)
+        print("docs/figures/geometry.png", flush=True)
+    chosen = [name for name in given if name != "geometry"] if given else names
     stop = Stopped()
     results = {}
     try:
