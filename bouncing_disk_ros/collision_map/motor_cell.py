@@ -249,7 +249,7 @@ def _pooled(
     """
     latest = _standard_error(angles, times)
     mean = (angles[BATCHES] - angles[0]) / (times[BATCHES] - times[0])
-    if abs(mean - known) > _SURE * math.hypot(error, latest):
+    if error == math.inf or abs(mean - known) > _SURE * math.hypot(error, latest):
         first[:] = since
         error = math.inf
     if error < math.inf:
@@ -283,7 +283,7 @@ def _measure(
     _begin(states[0], motion, disk, begin[BEGIN_TAU], begin[BEGIN_U], begin[BEGIN_OMEGA])
     settling, cycle = int(begin[BEGIN_SETTLING]), 0
     window, until = measured // BATCHES * BATCHES, -1
-    ahead = 0 if begin[BEGIN_TAU] < LOOK_AT else 1
+    ahead = int(begin[BEGIN_TAU] >= LOOK_AT)
     k, part = 0, 1
     while k <= longest + LONGEST_CYCLE:
         ns, sub = instant_of(motion, k + ahead, LOOK_AT)
@@ -317,8 +317,6 @@ def _measure(
                 angles[0], times[0] = seen[SEEN_ANGLE], seen[SEEN_AT]
             if k == settling:
                 since[:] = seen
-                if error == math.inf:
-                    first[:] = seen
         k += part
     return False
 
