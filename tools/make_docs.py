@@ -31,7 +31,7 @@ TOP = {
 }
 GUIDES = {
     "Begin": ("readme", "examples", "tutorial", "figures"),
-    "Guides": ("studies", "recording", "replay", "report", "testing", "troubleshooting"),
+    "Guides": ("studies", "motor", "recording", "replay", "report", "testing", "troubleshooting"),
     "Reference": ("api", "model", "interfaces", "parameters", "security", "performance"),
     "Development": ("architecture", "contributing", "changelog"),
 }
@@ -126,7 +126,9 @@ def index() -> str:
     """The first page: a list of all others."""
     lines = ["# bouncing_disk_ros", "", "A disk that bounces and turns on a vibrating platform,"]
     lines += ["simulated exactly and in real time. The geometry is in [the model](model.md).", ""]
-    for caption, pages in GUIDES.items():
+    listed = {page for pages in GUIDES.values() for page in pages}
+    new = sorted({path.stem for path in (ROOT / "docs").glob("*.md")} - listed)
+    for caption, pages in {**GUIDES, "Guides": (*GUIDES["Guides"], *new)}.items():
         lines += ["```{toctree}", f":caption: {caption}", ":maxdepth: 1", "", *pages, "```", ""]
     return "\n".join(lines)
 

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +82,7 @@ def fill(message: Any, values: dict[str, Any]) -> None:
 
 def check_run(name: str, *rest: str) -> None:
     assert name in EXECUTABLES
-    for given in re.findall(r"-p (\S+)", " ".join(rest)):
+    for given in (value for word, value in pairwise(rest) if word == "-p"):
         key, value = given.split(":=")
         if key != "use_sim_time":
             TABLES[name][key].checked(yaml.safe_load(value))
@@ -151,6 +152,20 @@ def test_parameter_files_are_found_from_any_folder() -> None:
     for file in files:
         assert file.startswith(share)
         assert (ROOT / file.removeprefix(share).split()[0]).is_file()
+
+
+def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
+    lines = PAGES["studies.md"].splitlines()
+    share = "$(ros2 pkg prefix --share bouncing_disk_ros)/"
+    with_ros2 = [place for place, line in enumerate(lines) if line.startswith("ros2 run ")]
+    assert len(with_ros2) >= 2 + len(STUDY_TABLES)
+    for place in with_ros2:
+        wanted = lines[place].replace("ros2 run", "python -m", 1).replace(share, "")
+        assert lines[place + 1] == wanted
+    for name in STUDY_TABLES:
+        section = PAGES["studies.md"].split(f"\n## {name}\n")[1].split("\n## ")[0]
+        assert f"ros2 run bouncing_disk_ros {name} " in section
+        assert "```python\n" in section, name
 
 
 @pytest.mark.parametrize(("page", "block"), blocks("python"))
