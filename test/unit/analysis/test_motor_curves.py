@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from bouncing_disk_ros.analysis import motor_curves
 from bouncing_disk_ros.analysis.dynamics.motor_points import BOUNCES, RUNS_AWAY, Run, measure
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.analysis.period_one import period_one, stability_limit
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
@@ -171,3 +173,40 @@ def test_without_a_period_1_orbit_there_are_no_closed_forms() -> None:
     assert math.isnan(motor_curves.mean_speed(MOTION, pressed))
     assert math.isnan(motor_curves.power_flow(MOTION, pressed).efficiency)
     assert math.isnan(motor_curves.stall_torque(MOTION, pressed))
+
+
+@pytest.mark.parametrize("restitution", [0.35, 0.5, 0.62])
+def test_edges_along_the_preload_are_those_of_the_followed_orbit(restitution: float) -> None:
+    """To 1e-9, from the orbit's own multipliers: −1 at the doubling, 1 where the orbit begins."""
+    disk = DISK._replace(restitution=restitution)
+    edges = motor_curves.preload_regimes(MOTION, disk)
+
+    def forcing(preload: float) -> float:
+        return axial_forcing_of(MOTION, disk._replace(preload=preload))
+
+    def orbit(preload: float) -> PeriodicOrbit:
+        known = period_one(MOTION, disk._replace(preload=preload))
+        assert known is not None
+        phase = math.acos((1 - restitution) / (1 + restitution) / forcing(preload))
+        return periodic_orbit(
+            NextCollisionMap(forcing(preload), restitution),
+            MapState(phase, -2.0 / (1.0 + restitution)), 1,
+        )  # fmt: skip
+
+    low, high = edges.doubling * 0.999, edges.doubling * 1.001
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        found = orbit(middle)
+        if 1.0 + found.trace + found.determinant < 0.0:  # beyond −1: doubled
+            low = middle
+        else:
+            high = middle
+    assert 0.5 * (low + high) == pytest.approx(edges.doubling, rel=1e-9)
+
+    # the square of 1 − trace + determinant is smooth in Γ up to its zero, where λ = 1
+    at = [edges.no_period_one * (1.0 - 1e-3 * k) for k in range(1, 7)]
+    orbits = [orbit(preload) for preload in at]
+    squares = [(1.0 - found.trace + found.determinant) ** 2 for found in orbits]
+    offsets = np.array(at) / edges.no_period_one - 1.0
+    line = np.polynomial.Polynomial.fit(squares, offsets, 5)
+    assert abs(float(line(0.0))) < 1e-9
