@@ -139,9 +139,9 @@ _MOTOR = (
     Spec("settling", 300, "", "periods of the stator left out at least; more where friction is "
          "slow to give the rotor its speed", low=0, high=100_000_000),
     Spec("measured", 512, "", "periods of the first stretch that means are over, where the state "
-         "does not repeat; each stretch that is too short is followed by one twice as long",
+         "does not repeat; where it is too short one twice as long is added, and so on",
          low=32, high=100_000_000),
-    Spec("longest", 40_000, "", "periods of the stator simulated at each point, at most", low=64,
+    Spec("longest", 20_000, "", "periods of the stator simulated at each point, at most", low=64,
          high=1_000_000_000),
 )  # fmt: skip
 _BASINS = (

@@ -48,6 +48,7 @@ BATCHES = 32
 _COMES_BACK = 1e-11
 """Within so much of its scales. What changes less in a cycle changes by less than 1e-3 of them in a
 hundred million cycles."""
+_TABLES = 5  # rows of the work space before those of the looks
 _NEARLY = 1e-4
 """What comes back within so much only may yet settle on a shorter cycle."""
 _SURE = 3.0
@@ -233,6 +234,31 @@ def _standard_error(angles: Floats, times: Floats) -> float:
 
 
 @rare_kernel
+def _pooled(
+    first: Floats,
+    since: Floats,
+    seen: Floats,
+    angles: Floats,
+    times: Floats,
+    known: float,
+    error: float,
+) -> tuple[float, float]:
+    """Mean speed and its error with one stretch more, which begins at `since` and ends at `seen`.
+
+    What came before it, from `first` on, counts unless it was clearly another speed.
+    """
+    latest = _standard_error(angles, times)
+    mean = (angles[BATCHES] - angles[0]) / (times[BATCHES] - times[0])
+    if error == math.inf or abs(mean - known) > _SURE * math.hypot(error, latest):
+        first[:] = since
+        error = math.inf
+    if error < math.inf:
+        latest *= error / math.hypot(error, latest)
+    speed = (seen[SEEN_ANGLE] - first[SEEN_ANGLE]) / (seen[SEEN_AT] - first[SEEN_AT])
+    return speed, latest
+
+
+@rare_kernel
 def _measure(
     states: Record,
     motion: Record,
@@ -247,8 +273,8 @@ def _measure(
     out: Floats,
 ) -> bool:
     """Run one disk until its means are known, and write them; False: a fault."""
-    run, first, ring = work[0], work[1], work[4:]
-    angles, times = work[2], work[3]
+    run, first, angles, times, since = work[0], work[1], work[2], work[3], work[4]
+    ring, known, error = work[_TABLES:], 0.0, math.inf
     run[:] = 0.0
     ledgers[:] = 0.0
     open_row[0].count = 0
@@ -257,7 +283,7 @@ def _measure(
     _begin(states[0], motion, disk, begin[BEGIN_TAU], begin[BEGIN_U], begin[BEGIN_OMEGA])
     settling, cycle = int(begin[BEGIN_SETTLING]), 0
     window, until = measured // BATCHES * BATCHES, -1
-    ahead = 0 if begin[BEGIN_TAU] < LOOK_AT else 1
+    ahead = int(begin[BEGIN_TAU] >= LOOK_AT)
     k, part = 0, 1
     while k <= longest + LONGEST_CYCLE:
         ns, sub = instant_of(motion, k + ahead, LOOK_AT)
@@ -280,7 +306,7 @@ def _measure(
             i = (k - settling) // length
             angles[i], times[i] = seen[SEEN_ANGLE], seen[SEEN_AT]
             if i == BATCHES:
-                error = _standard_error(angles, times)
+                known, error = _pooled(first, since, seen, angles, times, known, error)
                 if _SURE * error <= begin[BEGIN_PRECISION] or k + 2 * window > longest:
                     _write_means(first, seen, motion.f, 0, out)
                     out[SPEED_ERROR] = error
@@ -290,7 +316,7 @@ def _measure(
                 settling = k
                 angles[0], times[0] = seen[SEEN_ANGLE], seen[SEEN_AT]
             if k == settling:
-                first[:] = seen
+                since[:] = seen
         k += part
     return False
 
@@ -354,5 +380,5 @@ def workspace() -> tuple[Any, ...]:
         np.zeros((2, 2, len(LEDGER_FIELDS))),
         np.zeros(4, IMPACT_DTYPE),
         np.zeros(1, IMPACT_DTYPE),
-        np.zeros((4 + LONGEST_CYCLE, max(_SEEN, BATCHES + 1))),
+        np.zeros((_TABLES + LONGEST_CYCLE, max(_SEEN, BATCHES + 1))),
     )

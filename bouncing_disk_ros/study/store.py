@@ -64,11 +64,19 @@ class Store:
             raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
                              "this study", f"It holds something else. {hint}")  # fmt: skip
         wanted = self._identity()
-        if found != wanted:
+        if found != wanted and not self._finished_before(group, found, wanted):
             differs = _difference(found, wanted)
             raise InputError("output", str(self.path), "a new folder, or an unfinished result with "
                              "the same parameters", f"There {differs}. {hint}")  # fmt: skip
         return group
+
+    def _finished_before(
+        self, group: zarr.Group, found: Mapping[str, Any], wanted: Mapping[str, Any]
+    ) -> bool:
+        """Whether it is a whole result of an older revision, which is read as it is."""
+        same = {**found, "revision": wanted["revision"]} == wanted
+        older = isinstance(found.get("revision"), int) and found["revision"] < wanted["revision"]
+        return same and older and bool(np.all(np.asarray(group[DONE][:])))
 
     def _made(self) -> zarr.Group:
         """A new store: made beside its place, so that a half-made one is never found."""

@@ -65,10 +65,11 @@ def ended_well(process: Process, number: int = signal.SIGINT) -> None:
 def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
     start: Starter, peer: Peer
 ) -> None:
-    process = simulator(start, "crossfade_duration:=0.2", "state_rate:=200.0")
+    # long enough for a busy machine to publish it while it is in force
+    process = simulator(start, "crossfade_duration:=1.0", "state_rate:=200.0")
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
-    asked = peer.now_ns() + NS
+    asked = peer.now_ns() + 2 * NS
     values = {"axial_amplitude": 0.02, "angular_amplitude": 0.3, "frequency": 4.0, "phase_lag": 1.0}
     peer.command((0.0, values), stamp_ns=asked)
     peer.spin_until(lambda: msg_to_motion(peer.latest("platform/motion")).start[0] == 0.02)
@@ -81,7 +82,7 @@ def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
     # the stamp of the end, in ROS time, is what was asked, to the nanosecond
     begun = time_to_ns(fade_msg.header.stamp)
     assert begun + time_to_ns(fade_msg.points[1].time_from_start) == asked
-    assert time_to_ns(fade_msg.points[1].time_from_start) == NS // 5
+    assert time_to_ns(fade_msg.points[1].time_from_start) == NS
     # from there on the platform moves as asked, in a hundred samples (a busy reader misses some)
 
     def later() -> list[JointState]:
@@ -449,8 +450,7 @@ def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
     assert peer.call(Trigger, "reset").success  # which ends it as well
     assert "under way" in peer.call(Trigger, "step").message
     assert peer.call(SetBool, "pause", SetBool.Request(data=True)).message.startswith("paused at")
-    peer.next_diagnostics()
-    assert peer.diagnostic("real time")[1] == "paused"
+    peer.spin_until(lambda: peer.diagnostic("real time")[1] == "paused")
     for line in ("accepted: disk/impulse: 0.001 N·s", "accepted: ~/reset", "accepted: ~/pause"):
         process.wait_for(line)
     ended_well(process)

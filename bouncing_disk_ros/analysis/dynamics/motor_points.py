@@ -95,7 +95,7 @@ class Run(NamedTuple):
     start: str = "period-1"  # one of STARTS
     settling: int = 300  # periods left out, at least
     measured: int = 512  # periods of the first stretch
-    longest: int = 40_000  # periods in all
+    longest: int = 20_000  # periods in all
 
 
 def check_start(start: str) -> None:

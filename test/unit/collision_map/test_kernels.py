@@ -21,8 +21,8 @@ import bouncing_disk_ros
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("collision_map", "core")
 """Those that may import numba (test_architecture.py)."""
-TAKEN = {"numba": {"from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"},
-         "numba.core": {"event"}}  # fmt: skip
+TAKEN = {"numba": {"config", "from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"},
+         "numba.core": {"event", "caching"}}  # fmt: skip
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 

@@ -1,8 +1,9 @@
-"""A motor from rest to its speed and back: what the programme does, and what a report says of it."""
+"""A motor from rest to its speed and back: what the programme does, what a report says of it."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
 
 NAME = "motor_start_and_stop"
-LOADED = {"load_inertia": 2e-7, "brake_torque": 0.002}
+LOADED: dict[str, Any] = {"load_inertia": 2e-7, "brake_torque": 0.002}
 
 
 def record_of(end: float, rate: float) -> RunRecord:

@@ -185,10 +185,10 @@ def test_impulses_are_axial_then_angular() -> None:
 
 def test_a_result_sums_up_speed_work_and_efficiency() -> None:
     """A period-1 motor under a brake: V − πT_B/(Iω), and output/input as the ledger has them."""
-    given = {"frequency": 5.0, "restitution": 0.5, "initial_forcing_phase": math.acos(1 / 1.35)}
     result = simulate(
-        200.0, axial_forcing=0.45, brake_torque=2e-3, load_inertia=1e-3, sample_rate=10.0, **given
-    )
+        200.0, axial_forcing=0.45, frequency=5.0, brake_torque=2e-3, load_inertia=1e-3,
+        initial_forcing_phase=math.acos(1 / 1.35), sample_rate=10.0,
+    )  # fmt: skip
     assert result.duration == 200.0
     angle = result.unwrapped_angle
     assert len(angle) == len(result.samples) == 2001

@@ -94,7 +94,9 @@ def test_every_axis_can_be_mapped(tmp_path: Path, axis: str) -> None:
     ends = {"x_begin": 0.97 * default, "x_end": 1.02 * default} if default else {"x_end": 0.01}
     if default < 0.0:
         ends = {"x_begin": 1.02 * default, "x_end": 0.97 * default}
-    other = {"y_axis": "load_torque", "y_begin": 0.0, "y_end": 0.005} if axis == "preload" else {}
+    other: dict[str, Value] = {}
+    if axis == "preload":
+        other = {"y_axis": "load_torque", "y_begin": 0.0, "y_end": 0.005}
     given: dict[str, Value] = {"y_begin": 22.0, "y_end": 23.0, **ends, **other}
     _, found = result_of(tmp_path, x_axis=axis, x_count=2, y_count=2, **given)
     assert set(found["mean_speed"].dims) == {
@@ -118,19 +120,19 @@ def test_stall_is_where_the_speed_is_0_or_friction_gives_way() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"x_axis": "load_inertia"}, "x_axis: got 'load_inertia', allowed: one of load_torque, brak"),
+        ({"x_axis": "load_inertia"}, "x_axis: got 'load_inertia', allowed: one of load_torque,"),
         ({"x_axis": "torque"}, "load_torque"),
-        ({"y_axis": "load_torque"}, "y_axis: got 'load_torque', allowed: another parameter than x"),
+        ({"y_axis": "load_torque"}, "y_axis: got 'load_torque', allowed: another parameter"),
         ({"x_begin": 0.02}, "x_begin: got 0.02, allowed: less than x_end = 0.016"),
         ({"brake_torque": -1.0}, "brake_torque: got -1.0, allowed: a finite number >= 0"),
         ({"load_inertia": -1e-9}, "load_inertia: got -1e-09, allowed: a finite number >= 0"),
-        ({"x_axis": "brake_torque", "x_begin": -0.01}, "x_begin: got -0.01, allowed: a finite numb"),
+        ({"x_axis": "brake_torque", "x_begin": -0.01}, "x_begin: got -0.01, allowed: a finite"),
         ({"x_begin": 0.1, "x_end": 0.2}, "runs away at every point"),
-        ({"x_axis": "restitution", "x_end": 0.5, "load_torque": -0.1}, "load_torque: got -0.1, allow"),
-        ({"axial_amplitude": 0.0, "angular_amplitude": 0.0, "x_end": 1e-3}, "nothing moves at any"),
-        ({"friction": 0.0, "x_axis": "brake_torque"}, "friction: got 0.0, allowed: > 0, or a load"),
-        ({"y_begin": 35.0, "y_end": 40.0, "brake_torque": 1.0}, "brake_torque: got 1.0, allowed: l"),
-        ({"y_begin": -1.0, "y_end": 40.0}, "y_begin: got -1.0, allowed: > −mass × gravity = -0.004"),
+        ({"x_axis": "restitution", "x_end": 0.5, "load_torque": -0.1}, "load_torque: got -0.1"),
+        ({"axial_amplitude": 0.0, "angular_amplitude": 0.0, "x_end": 1e-3}, "nothing moves"),
+        ({"friction": 0.0, "x_axis": "brake_torque"}, "friction: got 0.0, allowed: > 0, or"),
+        ({"y_begin": 35.0, "y_end": 40.0, "brake_torque": 1.0}, "brake_torque: got 1.0,"),
+        ({"y_begin": -1.0, "y_end": 40.0}, "y_begin: got -1.0, allowed: > −mass × gravity"),
         ({"restitution": 1.0}, "restitution"),
         ({"x_axis": "restitution", "x_end": 1.0}, "x_end: got 1.0, allowed: less than 1"),
         ({"start": "orbit"}, "start: got 'orbit', allowed: period-1, rest, followed"),

@@ -25,7 +25,7 @@ LEFT_OUT = 2000
 
 
 def motors() -> Iterator[tuple[Motion, Disk]]:
-    """From rest at 40 kHz: chattering, contact alone and held, with loads and brakes of all sizes."""
+    """From rest at 40 kHz: chattering, contact alone and held, with loads and brakes."""
     rng = np.random.default_rng(140)
     for preload in (15.3, 26.0, 31.0, 33.0):
         for _ in range(6):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.studies.study_bag import numbers, read_bag
@@ -32,8 +33,10 @@ def test_numbers_are_those_of_the_definitions() -> None:
 
 
 def test_a_preload_counts_as_gravity() -> None:
-    heavy = numbers(MOTION, DISK._replace(preload=0.25 * 3.0))
-    assert heavy == pytest.approx(numbers(MOTION, DISK._replace(gravity=12.0)))
+    pressed = numbers(MOTION, DISK._replace(preload=0.25 * 3.0))
+    heavy = numbers(MOTION, DISK._replace(gravity=12.0))
+    for name in MAP_PARAMETERS:
+        assert pressed[name] == pytest.approx(heavy[name])
 
 
 def test_the_last_steady_motion_and_its_disk_are_taken(tmp_path: Path) -> None:
