@@ -12,7 +12,7 @@ from bouncing_disk_ros.nodes.studies.bifurcation import lines
 SHORT: dict[str, Any] = {"count": 2, "settling": 10, "measured": 20, "kept": 5}
 
 
-def hints(**given: object) -> list[str]:
+def hints(**given: Any) -> list[str]:
     return [line for line in lines(bifurcation(**SHORT, **given)) if "no period doubling" in line]
 
 
