@@ -85,6 +85,7 @@ if TYPE_CHECKING:
         basin_shares,
         basins,
         bifurcation,
+        motor,
         parameter_map,
         toss_map,
         toss_paths,
@@ -116,7 +117,7 @@ _PUBLIC = {
     "run.presets": "load_preset preset_names",
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
-    "study.functions": "basin_shares basins bifurcation parameter_map toss_map toss_paths",
+    "study.functions": "basin_shares basins bifurcation motor parameter_map toss_map toss_paths",
     "study.runner": "run_study",
     "study.store": "open_result",
 }
@@ -134,10 +135,11 @@ __all__ = [
     "RunRecord", "Simulation", "SimulatorNode", "TossSetting", "__version__", "bag",
     "basin_entropy", "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension",
     "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
-    "label_starts", "load_preset", "load_programme", "open_result", "orbit_of", "parameter_map",
-    "period_doublings", "periodic_orbit", "platform_velocities", "plots", "preset_names",
-    "programme_names", "read_run", "restitution_of", "run_study", "simulate", "spread_starts",
-    "study", "summary_of", "toss", "toss_map", "toss_paths", "uncertainty_exponent",
+    "label_starts", "load_preset", "load_programme", "motor", "open_result", "orbit_of",
+    "parameter_map", "period_doublings", "periodic_orbit", "platform_velocities", "plots",
+    "preset_names", "programme_names", "read_run", "restitution_of", "run_study", "simulate",
+    "spread_starts", "study", "summary_of", "toss", "toss_map", "toss_paths",
+    "uncertainty_exponent",
 ]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once

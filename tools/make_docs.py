@@ -44,7 +44,7 @@ SECTIONS: dict[str, tuple[str, str]] = {
     "Studies": (
         """Long computations with their results as datasets: [studies](studies.md). All take the
         [parameters](parameters.md) of their table as keywords.""",
-        """toss_paths toss_map bifurcation parameter_map basins basin_shares run_study
+        """toss_paths toss_map bifurcation parameter_map motor basins basin_shares run_study
         open_result figures study""",
     ),
     "Next-collision map": (

@@ -237,8 +237,8 @@ INTRODUCTION = (
     "given; nothing is tuned to a printed number. The parameter files are in config/ of the "
     "sources, and in share/bouncing_disk_ros/config where the package is installed; "
     "`make figures` computes them all. Without the command ros2 write "
-    "`python -m bouncing_disk_ros` for `ros2 run bouncing_disk_ros`, and `config/` for the path "
-    "that ends so; another restitution is one more `-p restitution:=0.3` at the end."
+    "`python -m bouncing_disk_ros NAME` for `ros2 run bouncing_disk_ros NAME`, and `config/` for "
+    "the path that ends so; another restitution is one more `-p restitution:=0.3` at the end."
 )
 
 

@@ -74,6 +74,16 @@ def parameter_map(
     return _run("parameter_map", path, workers, progress, parameters)
 
 
+def motor(
+    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+) -> xr.Dataset:
+    """Speed, torque, efficiency and stall of an ultrasonic motor over two of its parameters.
+
+    >>> motor(x_axis="load_torque", y_axis="preload", x_count=40, y_count=10)["stall_torque"]
+    """
+    return _run("motor", path, workers, progress, parameters)
+
+
 def basins(
     path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
 ) -> xr.Dataset:

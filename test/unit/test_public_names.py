@@ -218,6 +218,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
     "basins": {"axial_forcing": 0.55, "width": 60, "height": 60},
     "basin_shares": {"begin": 0.4, "count": 2, "samples": 8},
+    "motor": {"x_count": 3, "y_count": 2},
 }  # fmt: skip
 
 

@@ -59,6 +59,7 @@ def lines(result: xr.Dataset) -> list[str]:
     ratios = ", ".join(f"{float(ratio):.4f}" for ratio in result["feigenbaum_ratio"].values)
     if ratios:
         rows.append(f"  ratios of their distances {ratios} (tend to 4.6692)")
+    rows += _first_doubling_lines(result)
     rows += _onset_lines(result)
     value = result["value"].values
     n = len(value)
@@ -74,6 +75,20 @@ def lines(result: xr.Dataset) -> list[str]:
     chaotic = (result["lyapunov_exponent"].values > 1e-3).reshape(n, -1).any(axis=1).sum()
     rows.append(f"  Lyapunov exponent above 0.001 at {int(chaotic)} of {n} values")
     return rows + (_start_lines(result) if "start" in result.dims else [])
+
+
+def _first_doubling_lines(result: xr.Dataset) -> list[str]:
+    """Where the first doubling lies when Γ ends before it: the diagram shows none then."""
+    from bouncing_disk_ros.analysis.period_one import stability_limit
+
+    if result.attrs["parameter_along"] != "axial_forcing" or len(result["doubling"]):
+        return []
+    restitution = float(result.attrs["parameter_restitution"])
+    first, last = stability_limit(restitution), float(result["value"].max())
+    if not result.attrs["parameter_doublings"] or last >= first:
+        return []
+    here = f"at ε = {restitution:g} the first is at {first:.6g}, so let the axis end beyond it"
+    return [f"  no period doubling up to {last:.6g}: {here}"]
 
 
 def _onset_lines(result: xr.Dataset) -> list[str]:
