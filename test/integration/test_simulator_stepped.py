@@ -16,6 +16,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import time_to_ns
@@ -338,6 +339,16 @@ def test_parameters_act_where_they_are_set(make: Make) -> None:
     assert simulator.node.get_parameter("restitution").value == 1.0
     assert set_one(simulator, "chatter_report_speed", 0.5)[0]
     assert simulator.node.run.session.simulation.chatter_report_speed == 0.5
+
+
+def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    times: list[int] = []
+    monkeypatch.setattr(Outputs, "sample", lambda _, sample: times.append(sample.time_ns))
+    simulator = make(state_rate=10.0)
+    simulator.advance(1.0)
+    assert set_one(simulator, "state_rate", 100.0) == (True, "")
+    simulator.advance(0.03)
+    assert [time_ns - NS for time_ns in times[-4:]] == [0, NS // 100, NS // 50, 3 * NS // 100]
 
 
 def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:

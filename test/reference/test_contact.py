@@ -137,3 +137,21 @@ def test_huge_friction_never_slips() -> None:
         sample = run.sample()
         assert sample.phase == Phase.STICKING
         assert sample.angular_velocity == sample.platform_angular_velocity
+
+
+@pytest.mark.parametrize("early", [1e-4, 1e-6])
+def test_a_disk_slips_before_the_load_is_gone(early: float) -> None:
+    """Friction holds until grip·a = Φω² sin τ: `early` rad before separation by the choice of μ."""
+    disk = Disk(0.5, 0.5, 1.0, 0.1, 0.08, 9.81)
+    amplitude, swing = axial_amplitude(0.45, FREQUENCY, disk), 0.5
+    leave = math.asin(1.0 / (0.45 * math.pi))
+    grip = (
+        swing * math.sin(leave - early) / (amplitude * (math.sin(leave) - math.sin(leave - early)))
+    )
+    disk = disk._replace(friction=grip * 0.08**2 / 0.1)
+    run = Simulation(
+        Motion(amplitude, swing, FREQUENCY, 0.0), disk, InitialState(forcing_phase=leave - 0.1)
+    )
+    for ahead, phase in ((1.5, Phase.STICKING), (0.5, Phase.SLIDING), (-0.5, Phase.FLIGHT)):
+        run.advance(round((0.1 - ahead * early) / OMEGA * NS))
+        assert run.sample().phase == phase

@@ -91,6 +91,20 @@ def test_no_root_is_passed(amplitude: float, tau: float, u: float, gap: float) -
         assert flight.gap_after(record, 0.0, s, c, G, gap, u, d * part)[0] > -1e-15 * scale
 
 
+@pytest.mark.parametrize(("x", "v"), [(0.02, 3.0), (-0.05, 1.8), (0.05, 0.7), (0.3, -1.0)])
+def test_a_thrown_disk_is_above_the_platform_s_top_from_begin_to_end(x: float, v: float) -> None:
+    """The search leaves this interval out: a longer one would pass impacts below the top."""
+    top = 0.05
+    begin, end = flight.above_platform(top, x, v, G)
+    # roundings of heights up to v²/2g
+    assert x + (v - 0.5 * G * end) * end == pytest.approx(top, abs=1e-14)
+    if x < top:
+        assert x + (v - 0.5 * G * begin) * begin == pytest.approx(top, abs=1e-14)
+    else:
+        assert begin == 0.0
+    assert begin < end
+
+
 @pytest.mark.parametrize("clearance", [1e-9, 1e-13, -1e-13, -1e-9])
 def test_a_graze_is_decided_by_the_sign_of_the_least_gap(clearance: float) -> None:
     """The disk passes the platform's crest with no relative velocity, `clearance` above it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -186,3 +187,29 @@ def test_bits_do_not_depend_on_the_processor() -> None:
     here = digest()
     assert len(here.strip()) == len(hashlib.sha256().hexdigest())
     assert digest(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") == here
+
+
+def test_a_bounce_too_short_to_have_a_duration_keeps_the_energy_ledger() -> None:
+    """A platform of 12 days a period takes u = 5e-12 m/s; its work there is −m ṡ u."""
+    climb = math.tau * 1e-6
+    start = InitialState(0.0, climb + 5e-12, forcing_phase=0.0)
+    sim = Simulation(Motion(1.0, 0.0, 1e-6, 0.0), DISK, start)
+    assert sim.sample().gap == 0.0
+    sim.advance(0)
+    assert sim.sample().phase == Phase.STICKING
+    energy = sim.energy()
+    # velocities have the digits of u that climb leaves them: 1e-10 of it
+    assert energy.work_axial == pytest.approx(-DISK.mass * climb * 5e-12, rel=1e-8, abs=0.0)
+    assert energy.loss_impact_axial == pytest.approx(0.5 * DISK.mass * 25e-24, rel=1e-8, abs=0.0)
+    assert abs(energy.residual) < 1e-14 * energy.kinetic
+
+
+def test_an_input_just_before_a_chatter_ends_comes_after_the_impacts_before_it() -> None:
+    """A chatter of 2u/(g(1 − ε)) = 1.6 ms: the closed form, which ends 1 ns later, is no event."""
+    sim = Simulation(Motion(0.0, 0.0, 3.0, 0.0), DISK, InitialState(0.0, 4e-3))
+    sim.apply_impulse(1_600_000 - 1, 0.0, 0.0)
+    sim.advance(1_600_000 - 1)
+    # what is left of it is 1 ns at the end of a flight at least: of u = g(1 − ε)/2ε times that
+    assert abs(sim.sample().axial_velocity) < 6e-9
+    energy = sim.energy()
+    assert abs(energy.residual) < 1e-10 * energy.throughput
