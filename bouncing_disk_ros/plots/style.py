@@ -52,14 +52,19 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
     }  # fmt: skip
 
 
+def decimal_in_pi(value: float) -> str:
+    """A number of rad/π in decimals, for ticks of which some are no simple part: 0.35π, 0.5π."""
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}π".replace("-", "−")
+
+
 def in_pi(value: float, _position: object = None) -> str:
-    """A number of rad/π as a tick says it: −π/2, 0, π."""
-    for whole in (1, 2, 4, 8, 10):
+    """A number of rad/π as a tick says it: −π/2, 0, π, and where that is no simple part 0.35π."""
+    for whole in (1, 2, 4, 8):
         n = value * whole
         if abs(n - round(n)) < 1e-9:
             break
     else:
-        return f"{value:.6g}π".replace("-", "−")
+        return decimal_in_pi(value)
     n = round(n)
     if n == 0:
         return "0"
@@ -79,6 +84,7 @@ def mark_in_pi(axis: Any, step: float = 0.5) -> None:
     low, high = sorted(axis.get_view_interval())
     if math.floor(high / step) - math.ceil(low / step) >= FEWEST_TICKS - 1:
         axis.set_major_locator(MultipleLocator(step))
-    else:
-        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=FEWEST_TICKS))
-    axis.set_major_formatter(FuncFormatter(in_pi))
+        axis.set_major_formatter(FuncFormatter(in_pi))
+        return
+    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=FEWEST_TICKS))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: decimal_in_pi(value)))

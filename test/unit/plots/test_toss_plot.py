@@ -42,7 +42,7 @@ def saved(figure: Figure, folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (1.0, "π"), (-0.5, "−π/2"), (0.375, "3π/8"), (-2.0, "−2π"), (0.1, "π/10"),
+    [(0.0, "0"), (1.0, "π"), (-0.5, "−π/2"), (0.375, "3π/8"), (-2.0, "−2π"), (0.1, "0.1π"),
      (0.33, "0.33π")],
 )  # fmt: skip
 def test_parts_of_pi(value: float, text: str) -> None:
