@@ -200,7 +200,7 @@ def _estimate(found: Estimate) -> Content:
 def report_numbers(found: Report) -> Content:
     """The numbers of a report."""
     segments = [
-        [part.segment.begin, part.segment.end, part.segment.motion, list(part.segment.disk),
+        [part.segment.begin, part.segment.end, part.segment.motion, list(part.segment.disk)[:8],
          part.rows, part.impacts, _orbit(part.orbit), _transient(part.transient),
          nearly(part.settled)]
         for part in found.segments

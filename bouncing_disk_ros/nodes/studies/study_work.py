@@ -129,7 +129,9 @@ class StudyWork:
         from bouncing_disk_ros.nodes.studies.study_bag import read_bag
 
         wanted = [name for name in self._view.from_bag(own) if name not in self._given]
-        found = read_bag(bag, namespace or None, {name: self._table[name] for name in wanted})
+        specs = {name: self._table[name] for name in wanted}
+        loads = "load_torque" in self._table
+        found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)
         for warning in found.warnings:
             print(f"{self._name}: {warning}", file=sys.stderr, flush=True)
