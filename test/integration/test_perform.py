@@ -96,7 +96,7 @@ def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, cloc
     ("arguments", "code", "line"),
     [
         (["spin_upp"], 2, r"^perform: programme: got 'spin_upp', allowed: .*Did you mean spin_up"),
-        ([], 2, r"^perform: programme: got '', allowed: first_toss_to_period_1, motor_start_and_stop, "),
+        ([], 2, r"^perform: programme: got '', allowed: first_toss_to_period_1, motor_start_and"),
         (["--ros-args", "-p", "programm:=x"], 2, r"^perform: parameter: .*Did you mean programme"),
         (["spin_up", "--ros-args", "-p", "lead:=-1.0"], 2, r"^perform: lead: got -1.0, allowed"),
         (
