@@ -11,7 +11,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.arithmetic import kernel, sincos, wrapped
+import numpy as np
+
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos, wrapped
 from bouncing_disk_ros.core.bounds import Bounds, bounds_from
 from bouncing_disk_ros.core.brake import slip_out_sign
 from bouncing_disk_ros.core.flight import (
@@ -25,7 +27,8 @@ from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet,
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
 ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none
-LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD, TURNING, SPINNING, SPIN_DRIVE, HOLD = range(9)
+# Of numpy's type: numba compiles a search again for each literal number of Python's.
+LOAD, MARGIN, SLIPPING, DRIVE, UNLOAD, TURNING, SPINNING, SPIN_DRIVE, HOLD = np.arange(9)
 Slip = tuple[float, float, float, float]  # sign·w_T, β̇, sin τ, cos τ where a slip begins
 NO_SLIP = (0.0, 0.0, 0.0, 0.0)
 
@@ -115,7 +118,7 @@ class Search(NamedTuple):
     steps: int
 
 
-@kernel
+@rare_kernel
 def first_zero(
     which: int,
     sign: float,

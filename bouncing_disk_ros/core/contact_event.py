@@ -122,22 +122,6 @@ def after_held(
 
 
 @rare_kernel
-def _zero(
-    which: int,
-    sign: float,
-    motion: Record,
-    disk: Record,
-    drag: float,
-    elapsed: float,
-    tau: float,
-    about: tuple[float, float, float, float],
-    begin: float,
-    horizon: float,
-) -> Search:
-    return first_zero(which, sign, motion, disk, drag, elapsed, tau, about, begin, horizon)
-
-
-@rare_kernel
 def _platform_turns(
     motion: Record, disk: Record, elapsed: float, tau: float, sign: float, horizon: float
 ) -> Search:
@@ -147,7 +131,7 @@ def _platform_turns(
     if motion.kind == STEADY:
         d = until_turning(motion, tau, sign)
         return Search(d if d <= horizon else math.inf, min(d, horizon), 0)
-    return _zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
+    return first_zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 
 
 @rare_kernel
@@ -168,7 +152,7 @@ def _disk_stops(
     if motion.kind == STEADY:
         reach = min(horizon, ONE_PERIOD * period_of(motion))
     if speed == 0.0:  # searched from where its drive turns against it, as a slip from 0
-        starts = _zero(SPIN_DRIVE, sign, motion, disk, drag, elapsed, tau, about, 0.0, reach)
+        starts = first_zero(SPIN_DRIVE, sign, motion, disk, drag, elapsed, tau, about, 0.0, reach)
         if starts.zero == math.inf:
             return Search(math.inf, horizon, starts.steps) if starts.reached >= reach else starts
         begin = starts.zero
@@ -181,7 +165,7 @@ def _disk_stops(
             return Search(math.inf, horizon, 0)
         if rate <= 0.0:  # faster after each period: now or never
             within = min(horizon, begin + ONE_PERIOD * period_of(motion))
-    end = _zero(SPINNING, sign, motion, disk, drag, elapsed, tau, about, begin, within)
+    end = first_zero(SPINNING, sign, motion, disk, drag, elapsed, tau, about, begin, within)
     reached = horizon if end.zero == math.inf and end.reached >= within else end.reached
     return Search(end.zero, reached, end.steps)
 
@@ -195,8 +179,8 @@ def _lets_go(
         return Search(math.inf, horizon, 0), 0.0
     about = (disk.brake, state.slip_sign, 0.0, 0.0)
     lag, tau = disk.lag, state.tau
-    up = _zero(HOLD, 1.0, motion, disk, lag, elapsed, tau, about, 0.0, horizon)
-    down = _zero(HOLD, -1.0, motion, disk, lag, elapsed, tau, about, 0.0, up.reached)
+    up = first_zero(HOLD, 1.0, motion, disk, lag, elapsed, tau, about, 0.0, horizon)
+    down = first_zero(HOLD, -1.0, motion, disk, lag, elapsed, tau, about, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), 1.0
