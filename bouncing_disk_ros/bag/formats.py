@@ -37,10 +37,10 @@ def checked(notes: Mapping[str, str]) -> dict[str, str]:
     """Notes without their checksum; BagError when it does not fit, or they cannot be shown."""
     texts = {key: value for key, value in notes.items() if key != _CRC}
     if notes.get(_CRC) != f"{_checksum(texts):08x}":
-        raise BagError("the notes of the bag are damaged (their checksum does not fit)")
+        raise BagError("the notes of the bag are damaged (their checksum is wrong)")
     for key, text in texts.items():
         if len(text) > limits.NOTE or not text.isprintable():
-            raise BagError(f"the note {key!r} has too many letters, or such that cannot be shown")
+            raise BagError(f"the note {key!r} is too long, or has characters that cannot be shown")
     return texts
 
 

@@ -44,4 +44,5 @@ def write_error(folder: Path, error: Exception, lost: int) -> WriteError:
     else:
         why = f"an error of the recorder itself, {type(error).__name__}: {error}"
     what = f"; {lost} messages that were received are not in it" if lost else ""
-    return WriteError(f"{folder}: recording ended: {why}{what}. What is there can be read")
+    why = f"recording ended: {why}{what}"
+    return WriteError(f"{folder}: {why}. The bag can be read up to that point")

@@ -126,7 +126,7 @@ def simulate(
     chosen = {**(load_preset(preset) if preset else {}), **values}
     if axial_forcing is not None:
         if "axial_amplitude" in values:
-            hint = "Each decides the other: give one."
+            hint = "Each is computed from the other: give one."
             raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
         chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
     whole = parameters.complete(chosen)

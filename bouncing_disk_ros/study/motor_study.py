@@ -117,7 +117,7 @@ class Motor(Study):
             if name == "preload":
                 field, least = f"{key}_begin", float(given[f"{key}_begin"])
         if not least > -weight:
-            hint = "Else nothing holds the rotor down."
+            hint = "Otherwise nothing presses the rotor down."
             raise InputError(field, least, f"> −mass × gravity = {-weight:g} N", hint)
 
     def _check_that_it_moves(self) -> None:

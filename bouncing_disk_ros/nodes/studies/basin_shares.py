@@ -68,7 +68,7 @@ def _missed_lines(result: xr.Dataset) -> list[str]:
         return []
     some = ", ".join(f"{value:.5g}" for value in values[:MOST_NAMED])
     more = ", …" if len(values) > MOST_NAMED else ""
-    what = "  the search missed attractors with small basins, open starts led to them"
+    what = "  the search missed attractors with small basins; starts without a label led to them"
     return [f"{what}: at {some}{more}"]
 
 

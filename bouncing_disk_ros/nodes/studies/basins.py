@@ -66,7 +66,7 @@ def lines(result: xr.Dataset) -> list[str]:
         names = ", ".join(map(str, result["missed_attractor_name"].values))
         rows.append(f"  unresolved starts lead to attractors that the search missed: {names}")
     if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
-        rows.append("  no boundary within the window, or too little of it")
+        rows.append("  no boundary in the window, or too short a one")
     elif "box_dimension" in result:
         entropy = float(result["boundary_basin_entropy"])
         rows.append(

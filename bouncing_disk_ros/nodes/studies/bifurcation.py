@@ -113,7 +113,7 @@ def _start_lines(result: xr.Dataset) -> list[str]:
     after = speed.where(contact)
     apart = int((after.max("start") - after.min("start") > APART).sum())
     if apart:
-        why = "let it settle longer, unless it is chaotic or friction holds several speeds"
+        why = "increase settling, unless the motion is chaotic or friction keeps several speeds"
         rows.append(f"  after contact the mean speed depends on the start at {apart} values: {why}")
     return rows
 

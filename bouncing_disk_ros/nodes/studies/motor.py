@@ -79,7 +79,7 @@ def lines(result: xr.Dataset) -> list[str]:
     rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
     if count := int(rough.sum()):
         rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
-                    f"at {count} points: longest:=... lets them run on")  # fmt: skip
+                    f"at {count} points: increase longest to improve them")  # fmt: skip
     return rows
 
 

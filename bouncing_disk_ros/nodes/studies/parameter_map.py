@@ -69,13 +69,13 @@ def lines(result: xr.Dataset) -> list[str]:
     rows.append(f"  period 1     at {single:7.3f} %")
     rare = 100.0 * float(((kind == 1) & (period == 0)).mean())
     if rare > 0.0:
-        rows.append(f"  contact so rare at {rare:7.3f} % that rounding decides when it comes: "
-                    "its period is not known")  # fmt: skip
+        rows.append(f"  contact at {rare:7.3f} % of the points is so rare that rounding decides "
+                    "when it comes: its period is not known")  # fmt: skip
     rows += _largest(result, "mean_speed", "mean speed", " ωΦ")
     rows += _largest(result, "lyapunov_exponent", "Lyapunov exponent", "")
     moving = int(((abs(result["mean_speed_change"]) > SETTLED) & (kind != 3)).sum())
     if moving:
-        why = "let it settle longer if the speed matters there"
+        why = "increase settling if the speed matters there"
         rows.append(f"  the mean speed still changes by more than {SETTLED:g} at {moving} points "
                     f"without chaos: {why}")  # fmt: skip
     return rows
