@@ -1,4 +1,4 @@
-"""The format of our notes in a bag, its version, and a checksum over them.
+"""The format of this package's notes in a bag, its version, and a checksum over them.
 
 An mcap metadata record has no checksum of its own, so the notes carry one.
 """
@@ -21,7 +21,7 @@ _CRC = "crc32"
 
 
 class BagError(Exception):
-    """A bag is damaged where it was read, or holds something that cannot be decoded. One line."""
+    """Error of a bag that is damaged where it was read, or cannot be decoded. One line."""
 
     def __str__(self) -> str:
         return one_line(super().__str__())

@@ -15,7 +15,7 @@ MOST_LINES = 200
 
 @dataclass
 class Report:
-    """What recovery saved and what it could not save, in words and in numbers."""
+    """Report of a recovery: what was saved and what was lost, in words and in numbers."""
 
     output: Path
     saved: int = 0

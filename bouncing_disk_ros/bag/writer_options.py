@@ -1,4 +1,4 @@
-"""How a bag is written, and the error of a disk that takes no more."""
+"""Options of a bag writer, and the error of a disk that is full."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ COMPRESSIONS = {
 
 
 class WriteError(Exception):
-    """Nothing more can be written. The bag is closed; what it holds can be read. One line."""
+    """Error of a bag that cannot be written further. It is closed and can be read. One line."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a bag is written; sizes in bytes, times in seconds, 0: no limit."""
+    """Options of a bag writer; sizes in bytes, times in seconds, 0: no limit."""
 
     compression: str = "zstd"
     chunk_size: int = 1 << 20

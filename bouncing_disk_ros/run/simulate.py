@@ -48,7 +48,7 @@ class _Recorded(NamedTuple):
 
 
 class Result(_Recorded):
-    """What `simulate` gives back: impacts, samples, inputs and parameters, and what follows.
+    """Result of `simulate`: impacts, samples, inputs, parameters and derived numbers.
 
     `energy` is the energy ledger at the end, J, and `duration` the time simulated, s.
     """

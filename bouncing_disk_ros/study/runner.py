@@ -30,7 +30,7 @@ were late by 2.6 ms at p99 so, and by 3.9 ms without."""
 
 
 class Progress(NamedTuple):
-    """How far a run is."""
+    """Progress of a run of a study."""
 
     done: int  # regions in the store
     total: int
@@ -53,7 +53,7 @@ def run(
     stopped: Callable[[], bool] = never,
     **parameters: object,
 ) -> xr.Dataset | None:
-    """Compute a study into the Zarr store at `path`, or go on with what is there.
+    """Compute a study into the Zarr store at `path`, or continue a result that is there.
 
     `study`: a study, or the name of one with its `parameters`, as `named` takes them. `path` None:
     the result is kept nowhere but in memory. `workers` threads compute (the kernels release the

@@ -186,7 +186,7 @@ def _write(group: zarr.Group, study: Study, region: Region, arrays: Arrays) -> N
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """A result as stored, whole or not: arrays are read when they are used.
+    """Open a stored result, complete or not: arrays are read when they are used.
 
     >>> open_result("output/small.zarr")["label"]
     """

@@ -68,7 +68,7 @@ class DemoNode(DemoWatcher):
             yield recorder, simulator, perform
 
     def present(self, stop: Stop, export: str) -> int:
-        """The whole show; the exit code."""
+        """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
             "Starting the simulator (the first start on a machine compiles for about 20 s) ...",

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.basin_shares_study import BasinShares
 
-_ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
-multiple toss), with the best phase lag and the speed it gives."""
+_ABOUT = """Share of the plane of starts that goes to each attractor, over a parameter (how easy a
+multiple toss is), with the best phase lag and its mean speed."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
 
 

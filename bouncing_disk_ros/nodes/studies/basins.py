@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.study.basin_study import Basins
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
-attractor that it goes to; the attractors are found, not given. Fig. 4 of the paper."""
+attractor that it goes to; the attractors are searched first. Fig. 4 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
 
 
