@@ -32,7 +32,7 @@ def toss_title(phase_lag: float, amplitude_angle: float, kind: str = "") -> str:
 
 
 def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> Figure:
-    """Figure of paths of the hand, one panel each, with start, direction and the point of separation.
+    """Figure of paths of the hand, one panel each, with start, direction and point of separation.
 
     `paths` has one leading axis, as long as `titles`.
     """

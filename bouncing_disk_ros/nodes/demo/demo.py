@@ -21,14 +21,7 @@ _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
 BAG = "output/demo_bag"
 
 _SPECS = (
-    Spec(
-        "duration",
-        18.0,
-        "s",
-        "time from the begin of the programme to the end",
-        low=3.0,
-        high=3600.0,
-    ),
+    Spec("duration", 18.0, "s", "time from the programme's begin to the end", low=3.0, high=3600.0),
     Spec("picture", "output/demo.png", "", "file for the picture (png, pdf, svg)"),
 )
 OPTIONS = {spec.name: spec for spec in _SPECS}

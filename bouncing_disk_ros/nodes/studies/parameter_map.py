@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
-_ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag and
-angular forcing: the period of the attractor that one start reaches, its largest Lyapunov exponent
-and the mean speed of the disk."""
+_ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag
+and angular forcing: the period of the attractor that one start reaches, its largest Lyapunov
+exponent and the mean speed of the disk."""
 _EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 -p y_count:=400"
 
 SETTLED = 0.01
