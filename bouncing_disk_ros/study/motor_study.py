@@ -106,7 +106,7 @@ class Motor(Study):
                 hint = f"It is a value of {name}."
                 raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
         if name == "restitution" and end == 1.0:
-            hint = "At 1 no impact loses anything, and nothing settles."
+            hint = "At 1 impacts lose no energy, so the motion does not settle."
             raise InputError(f"{key}_end", end, "less than 1", hint)
 
     def _check_preload(self) -> None:
@@ -129,13 +129,13 @@ class Motor(Study):
         ]
         if all(runs_away(disk) for _, disk in corners):
             limit = max(friction_limit(disk) + disk.brake_torque for _, disk in corners)
-            hint = "Beyond that of friction (and the brake) the rotor runs away at every point."
+            hint = "Above the torque of friction and brake the rotor runs away at every point."
             field = self._field_of("load_torque")
             least = min((disk.load_torque for _, disk in corners), key=abs)
             raise InputError(field, least, f"a torque up to {limit:.6g} N·m somewhere", hint)
         if all(_stands_still(motion, disk) for motion, disk in corners):
             field, value, allowed = self._what_holds_it(corners)
-            raise InputError(field, value, allowed, "As it is, nothing moves at any point.")
+            raise InputError(field, value, allowed, "With these values nothing moves at any point.")
 
     def _field_of(self, name: str) -> str:
         ends = {self.across: "x_end", self.up: "y_end"}

@@ -62,7 +62,7 @@ class Store:
         hint = "Choose another output, or remove it."
         if found is None:
             raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
-                             "this study", f"It holds something else. {hint}")  # fmt: skip
+                             "this study", f"It holds other data. {hint}")  # fmt: skip
         wanted = self._identity()
         if found != wanted and not self._finished_before(group, found, wanted):
             differs = _difference(found, wanted)
