@@ -24,7 +24,7 @@ def overview() -> str:
 def run(name: str, arguments: Sequence[str]) -> int | None:
     """Run the executable `name` as its console script would; return its exit code."""
     if name not in EXECUTABLES:
-        hint = closest(name, EXECUTABLES) or "Run it bare to see what each does"
+        hint = closest(name, EXECUTABLES) or "Without a name, all executables are listed"
         raise InputError("executable", name, ", ".join(EXECUTABLES), hint)
     module, function = entry_point(name).split(":")
     sys.argv = [name, *arguments]

@@ -9,8 +9,8 @@ from __future__ import annotations
 #: package in `nodes` -> name of the executable -> what it does, in one line
 PACKAGES: dict[str, dict[str, str]] = {
     "simulator": {
-        "simulator": "simulate the disk in real time: platform commands in, disk state and "
-        "impacts out",
+        "simulator": "simulate the disk in real time: take platform commands, publish disk "
+        "state and impacts",
     },
     "live": {
         "perform": "publish a programme of platform motions on the command topic",
@@ -20,23 +20,23 @@ PACKAGES: dict[str, dict[str, str]] = {
         "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
     },
     "replay": {
-        "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
+        "replay": "simulate a recorded run again from its inputs: bit-identical, or changed",
     },
     "bags": {
-        "bag_recover": "make a whole bag of one that was cut off or damaged",
+        "bag_recover": "repair a bag that is incomplete or damaged",
         "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
     },
     "studies": {
         "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
-        "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
+        "toss_map": "map single tosses over phase lag and amplitude angle: airborne speed (Fig. 2)",
         "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
         "parameter_map": "map attractors over two parameters: period, Lyapunov exponent, speed",
-        "motor": "speed, torque, efficiency and stall of an ultrasonic motor over two parameters",
+        "motor": "map speed, torque and efficiency of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
-        "basin_shares": "shares of the basins over a parameter, with the best phase lag",
+        "basin_shares": "map the shares of the basins over a parameter, with the best phase lag",
     },
     "demo": {
-        "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",
+        "demo": "show the paper's main result: a helical toss leads into the period-1 orbit",
     },
 }
 #: name of the executable -> what it does, in one line

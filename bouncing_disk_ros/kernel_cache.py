@@ -73,8 +73,8 @@ def use_numba_cache() -> None:
     folder = numba_cache_directory()
     if folder is None:
         warnings.warn(
-            "no folder for compiled kernels can be written: every start compiles them anew. "
-            "Set NUMBA_CACHE_DIR to a folder that can",
+            "no folder for compiled kernels can be written: every start compiles them again. "
+            "Set NUMBA_CACHE_DIR to a folder that can be written",
             RuntimeWarning,
             stacklevel=2,
         )

@@ -131,13 +131,13 @@ _SPECS = (
     Spec("frequency", 3.0, "Hz", "frequency of the platform at the start and after a reset "
          "(to stop it, set the amplitudes to 0)", "f = ω/2π", low=1e-6, high=1e7,
          group="motion", source=f"{_PAPER}: ω = 6π rad/s"),
-    Spec("phase_lag", 0.0, "rad", "phase of the angular behind the axial motion at the start and "
-         "after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
+    Spec("phase_lag", 0.0, "rad", "phase of the angular relative to the axial motion at the start "
+         "and after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
          source=f"{_PAPER}, Fig. 3b"),
     # --- disk and contact
     Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, while_unconfigured=True,
          group="disk", source=f"chosen, {_DOUGH}"),
-    Spec("restitution", 0.5, "1", "coefficient of restitution: 0 the disk stays, 1 nothing is lost",
+    Spec("restitution", 0.5, "1", "coefficient of restitution: 0 no bounce, 1 no loss of energy",
          "ε", low=0.0, high=1.0, group="disk", source=_PAPER),
     Spec("friction", 0.6, "1", "coefficient of Coulomb friction, static and kinetic", "μ", low=0.0,
          high=1e9, group="disk", source=_PAPER),
@@ -148,15 +148,15 @@ _SPECS = (
          source=f"{_PAPER}: d/(2√2), {_DOUGH}"),
     Spec("gravity", 9.80665, "m/s²", "acceleration of gravity", "g", low=0.0, high=1e9,
          group="disk", source="standard gravity"),
-    Spec("preload", 0.0, "N", "force that presses the disk on the platform, in flight as well; "
+    Spec("preload", 0.0, "N", "force that presses the disk on the platform, in flight too; "
          "above −mass × gravity", "P", low=-1e12, high=1e12, group="disk",
          source=f"{_PAPER}: none"),
     Spec("load_torque", 0.0, "N·m", "constant torque on the disk, positive when it brakes positive "
          "rotation", "T_L", low=-1e12, high=1e12, group="disk", source=f"{_PAPER}: none"),
-    Spec("brake_torque", 0.0, "N·m", "torque of a dry brake on the disk, against its rotation; a "
-         "disk at rest is kept so by up to as much", "T_B", low=0.0, high=1e12, group="disk",
+    Spec("brake_torque", 0.0, "N·m", "torque of a dry brake on the disk, against its rotation; it "
+         "holds a disk at rest with up to this torque", "T_B", low=0.0, high=1e12, group="disk",
          source=f"{_PAPER}: none"),
-    Spec("load_inertia", 0.0, "kg·m²", "moment of inertia of what turns with the disk", "J",
+    Spec("load_inertia", 0.0, "kg·m²", "moment of inertia of a load that turns with the disk", "J",
          low=0.0, high=1e12, group="disk", source=f"{_PAPER}: none"),
     # --- initial state of the disk
     Spec("initial_height", 0.0, "m", "height of the disk above the platform at the start and after "
@@ -175,7 +175,7 @@ _SPECS = (
          "reset; 3π/2 is the lowest point of the platform", "τ", low=-1e6, high=1e6,
          group="start", source=_PAPER),
     # --- the run
-    Spec("real_time_factor", 1.0, "1", "simulated time passed in one second; 0: as fast as it can",
+    Spec("real_time_factor", 1.0, "1", "simulated seconds in one second; 0: as fast as possible",
          low=0.0, high=1e9, source="chosen"),
     Spec("state_rate", 100.0, "Hz", "samples of joint_states in one simulated second, on the grid "
          "k/state_rate", low=1e-3, high=1e5, source="chosen"),
@@ -193,17 +193,17 @@ _SPECS = (
          low=1, high=1_000_000, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
-    Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
-         while_unconfigured=True, source="chosen"),
-    Spec("publish_clock", False, "", "publish /clock with simulated time; then stamps are in that "
+    Spec("start_paused", False, "", "start paused: nothing moves before a call of ~/step or "
+         "~/pause (false)", while_unconfigured=True, source="chosen"),
+    Spec("publish_clock", False, "", "publish /clock with simulated time; stamps are then in that "
          "time", while_unconfigured=True, source="chosen"),
-    Spec("autostart", True, "", "configure and activate at once; false: leave that to lifecycle "
+    Spec("autostart", True, "", "configure and activate at once; false: wait for lifecycle "
          "services", read_only=True, source="chosen"),
-    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "
-         "parameter given beside it wins", read_only=True, source="chosen"),
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; "
+         "parameters that are given override it", read_only=True, source="chosen"),
     # --- coordinate frames
-    Spec("frame_prefix", "", "", "put before the names of all frames, to tell several disks apart: "
-         "first/ gives first/world, first/disk ...", read_only=True, group="frames",
+    Spec("frame_prefix", "", "", "put before the names of all frames, to distinguish several "
+         "disks: first/ gives first/world, first/disk ...", read_only=True, group="frames",
          source="chosen"),
     Spec("world_frame", "world", "", "frame of platform/motion and disk/rotor_speed, and root of "
          "the transforms", read_only=True, group="frames", source="chosen"),
@@ -322,14 +322,14 @@ def check_together(values: Mapping[str, Value]) -> None:
     preload, mass, gravity = (float(values[name]) for name in ("preload", "mass", "gravity"))
     if not preload > -mass * gravity:
         allowed = f"a finite number > −mass × gravity = {-mass * gravity:g} N"
-        raise InputError("preload", preload, allowed, "Else nothing holds the disk down.")
+        raise InputError("preload", preload, allowed, "Otherwise nothing presses the disk down.")
     factor = float(values["real_time_factor"])
     if 0.0 < factor < SLOWEST:
         hint = "To stop, pause (~/pause)."
         raise InputError("real_time_factor", factor, f"0 (free running) or >= {SLOWEST:g}", hint)
     speed = float(values["initial_axial_velocity"])
     if values["initial_with_platform"] and speed != 0.0:
-        hint = "Set initial_with_platform false too (before, or in one atomic call)."
+        hint = "Set initial_with_platform to false too (before, or in the same call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
     _check_frames(values)
 

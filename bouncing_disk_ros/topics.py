@@ -79,7 +79,7 @@ _COMMAND_QOS = Qos(100)
 def _value_topic(name: str) -> Topic:
     unit = MOTION_UNITS[name]
     example = f"ros2 topic pub --once /platform/{name} std_msgs/msg/Float64 '{{data: 0.03}}'"
-    meaning = f"one value now ({unit}); the same path as platform/command"
+    meaning = f"one value now ({unit}); handled as platform/command"
     return Topic(f"platform/{name}", "std_msgs/msg/Float64", _COMMAND_QOS, Direction.IN, meaning,
                  example)  # fmt: skip
 
@@ -89,7 +89,7 @@ _TOPICS = (
           "a programme of platform motions: joint_names any of axial_amplitude (m), "
           "angular_amplitude (rad), frequency (Hz), phase_lag (rad); the positions of each point "
           "are reached at header.stamp + time_from_start (stamp 0: now) by a cross-fade; replaces "
-          "what has not begun; no points: cancels what is pending",
+          "cross-fades that have not begun; without points it cancels them",
           "ros2 topic pub --once /platform/command trajectory_msgs/msg/JointTrajectory "
           "'{joint_names: [axial_amplitude, frequency], "
           "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
@@ -100,31 +100,30 @@ _TOPICS = (
           "ros2 topic pub --once /disk/impulse geometry_msgs/msg/WrenchStamped "
           "'{wrench: {force: {z: 0.1}}}'"),
     Topic("platform/motion", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
-          Direction.OUT, "the motion in force: points[0] where the cross-fade began, points[1] "
-          "where it ends (equal when steady)",
+          Direction.OUT, "the motion in force: points[0] at the begin of the cross-fade, "
+          "points[1] at its end (equal when steady)",
           "ros2 topic echo /platform/motion"),
     Topic("disk/inputs", "std_msgs/msg/String", Qos(1000, latched=True), Direction.OUT,
-          "the exact record of what drove the run: one JSON object for each accepted input, "
-          "the first and one every few seconds a full snapshot; replay reads this topic alone",
+          "the exact record of all inputs of the run: one JSON object for each accepted input; the "
+          "first, and one every few seconds, is a full snapshot; replay reads this topic alone",
           "ros2 topic echo /disk/inputs"),
     Topic("joint_states", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
           "disk_axial, disk_rotation, platform_axial, platform_rotation: position, velocity and "
           "contact force or torque on that body; angles unwrapped",
           "ros2 topic echo /joint_states"),
     Topic("disk/phase", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "flight, sticking, sliding, held (by a brake) or paused, when it differs from the last "
-          "one published",
+          "flight, sticking, sliding, held (by a brake) or paused; published when it changes",
           "ros2 topic echo /disk/phase"),
     Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
-          "every impact, one row each or counted in one; x, y, z draw the next-collision section; "
-          "the row index is gapless",
+          "every impact, in a row of its own or counted in a shared row; x, y, z are its point in "
+          "the next-collision section; index has no gaps",
           "ros2 run bouncing_disk_ros echo_impacts"),
     Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
           "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
           "ros2 topic echo /disk/rotor_speed"),
     Topic("disk/run_state", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
-          "once a second, named numbers to plot: name[k] names position[k]; what is pending, the "
-          "motion's index, refusals, the energy ledger",
+          "once a second, named numbers to plot (name[k] is the name of position[k]): pending "
+          "inputs, the motion's index, refusals, the energy ledger",
           "ros2 topic echo /disk/run_state"),
     Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10), Direction.OUT,
           "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
@@ -141,7 +140,7 @@ _TRANSFORM_TOPICS = (
           "the frames of platform, disk and next-collision section, with each sample; with "
           "publish_tf only", "ros2 topic echo /tf"),
     Topic("robot_description", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "the URDF of platform and disk, its links named as the frames; with publish_tf only",
+          "the URDF of platform and disk, with links of the frames' names; with publish_tf only",
           "ros2 topic echo /robot_description"),
 )  # fmt: skip
 TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(

@@ -1,4 +1,4 @@
-"""The executables: wiring only.
+"""The executables; they connect the other packages and compute nothing themselves.
 
 An executable is the module of its name in its package (`executables.py` says which); the files
 beside it are its parts. Imports between the packages point down only:

@@ -42,7 +42,7 @@ def bifurcation_figure(
     followed: bool | None = None,
     onset: float = math.nan,
 ) -> Figure:
-    """Three panels over one parameter, as Fig. 3 of the paper, with the theory of period 1.
+    """Bifurcation diagram in three panels, as Fig. 3 of the paper, with the theory of period 1.
 
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the

@@ -63,7 +63,7 @@ class RosArguments:
         self.namespace = _first(self._namespaces, self.node_name) or "/"
         if max(len(self.node_name), len(self.namespace)) > _NAME_LENGTH:
             given = max(self.node_name, self.namespace, key=len)
-            raise InputError("-r", given, f"at most {_NAME_LENGTH} letters")
+            raise InputError("-r", given, f"at most {_NAME_LENGTH} characters")
         self.overrides: Overrides = self._rules.overrides(
             f"{self.namespace.rstrip('/')}/{self.node_name}"
         )
@@ -88,7 +88,8 @@ class RosArguments:
                 takers[word](word, value)
             else:
                 allowed = ", ".join(["--ros-args", *takers])
-                raise InputError("ROS arguments", word, allowed, "Those of the tool come before.")
+                hint = "Options of the tool come before them."
+                raise InputError("ROS arguments", word, allowed, hint)
 
     def _parameter(self, flag: str, text: str) -> None:
         match = _PARAMETER.fullmatch(text)

@@ -41,7 +41,8 @@ def start_values(node: Node) -> dict[str, Value]:
 def warn_of_sim_time(node: Node) -> None:
     """Say, once, that the simulator does not follow /clock."""
     node.get_logger().warning(
-        "use_sim_time is ignored: the simulator makes the time; publish_clock:=true publishes it",
+        "use_sim_time is ignored: the simulator is the source of time; publish_clock:=true "
+        "publishes it",
         once=True,
     )
 

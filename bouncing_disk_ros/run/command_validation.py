@@ -78,7 +78,7 @@ def far_ahead(request: ProgrammeRequest | ImpulseRequest, instant: Instant) -> s
     ahead_ns = -instant.age(instant.effect(request.stamp_ns, 0))
     if ahead_ns <= DAY_NS:
         return ""
-    return f"its stamp lies {ahead_ns / DAY_NS:.3g} days ahead: is the sender's clock right?"
+    return f"its stamp lies {ahead_ns / DAY_NS:.3g} days ahead: check the sender's clock"
 
 
 _ROWS = {name: TABLE[name] for name in MOTION_NAMES}
@@ -240,13 +240,13 @@ def _check_age(field: str, stamp_ns: int, instant: Instant) -> None:
 def _too_old(field: str, age: int, instant: Instant) -> InputError:
     allowed = f"0 (now) or at most {instant.tolerance_ns / NS:g} s old (command_tolerance)"
     return InputError(f"{field} header.stamp", f"{age / NS:.6g} s old", allowed,
-                      "Is the sender's clock the simulator's?")  # fmt: skip
+                      "Do the sender and the simulator use the same clock?")  # fmt: skip
 
 
 def describe(points: Sequence[tuple[int, Motion]]) -> str:
     """An accepted programme in a few words, for a log."""
     if not points:
-        return "what was pending is cancelled"
+        return "pending motions are cancelled"
     last = points[-1][1]
     values = ", ".join(f"{name} {value:g}" for name, value in zip(MOTION_NAMES, last, strict=True))
     return f"{len(points)} point(s) from {points[0][0] / NS:.9f} s on, ends with {values}"

@@ -48,7 +48,7 @@ class _Recorded(NamedTuple):
 
 
 class Result(_Recorded):
-    """What `simulate` gives back: impacts, samples, inputs and parameters, and what follows.
+    """Result of `simulate`: impacts, samples, inputs, parameters and derived numbers.
 
     `energy` is the energy ledger at the end, J, and `duration` the time simulated, s.
     """
@@ -126,7 +126,7 @@ def simulate(
     chosen = {**(load_preset(preset) if preset else {}), **values}
     if axial_forcing is not None:
         if "axial_amplitude" in values:
-            hint = "Each decides the other: give one."
+            hint = "Each is computed from the other: give one."
             raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
         chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
     whole = parameters.complete(chosen)

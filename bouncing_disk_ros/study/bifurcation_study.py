@@ -90,13 +90,13 @@ class Bifurcation(Study):
                 value = given.pop(name)
                 if value != 0.0:
                     hint = (
-                        f"The {count} starts are spread over the window; starts:=0 takes your own."
+                        f"The {count} starts are spread over the window; with starts:=0 it is used."
                     )
                     raise InputError(name, value, "0 with starts", hint)
             return spread_starts(count, float(given["velocity_begin"]))
         window, usual = given.pop("velocity_begin"), STUDY_TABLES[self.name]["velocity_begin"]
         if window != usual.default:
-            hint = "It is the window of starts, of which there are none."
+            hint = "It is the window of the starts, and starts is 0."
             raise InputError("velocity_begin", window, "none without starts", hint)
         del given["starts"]
         return []

@@ -70,7 +70,7 @@ class Motor(PlaneStudy):
     name: ClassVar[str] = "motor"
     title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
     axis_names: ClassVar[tuple[str, ...]] = AXES
-    conservative_hint: ClassVar[str] = "At 1 no impact loses anything, and nothing settles."
+    conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -99,7 +99,7 @@ class Motor(PlaneStudy):
             if name == "preload":
                 field, least = f"{key}_begin", float(given[f"{key}_begin"])
         if not least > -weight:
-            hint = "Else nothing holds the rotor down."
+            hint = "Otherwise nothing presses the rotor down."
             raise InputError(field, least, f"> −mass × gravity = {-weight:g} N", hint)
 
     def _check_that_it_moves(self) -> None:
@@ -111,13 +111,13 @@ class Motor(PlaneStudy):
         ]
         if all(runs_away(disk) for _, disk in corners):
             limit = max(friction_limit(disk) + disk.brake_torque for _, disk in corners)
-            hint = "Beyond that of friction (and the brake) the rotor runs away at every point."
+            hint = "Above the torque of friction and brake the rotor runs away at every point."
             field = self._field_of("load_torque")
             least = min((disk.load_torque for _, disk in corners), key=abs)
             raise InputError(field, least, f"a torque up to {limit:.6g} N·m somewhere", hint)
         if all(_stands_still(motion, disk) for motion, disk in corners):
             field, value, allowed = self._what_holds_it(corners)
-            raise InputError(field, value, allowed, "As it is, nothing moves at any point.")
+            raise InputError(field, value, allowed, "With these values nothing moves at any point.")
 
     def _field_of(self, name: str) -> str:
         ends = {self.across: "x_end", self.up: "y_end"}

@@ -56,15 +56,13 @@ class ParameterMap(PlaneStudy):
         check_start(start)
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
-                hint = (
-                    "It is w_A of the first impact; start:=contact lays the disk on the platform."
-                )
+                hint = "It is w_A of the first impact; start:=contact is a disk that lies on the platform."
                 raise InputError("initial_velocity", given["initial_velocity"], "< 0", hint)
             return
         for name in ("initial_phase", "initial_velocity"):
             value = given.pop(name)
             if value != 0.0:
-                hint = f"start is {start}; start:=given takes your own."
+                hint = f"start is {start}; with start:=given it is used."
                 raise InputError(name, value, f"0 with start:={start}", hint)
 
     @property

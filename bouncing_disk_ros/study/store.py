@@ -62,7 +62,7 @@ class Store:
         hint = "Choose another output, or remove it."
         if found is None:
             raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
-                             "this study", f"It holds something else. {hint}")  # fmt: skip
+                             "this study", f"It holds other data. {hint}")  # fmt: skip
         wanted = self._identity()
         if found != wanted and not self._finished_before(group, found, wanted):
             differs = _difference(found, wanted)
@@ -186,7 +186,7 @@ def _write(group: zarr.Group, study: Study, region: Region, arrays: Arrays) -> N
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """A result as stored, whole or not: arrays are read when they are used.
+    """Open a stored result, complete or not: arrays are read when they are used.
 
     >>> open_result("output/small.zarr")["label"]
     """

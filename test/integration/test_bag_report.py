@@ -77,7 +77,7 @@ def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None
     with bag.Writer(tmp_path / "empty"):
         pass
     for arguments, said in (
-        ((tmp_path / "none",), "There is nothing of that name"),
+        ((tmp_path / "none",), "There is no file or folder of that name"),
         ((tmp_path / "empty",), "got 'no messages'"),
         ((tmp_path / "two",), "allowed: /left, /right. Choose one with the option namespace."),
         ((folder, "--segment", "9"), "allowed: longest, last, or a number from 1 to 1"),

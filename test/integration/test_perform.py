@@ -102,7 +102,7 @@ def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, cloc
         (
             ["spin_up", "--ros-args", "-p", "timeout:=0.5"],
             1,
-            r"^perform: nobody listens on /platform/command after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
+            r"^perform: /platform/command has no subscriber after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
         ),
     ],
 )
@@ -178,7 +178,7 @@ def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
 def test_echo_impacts_waits_and_says_for_what(start: Starter) -> None:
     process = start("echo_impacts")
     process.wait_for(
-        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: nobody publishes it"
+        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: no node publishes it"
     )
     assert process.end(signal.SIGINT) == 0
     code, process = start.finish("echo_impacts", "--ros-args", "-p", "timeout:=0.5")

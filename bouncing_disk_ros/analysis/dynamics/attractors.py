@@ -1,4 +1,4 @@
-"""Which attractors the axial next-collision map has: found from many starts, none given beforehand.
+"""Attractors of the axial next-collision map, found from many starts; none is given beforehand.
 
 All contact ends at separation, sin τ_sep = 1/(πΓ), with no gap and no relative speed (paper, eq.
 3): every orbit that comes to contact goes on as one and the same orbit. So there is at most one
@@ -36,7 +36,7 @@ order of 1, and an error that has come so far passes 1 within a few impacts."""
 
 
 class AttractorKind(StrEnum):
-    """What an attractor is."""
+    """Kind of an attractor."""
 
     REST = "rest"  # contact for good, Γ ≤ 1/π
     CHATTERING = "chattering"  # comes to contact, and separates, in every repetition
@@ -45,7 +45,7 @@ class AttractorKind(StrEnum):
 
 
 class Attractor(NamedTuple):
-    """One attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
+    """An attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
 
     kind: AttractorKind
     forcing_phases: Floats  # (n,) τ of the impacts, rad; chattering: from the first after contact
@@ -84,7 +84,7 @@ class Attractors(NamedTuple):
 
 
 def error_at_end(flights: Floats, axial_forcing: float, restitution: float) -> float:
-    """What the roundings of an orbit grow to; flights (n, 4): τ, w, delay and the next impact's w.
+    """Size to which rounding errors grow; flights (n, 4): τ, w, delay and the next impact's w.
 
     The error grows as a small change along the orbit does, and each impact adds ROUNDING.
     """

@@ -1,4 +1,4 @@
-"""Which orbit the impacts of a run have settled on, without guessing."""
+"""The orbit that the impacts of a run have reached; unresolved where it is not certain."""
 
 from __future__ import annotations
 

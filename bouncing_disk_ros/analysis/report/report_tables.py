@@ -61,7 +61,7 @@ def _absent(report: Report) -> str:
 
 def _drive(report: Report) -> Pairs:
     if report.chosen is None:
-        return [("nothing", "the bag holds no time")]
+        return [("nothing", "the bag has no simulated time")]
     segment = report.chosen.segment
     found = [
         ("time", (f"{segment.begin:.3f} s to {segment.end:.3f} s, begins with {segment.began_by}"))
@@ -308,7 +308,7 @@ def _noted(report: Report) -> Pairs:
         lost = read_json("lost", notes["lost"]) or "0"
         dropped = read_json("dropped", notes.get("received_but_not_recorded", "{}")) or "0"
     except InputError:
-        return [("recorder's notes", "not to be understood")]
+        return [("recorder's notes", "cannot be read")]
     return [
         (
             "recorder's notes",

@@ -1,4 +1,4 @@
-"""What a recorded run amounts to: segments, orbits, transients, estimates, energy, real time."""
+"""Report on a recorded run: segments, orbits, transients, estimates, energy, real time."""
 
 from __future__ import annotations
 

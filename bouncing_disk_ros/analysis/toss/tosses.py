@@ -45,7 +45,7 @@ _EVENTS = 1000  # phases of contact before separation; from rest there are three
 
 
 class TossSetting(NamedTuple):
-    """What all tosses of a map have in common; the defaults are those of the paper's Fig. 2."""
+    """Parameters that all tosses of a map share; the defaults are those of the paper's Fig. 2."""
 
     arc_amplitude: float = 0.25  # c, m: half of the 50 cm that a hand travels
     frequency: float = float(DEFAULTS["frequency"])  # ω/2π, Hz

@@ -1,4 +1,4 @@
-"""The executable `bag_report`: what a recorded run amounts to, from its bag alone."""
+"""The executable `bag_report`: a report on a recorded run, from its bag alone."""
 
 from __future__ import annotations
 

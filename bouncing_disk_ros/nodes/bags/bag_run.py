@@ -52,7 +52,7 @@ class ReadOptions(NamedTuple):
             if math.isfinite(time)
         )
         inside = self.begin <= last and self.end > first
-        hint = "No message lies within." if inside else "That lies outside the run."
+        hint = "There is no message in this time." if inside else "This time is outside the run."
         allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
         return InputError("from, to", given, allowed, hint)
 

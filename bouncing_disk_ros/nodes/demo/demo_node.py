@@ -68,7 +68,7 @@ class DemoNode(DemoWatcher):
             yield recorder, simulator, perform
 
     def present(self, stop: Stop, export: str) -> int:
-        """The whole show; the exit code."""
+        """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
             "Starting the simulator (the first start on a machine compiles for about 25 s) ...",
@@ -99,10 +99,10 @@ class DemoNode(DemoWatcher):
             (self._performer, self._performer.code not in (None, 0)),
         ):
             if unwell:
-                said = child.log.strip().splitlines() or ["it said nothing"]
+                said = child.log.strip().splitlines() or ["without a message"]
                 raise FailedError(f"{child.name} ended with code {child.code}: {said[-1]}")
         if not expected:
-            raise FailedError(f"the simulator shows nothing within {START_SECONDS:g} s")
+            raise FailedError(f"the simulator published nothing within {START_SECONDS:g} s")
 
     # --- while it runs ----------------------------------------------------------------------------
     def _report_progress(self) -> None:

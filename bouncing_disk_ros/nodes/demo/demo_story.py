@@ -80,9 +80,9 @@ def verdict(summary: Summary, duration: float) -> int:
     found = f"the orbit found is {summary.orbit.name}, not period-1"
     if summary.inputs > 1:
         others = summary.inputs - 1
-        print(f"Not verified: {found}; others gave {others} input(s).", flush=True)
+        print(f"Not verified: {found}; other nodes sent {others} input(s).", flush=True)
         return ExitCode.DONE
     if duration < SETTLING_SECONDS and not summary.orbit.impacts:
-        print(f"Not verified: {found}; {duration:g} s are too short to tell.", flush=True)
+        print(f"Not verified: {found}; {duration:g} s are too short to reach it.", flush=True)
         return ExitCode.DONE
     raise FailedError(found)

@@ -102,11 +102,11 @@ class Performer(Node):
             return
         if self._publisher.get_subscription_count():
             raise FailedError(
-                f"somebody listens on {topic}, but shows no platform/motion: is the simulator "
-                "configured and active?"
+                f"{topic} has a subscriber, but platform/motion is not published: is the "
+                "simulator configured and active?"
             )
         raise FailedError(
-            f"nobody listens on {topic} after {self._timeout:g} s: is the simulator running, in "
+            f"{topic} has no subscriber after {self._timeout:g} s: is the simulator running, in "
             f"this ROS_DOMAIN_ID ({self.context.get_domain_id()}) and this namespace?"
         )
 
@@ -120,7 +120,7 @@ class Performer(Node):
             if answer is not None:
                 return dict(zip(ASKED, answer, strict=True))
         if not stop.asked:
-            self.get_logger().warning(f"{name} does not give its parameters: taking real time")
+            self.get_logger().warning(f"{name} does not give its parameters: assuming real time")
         return settings
 
     def _simulator(self) -> str:

@@ -42,7 +42,7 @@ has been seen to take up to 3.1 s."""
 
 
 class SimulatorNode(LifecycleNode):
-    """Simulates one disk; further keyword arguments are those of rclpy's Node.
+    """The simulator of one disk as a node; further keyword arguments are those of rclpy's Node.
 
     Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
     `finished` turns true on a lifecycle shutdown; `ticks` is the timer of the loop. A long `~/step`

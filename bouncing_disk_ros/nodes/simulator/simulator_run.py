@@ -279,7 +279,7 @@ def ended(node: Node, field: str) -> InputError:
     """The refusal of an input by a run that a fault has ended."""
     name = node.get_fully_qualified_name()
     hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
-    return InputError(field, "an input after the run has ended", "inputs while it goes on", hint)
+    return InputError(field, "an input after the run has ended", "inputs while a run goes on", hint)
 
 
 def inactive(node: Node, field: str, state: str) -> InputError:

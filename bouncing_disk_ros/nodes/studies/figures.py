@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def figures(result: xr.Dataset) -> dict[str, Figure]:
-    """The figures of a study's result, by their names: those that its command stores.
+    """Figures of a study's result by name: those that the study's command stores.
 
     `result` comes from a study (`basins`, `bifurcation` ...) or from its result.nc; its attributes
     say which study it is. Raises InputError where they do not.

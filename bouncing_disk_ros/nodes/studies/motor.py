@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.motor_study import Motor
 
-_ABOUT = """A motor whose rotor is pressed on a vibrating stator, over a plane of two of its
-parameters: mean speed, output power, efficiency, losses, time in contact, impacts and wear; from
-them no-load speed, stall torque, best efficiency and best phase lag. Left out, parameters are those
-of the preset swum."""
+_ABOUT = """Ultrasonic motor over a plane of two of its parameters: mean speed, output power,
+efficiency, losses, time in contact, impacts and wear; from these no-load speed, stall torque, best
+efficiency and best phase lag. By default the parameters are those of the preset swum."""
 _EXAMPLE = (
     "ros2 run bouncing_disk_ros motor --ros-args -p y_axis:=phase_lag -p y_begin:=-0.5pi "
     "-p y_end:=0.5pi"
@@ -74,7 +73,7 @@ def lines(result: xr.Dataset) -> list[str]:
     rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
     if count := int(rough.sum()):
         rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
-                    f"at {count} points: longest:=... lets them run on")  # fmt: skip
+                    f"at {count} points: increase longest to improve them")  # fmt: skip
     return rows
 
 

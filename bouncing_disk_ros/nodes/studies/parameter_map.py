@@ -1,4 +1,4 @@
-"""The executable `parameter_map`: what a disk settles on over two parameters."""
+"""The executable `parameter_map`: attractors over two parameters."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
-_ABOUT = """Over a plane of two of the parameters axial forcing, restitution, phase lag and angular
-forcing: the period of the attractor that one start leads to, its largest Lyapunov exponent and the
-mean speed of the disk."""
+_ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag
+and angular forcing: the period of the attractor that one start reaches, its largest Lyapunov
+exponent and the mean speed of the disk."""
 _EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 -p y_count:=400"
 
 SETTLED = 0.01
@@ -65,13 +65,13 @@ def lines(result: xr.Dataset) -> list[str]:
     rows.append(f"  period 1     at {single:7.3f} %")
     rare = 100.0 * float(((kind == 1) & (period == 0)).mean())
     if rare > 0.0:
-        rows.append(f"  contact so rare at {rare:7.3f} % that rounding decides when it comes: "
-                    "its period is not known")  # fmt: skip
+        rows.append(f"  contact at {rare:7.3f} % of the points is so rare that rounding decides "
+                    "when it comes: its period is not known")  # fmt: skip
     rows += largest(result, "mean_speed", "mean speed", " ωΦ", ".4f")
     rows += largest(result, "lyapunov_exponent", "Lyapunov exponent", "", ".4f")
     moving = int(((abs(result["mean_speed_change"]) > SETTLED) & (kind != 3)).sum())
     if moving:
-        why = "let it settle longer if the speed matters there"
+        why = "increase settling if the speed matters there"
         rows.append(f"  the mean speed still changes by more than {SETTLED:g} at {moving} points "
                     f"without chaos: {why}")  # fmt: skip
     return rows

@@ -111,7 +111,7 @@ def _checked(path: str, spec: Spec, value: float) -> Value:
     try:
         return spec.checked(value)
     except InputError as error:
-        hint = f"That is what {path} amounts to; give another with {spec.name}:=..."
+        hint = f"This value is computed from {path}; give another with {spec.name}:=..."
         raise InputError(f"{spec.name} from the bag", value, error.allowed, hint) from None
 
 

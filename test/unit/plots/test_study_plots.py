@@ -74,7 +74,7 @@ def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
     figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.2, width=50, height=50,
                               angular_velocities="0 1")  # fmt: skip
     assert "rest: 100.00 ± 0.00 %" in text_of(figures["basins"])
-    assert "  no boundary within the window, or too little of it" in lines
+    assert "  no boundary in the window, or too short a one" in lines
     assert lines[-1] == "  from α̇ = +1 ωΦ: all come to rest"
 
 
