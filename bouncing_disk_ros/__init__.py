@@ -75,7 +75,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.errors import FailedError, InputError
     from bouncing_disk_ros.nodes.bags.bag_run import read_run
-    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
     from bouncing_disk_ros.nodes.studies.figures import figures
     from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.presets import load_preset, preset_names
@@ -123,7 +123,7 @@ _PUBLIC = {
 }
 _MODULES = ("bag", "plots", "study")
 NEED_ROS = ("SimulatorNode",)
-"""Public names that cannot be had where ROS 2 is not installed."""
+"""Public names that cannot be had where ROS 2 is not installed: not in __all__."""
 #: public name -> the module that has it
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 _RENAMED = {"run_study": "run"}
@@ -132,7 +132,7 @@ _RENAMED = {"run_study": "run"}
 __all__ = [
     "Attractor", "AttractorKind", "Attractors", "Estimate", "FailedError", "Impacts",
     "InputError", "MapState", "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result",
-    "RunRecord", "Simulation", "SimulatorNode", "TossSetting", "__version__", "bag",
+    "RunRecord", "Simulation", "TossSetting", "__version__", "bag",
     "basin_entropy", "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension",
     "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
     "label_starts", "load_preset", "load_programme", "motor", "open_result", "orbit_of",
@@ -156,7 +156,7 @@ def __getattr__(name: str) -> object:
     else:
         from bouncing_disk_ros.errors import closest
 
-        hint = closest(name, __all__)
+        hint = closest(name, [*__all__, *NEED_ROS])
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}. {hint}".rstrip(". "))
     globals()[name] = value
     return value
@@ -185,7 +185,7 @@ def _announce_compilation() -> None:
 
 def __dir__() -> list[str]:
     """List the public names, loaded or not."""
-    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+    return sorted({*__all__, *NEED_ROS, *(name for name in globals() if name.startswith("__"))})
 
 
 def _version() -> str:
