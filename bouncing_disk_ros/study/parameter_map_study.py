@@ -76,7 +76,7 @@ class ParameterMap(Study):
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
                 hint = (
-                    "It is w_A of the first impact; start:=contact is a disk that lies on the platform."
+                    "It is w_A of the first impact; start:=contact: the disk lies on the platform."
                 )
                 raise InputError("initial_velocity", given["initial_velocity"], "< 0", hint)
             return

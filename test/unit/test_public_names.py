@@ -206,7 +206,7 @@ def test_a_study_shows_its_progress_when_asked(
 def test_what_cannot_be_run_is_told(given: object, parameters: dict[str, int], words: str) -> None:
     with pytest.raises(InputError, match=words):
         run_study(given, **parameters)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="allowed: none beside a study that has its own"):
+    with pytest.raises(InputError, match="allowed: none with a study that has its own"):
         run_study(named("basins", **SMALL), width=3)
 
 
