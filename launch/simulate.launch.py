@@ -35,7 +35,7 @@ ARGUMENTS = {
     "respawn": ("false", FLAG, "start the simulator again, a second after it has ended"),
     "shutdown_on_exit": ("false", FLAG, "end the whole launch when the simulator has ended"),
     "publish_tf": ("", OPEN_FLAG, "let the simulator publish transforms and robot_description"),
-    "robot_state_publisher": ("false", FLAG, "let it publish them instead, in the size of the preset"),
+    "robot_state_publisher": ("false", FLAG, "let it publish these, in the size of the preset"),
     "frame_prefix": ("", None, "put before the names of all frames, to distinguish several disks"),
     "x": ("0", None, "position of the disk in the frame world, m (with a frame_prefix)"),
     "y": ("0", None, "the same along y"),
