@@ -180,7 +180,7 @@ def _announce_compilation() -> None:
     """Let the first compilation of a kernel say on stderr what it is; once."""
     from bouncing_disk_ros.kernel_cache import announce_compilation
 
-    announce_compilation(__name__)
+    announce_compilation(__name__, own_process=False)
 
 
 def __dir__() -> list[str]:

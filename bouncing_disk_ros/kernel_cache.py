@@ -86,11 +86,14 @@ def use_numba_cache() -> None:
         os.environ["NUMBA_CACHE_DIR"] = str(folder)
 
 
-def announce_compilation(name: str) -> None:
+def announce_compilation(name: str, *, own_process: bool = True) -> None:
     """Say on stderr, as executable `name`, when the first kernel is compiled: a start waits for it.
 
     Loading a compiled kernel is no compilation. Imports numba, but none of the kernels.
+    `own_process`: no code but this package's runs here.
     """
+    if own_process:
+        _load_numba_without_blas()
     from numba.core import event
 
     class Announcement(event.Listener):
@@ -105,6 +108,21 @@ def announce_compilation(name: str) -> None:
             """Nothing is to be said at the end."""
 
     event.register("numba:compile", Announcement())
+
+
+def _load_numba_without_blas() -> None:
+    """Load the part of numba that looks for SciPy's BLAS, without it: 0.2 s, and no kernel uses it.
+
+    Compiled functions of this process cannot use numpy.linalg afterwards: not for a user's process.
+    """
+    absent = "scipy.linalg.cython_blas"
+    if absent in sys.modules:
+        return
+    sys.modules[absent] = None  # type: ignore[assignment] # an import of it fails at once
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules[absent]
 
 
 def hold(folder: Path) -> None:
@@ -174,7 +192,7 @@ def compile_kernels(*, studies: bool = False) -> None:
     `studies`: those of the studies too. What fails here is compiled again, and raises its error,
     where it is imported.
     """
-    _compile("the physics", "some 15 s", _PARTS, (("core.stepper",),))
+    _compile("the physics", "some 25 s", _PARTS, (("core.stepper",),))
     if studies:
         _compile("the maps of the studies", "about a minute", _STUDIES)
 

@@ -288,7 +288,7 @@ _SLIDERS = {
 def slider_of(name: str, value: Value) -> tuple[float, float] | None:
     """The range that a slider of a parameter shows at a value; None: what is allowed fits one.
 
-    It holds the value with room to double it.
+    The value lies in it, and twice the value.
     """
     if name not in _SLIDERS or isinstance(value, (bool, str)):
         return None

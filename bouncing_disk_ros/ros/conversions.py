@@ -135,13 +135,6 @@ def fill_joint_state(msg: JointState, sample: Sample, stamp_ns: int) -> JointSta
     return msg
 
 
-def mean_speed(first: Sample, second: Sample) -> tuple[float, float]:
-    """Mean axial (m/s) and angular (rad/s) speed of the disk between two samples."""
-    seconds = (second.time_ns - first.time_ns) / NS
-    turned = math.tau * (second.turns - first.turns) + (second.angle - first.angle)
-    return (second.axial_position - first.axial_position) / seconds, turned / seconds
-
-
 def speed_to_msg(speeds: Sequence[float], stamp_ns: int, frame: str = WORLD_FRAME) -> TwistStamped:
     """Mean speeds as the message of disk/rotor_speed."""
     msg = TwistStamped(header=Header(stamp=ns_to_time(stamp_ns), frame_id=frame))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from bouncing_disk_ros import limits, parameters
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.command_validation import MAX_IMPULSE
 from bouncing_disk_ros.run.time_map import FAR_NS
@@ -19,8 +19,6 @@ from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
 Check = Callable[[Mapping[str, Any]], Record]
-LOADS_OF_OLD_RECORDS: Mapping[str, float] = {"brake_torque": 0.0, "load_inertia": 0.0}
-"""Loads of the disk that records of version 0.1.0 lack."""
 _INDEX = 1 << 53
 _FADE_NS = 10**6 * NS
 _INITIAL = {name: f"initial_{name}" for name in InitialState._fields}

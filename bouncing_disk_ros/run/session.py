@@ -43,11 +43,6 @@ def motion_of(values: Mapping[str, Value]) -> Motion:
     return motion._replace(phase_lag=math.remainder(motion.phase_lag, math.tau))
 
 
-def disk_of(values: Mapping[str, Value]) -> Disk:
-    """Disk and contact of a set of parameters."""
-    return Disk(*(float(values[name]) for name in Disk._fields))
-
-
 def initial_of(values: Mapping[str, Value]) -> InitialState:
     """The initial state of a set of parameters."""
     follows = bool(values["initial_with_platform"])
@@ -74,7 +69,7 @@ class Session:
         self.values: dict[str, Value] = dict(values)
         self.simulation = Simulation(
             motion_of(values),
-            disk_of(values),
+            Disk.of(values),
             initial_of(values),
             chatter_report_speed=float(values["chatter_report_speed"]),
         )
@@ -203,7 +198,7 @@ class Session:
 
         def act() -> None:
             self.values.update(values)
-            disk = disk_of(self.values)
+            disk = Disk.of(self.values)
             apply_parameters(self.simulation, values, disk)
             self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
 

@@ -22,8 +22,14 @@ from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import (
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Study,
+    refuse_conservative,
+)
 
 SEARCHED = 16
 """Attractors are looked for from SEARCHED × SEARCHED starts of the window."""

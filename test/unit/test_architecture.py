@@ -122,9 +122,9 @@ NOT_IN_CORE = {
 #: what the core may use of libraries of numbers: nothing whose last digits are the library's choice
 EXACT = {
     "math": {"ceil", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
-    "np": {"array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo", "flatnonzero",
-           "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique", "void",
-           "zeros"},
+    "np": {"arange", "array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo",
+           "flatnonzero", "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique",
+           "void", "zeros"},
 }  # fmt: skip
 
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -121,7 +121,7 @@ def box_dimension(
     """Box-counting dimension D of the boundary: N(d) ~ d^−D squares of side d contain a part of it.
 
     A square holds a part when its four corners do not all have one label. N(d) is the share of such
-    squares, of all positions of their centres that leave room for the largest, over d². `periodic`:
+    squares, of all positions of their centres where the largest fits, over d². `periodic`:
     the columns close to a ring. The exponent given is D itself: 1 for a smooth line. nan: none.
     """
     chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 PARTS = (1.0 - math.exp(-1.0), 0.95)
-"""Parts of the way that a rise time is told for."""
+"""Parts of the way that a rise time is given for."""
 LAST_PART = 0.2
 """Share of the time at the end whose mean is the speed that was reached."""
 _CLEAR = 5.0

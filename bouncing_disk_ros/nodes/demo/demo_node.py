@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.child import Child
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
@@ -19,7 +20,6 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     PRESET,
     PROGRAMME,
     change_text,
-    disk_of,
     picture_of,
     show_summary,
     start_values,
@@ -43,7 +43,7 @@ class DemoNode(DemoWatcher):
     """The demonstration; `children` are its processes, `folder` is that of the bag."""
 
     def __init__(self, table: Mapping[str, Spec], children: Children, folder: Path) -> None:
-        super().__init__("demo", disk_of(start_values()))
+        super().__init__("demo", Disk.of(start_values()))
         chosen = options(self, table)
         self._duration, self._picture = float(chosen["duration"]), picture_of(chosen)
         self._recorder, self._simulator, self._performer = children
@@ -71,7 +71,7 @@ class DemoNode(DemoWatcher):
         """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
-            "Starting the simulator (the first start on a machine compiles for about 20 s) ...",
+            "Starting the simulator (the first start on a machine compiles for about 25 s) ...",
             flush=True,
         )
         started = wait_for(self, stop, lambda: self._is_over() or self.time > 0.0, START_SECONDS)

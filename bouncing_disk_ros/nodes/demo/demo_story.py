@@ -35,11 +35,6 @@ def start_values() -> dict[str, Value]:
     return parameters.complete({**load_preset(PRESET), **AT_REST})
 
 
-def disk_of(values: Mapping[str, Value]) -> Disk:
-    """The disk of a set of parameters."""
-    return Disk(*(float(values[name]) for name in Disk._fields))
-
-
 def picture_of(chosen: Mapping[str, Value]) -> Path:
     """The file of the picture; InputError for a kind that cannot be drawn."""
     picture = Path(str(chosen["picture"]))

@@ -86,7 +86,7 @@ class Outputs:
 
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
-        speeds = conversions.mean_speed(first, second)
+        speeds = first.mean_speeds(second)
         stamp = self._stamp(second.time_ns)
         self._speed.publish(conversions.speed_to_msg(speeds, stamp, self._frames.world))
 

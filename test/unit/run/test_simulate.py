@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters, simulate
-from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
-from bouncing_disk_ros.run.session import disk_of, motion_of
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 
 
 def axial_forcing(values: dict[str, parameters.Value]) -> float:
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     omega = math.tau * motion.frequency
     gravity = disk.gravity + disk.preload / disk.mass
     return motion.axial_amplitude * omega**2 / (math.pi * gravity)
@@ -37,7 +37,7 @@ def test_presets_override_and_do_not_repeat_what_follows_from_nothing(name: str)
 
 def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
     values = parameters.complete(load_preset("pizza_single_toss"))
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     arc = math.hypot(motion.axial_amplitude, disk.friction_radius * motion.angular_amplitude)
     assert arc == pytest.approx(0.25, abs=1e-15)
     angle = math.atan2(disk.friction_radius * motion.angular_amplitude, motion.axial_amplitude)
@@ -51,7 +51,7 @@ def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
 @pytest.mark.parametrize("name", ["pizza_multiple_toss", "swum"])
 def test_period_one_presets_stay_on_their_orbit_at_full_speed(name: str) -> None:
     values = parameters.complete(load_preset(name))
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     forcing = axial_forcing(values)
     assert 1 / 3 < forcing < 0.486
     phase = math.acos((1 - disk.restitution) / (1 + disk.restitution) / forcing)
