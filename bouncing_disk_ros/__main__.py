@@ -17,7 +17,7 @@ def overview() -> str:
     """Return the usage and the table of executables."""
     width = max(map(len, EXECUTABLES))
     rows = [f"  {name:{width}}  {summary}" for name, summary in EXECUTABLES.items()]
-    ending = "Each explains itself: python -m bouncing_disk_ros <executable> --help"
+    ending = "Help on each: python -m bouncing_disk_ros <executable> --help"
     return "\n".join([USAGE, "", "executables:", *rows, "", ending])
 
 
