@@ -31,6 +31,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
         "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
         "parameter_map": "map attractors over two parameters: period, Lyapunov exponent, speed",
+        "curves": "folds, doublings, grazes and onset of contact of orbits over two parameters",
         "motor": "speed, torque, efficiency and stall of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",

@@ -108,6 +108,26 @@ _PARAMETER_MAP = (
     Spec("measured", 2000, "", "impacts from which exponent, kind and speed are computed", low=256,
          high=100_000_000),
 )  # fmt: skip
+_CURVES = (
+    Spec("axial_forcing", 0.45, "1", "the attractors at this axial forcing ...", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "... and this restitution are the orbits whose curves are drawn",
+         "ε", low=0.0, high=1.0),
+    Spec("doublings", 2, "", "how many times the orbits that these double into along the forcing "
+         "are followed too", low=0, high=6),
+    Spec("largest_step", 0.01, "", "largest distance between points of a curve, in Γ, ε and the "
+         "phases of the impacts (rad) together", low=1e-5, high=0.1),
+    Spec("axial_forcing_begin", 0.3, "1", "window: least axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_end", 0.8, "1", "window: largest axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_count", 240, "", "points of the map behind the curves along it", low=1,
+         high=1_000_000),
+    Spec("restitution_begin", 0.2, "1", "window: least restitution", low=0.0, high=1.0),
+    Spec("restitution_end", 0.8, "1", "window: largest restitution", low=0.0, high=0.999),
+    Spec("restitution_count", 180, "", "points of the map along it", low=1, high=1_000_000),
+    Spec("settling", 2000, "", "impacts left out at each point of the map", low=0,
+         high=100_000_000),
+    Spec("measured", 512, "", "impacts that its kinds are found from", low=256, high=100_000_000),
+)  # fmt: skip
 _SWUM: Mapping[str, float] = MappingProxyType(
     {
         "axial_amplitude": 1.0e-6, "angular_amplitude": 4.0e-4, "frequency": 40000.0,
@@ -213,6 +233,7 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "toss_map": _by_name(*_TOSS_MAP),
         "bifurcation": _by_name(*_BIFURCATION),
         "parameter_map": _by_name(*_PARAMETER_MAP),
+        "curves": _by_name(*_CURVES),
         "motor": _by_name(*_MOTOR),
         "basins": _by_name(*_BASINS),
         "basin_shares": _by_name(*_BASIN_SHARES),
@@ -223,7 +244,7 @@ COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "motor", "basins", "basin_shares")
+TAKES_BAG = ("bifurcation", "parameter_map", "curves", "motor", "basins", "basin_shares")
 
 TAKES_PRESET = ("motor",)
 

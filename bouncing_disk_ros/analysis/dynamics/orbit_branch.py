@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,7 @@ from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit
 from bouncing_disk_ros.errors import InputError
 
 _STEP, _SMALLEST, _MOST = 0.01, 1e-7, 3000
-_NEAR = 1e-3
-"""A gap or speed this small where a branch ends belongs to a graze."""
+KINDS = (CurveKind.FOLD, CurveKind.DOUBLING, CurveKind.GRAZE)
 
 
 class Start(NamedTuple):
@@ -77,23 +76,33 @@ def orbit_curves(
 
     As `orbit_curve`; several of one kind where the branches along Γ and ε meet several.
     """
-    window = (window or Window()).checked()
-    wanted = [_kind_of(kind) for kind in kinds or ("fold", "doubling", "graze")]
+    found: list[Curve] = []
+    add_curves(found, orbit, kinds or list(KINDS), window or Window(), largest_step)
+    return found
+
+
+def add_curves(
+    found: list[Curve],
+    orbit: PeriodicOrbit,
+    kinds: Sequence[CurveKind | str],
+    window: Window,
+    largest_step: float,
+) -> None:
+    """Add the curves of an orbit that are not among those found before."""
+    window = window.checked()
+    wanted = [_kind_of(kind) for kind in kinds]
     if orbit.contacts:
         raise InputError("orbit", f"{orbit.contacts} phases of contact", "an orbit of flights")
     if not 0.0 < largest_step < math.inf:
         raise InputError("largest_step", largest_step, "a number > 0")
-    found: list[Curve] = []
     for start in starts_of(orbit, window):
         if start.system.kind in wanted and not any(_lies_on(start, curve) for curve in found):
             found.append(traced_curve(start.system, start.unknowns, window, largest_step))
-    return found
 
 
 def _kind_of(kind: CurveKind | str) -> CurveKind:
-    allowed = (CurveKind.FOLD, CurveKind.DOUBLING, CurveKind.GRAZE)
-    if kind not in allowed:
-        raise InputError("kind", str(kind), ", ".join(allowed))
+    if kind not in KINDS:
+        raise InputError("kind", str(kind), ", ".join(KINDS))
     return CurveKind(kind)
 
 
