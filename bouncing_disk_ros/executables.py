@@ -34,6 +34,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "curves": "folds, doublings, grazes and onset of contact of orbits over two parameters",
         "motor": "speed, torque, efficiency and stall of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
+        "manifolds": "saddles between the basins with their manifolds, over the basins",
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",
     },
     "demo": {

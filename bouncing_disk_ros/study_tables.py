@@ -185,6 +185,19 @@ _BASINS = (
     Spec("angular_forcing", 100.0, "1", "angular forcing, with angular_velocities", "Γ_T",
          low=1e-9, high=1e12),
 )  # fmt: skip
+_MANIFOLDS = (
+    *(replace(spec, default={"width": 500, "height": 500}.get(spec.name, spec.default))
+      for spec in _BASINS[:-3]),
+    Spec("pairs", 6, "", "pairs of starts of each two basins that edge tracking begins with", low=1,
+         high=10_000),
+    Spec("distance", 0.01, "", "largest distance of neighbouring points of a manifold (rad and "
+         "πg/ω)", low=1e-6, high=1.0),
+    Spec("angle", 0.1, "rad", "largest angle by which a manifold turns between points that are not "
+         "very near", low=1e-4, high=3.0),
+    Spec("repetitions", 40.0, "", "how often the map over one repetition of the saddle is applied, "
+         "at most", low=1.0, high=1000.0),
+    Spec("points", 50_000, "", "points of one branch, at most", low=100, high=10_000_000),
+)  # fmt: skip
 _BASIN_SHARES = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
          "angular_forcing"),
@@ -236,6 +249,7 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "curves": _by_name(*_CURVES),
         "motor": _by_name(*_MOTOR),
         "basins": _by_name(*_BASINS),
+        "manifolds": _by_name(*_MANIFOLDS),
         "basin_shares": _by_name(*_BASIN_SHARES),
     }
 )
@@ -244,7 +258,7 @@ COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "curves", "motor", "basins", "basin_shares")
+TAKES_BAG = ("bifurcation", "parameter_map", "curves", "manifolds", "motor", "basins", "basin_shares")
 
 TAKES_PRESET = ("motor",)
 

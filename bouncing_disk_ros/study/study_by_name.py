@@ -14,6 +14,7 @@ _MODULES = {
     "basins": ("basin_study", "Basins"),
     "bifurcation": ("bifurcation_study", "Bifurcation"),
     "curves": ("curves_study", "Curves"),
+    "manifolds": ("manifolds_study", "Manifolds"),
     "motor": ("motor_study", "Motor"),
     "parameter_map": ("parameter_map_study", "ParameterMap"),
     "toss_map": ("toss_map_study", "TossMap"),

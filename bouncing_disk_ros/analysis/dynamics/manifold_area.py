@@ -19,6 +19,8 @@ from bouncing_disk_ros.errors import InputError
 
 Array = NDArray[np.float64]
 
+BESIDE = 1e-3
+"""Distance (rad and πg/ω) from a manifold at which its sides are looked at."""
 _NODES = (np.array(np.polynomial.legendre.leggauss(8)[0]) + 1.0) / 2.0
 _WEIGHTS = np.array(np.polynomial.legendre.leggauss(8)[1]) / 2.0
 
@@ -45,6 +47,29 @@ def enclosed_share(branches: Sequence[Manifold], lowest: float = -5.0) -> float:
         )
         total += part if k % 2 == 0 else -part
     return abs(total) / (math.tau * -lowest)
+
+
+def sides(branches: Sequence[Manifold], lowest: float, count: int = 64) -> tuple[Array, Array]:
+    """States (m, 2) just to the left and just to the right of branches in a window, to be labelled.
+
+    Left of a branch, and right of the opposite one. If all of one side go to one attractor and all
+    of the other to another, the branches are the boundary between these.
+    """
+    left, right = [np.empty((0, 2))], [np.empty((0, 2))]
+    for k, branch in enumerate(branches):
+        for piece in branch.pieces:
+            places = np.unique(np.linspace(1, len(piece) - 1, count).astype(int))
+            places = places[piece[places, 1] > lowest + BESIDE]
+            way = piece[places] - piece[places - 1]
+            normal = np.stack((-way[:, 1], way[:, 0]), axis=1)
+            normal *= BESIDE / np.hypot(*way.T)[:, None]
+            pair = piece[places] + normal, piece[places] - normal
+            left.append(pair[k % 2])
+            right.append(pair[1 - k % 2])
+    found = np.concatenate(left), np.concatenate(right)
+    for states in found:
+        states[:, 0] %= math.tau
+    return found
 
 
 def _check_open(branch: Manifold, lowest: float) -> None:
