@@ -36,6 +36,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
         "manifolds": "saddles between the basins with their manifolds, over the basins",
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",
+        "resilience": "fatal impulses and timing errors, convergence and shares of attractors",
     },
     "demo": {
         "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",

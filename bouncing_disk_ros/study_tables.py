@@ -213,6 +213,37 @@ _BASIN_SHARES = (
     Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
          low=-1e3, high=0.0),
 )  # fmt: skip
+_RESILIENCE = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing or restitution"),
+    Spec("begin", 0.32, "", "first value of it", low=0.0, high=1e3),
+    Spec("end", 0.58, "", "last value of it", low=0.0, high=1e3),
+    Spec("count", 131, "", "number of values", low=1, high=1_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
+    Spec("samples", 300, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+    Spec("instants", 32, "", "instants of one repetition at which impulses act, besides the limits "
+         "at its impacts", low=1, high=100_000),
+    Spec("periods", 1000.0, "", "periods of the platform within which an orbit must be reached "
+         "again, or it is lost", low=1.0, high=1e9),
+    Spec("largest_impulse", 5.0, "m πg/ω", "impulses up to this are looked at", "J", low=0.02,
+         high=1e3),
+    Spec("resolution", 0.01, "", "intervals of fatal impulses and timing errors wider than this "
+         "part of them are found", low=1e-5, high=1.0),
+    Spec("after", "5 10 20 50 100", "", "periods of the platform after which it is counted how "
+         "many starts are on each attractor: a list with blanks between"),
+    Spec("match", 0.3, "", "attractors at values in a row that are nearer than this (rad and πg/ω "
+         "together) are one line", low=0.0, high=100.0),
+    Spec("most_attractors", 8, "", "attractors kept at each value, those with the largest shares",
+         low=1, high=1000),
+    replace(TABLE["mass"], source="only for results in SI units", while_unconfigured=False),
+    replace(TABLE["frequency"], default=3.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
+    replace(TABLE["gravity"], default=10.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
+)  # fmt: skip
 
 _BAG = (
     Spec("bag", "", "", "folder of a recorded run: forcing, restitution and phase lag not given "
@@ -251,14 +282,16 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "basins": _by_name(*_BASINS),
         "manifolds": _by_name(*_MANIFOLDS),
         "basin_shares": _by_name(*_BASIN_SHARES),
+        "resilience": _by_name(*_RESILIENCE),
     }
 )
 """Study -> what decides its result."""
 COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
-LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
+LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities", "after")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "curves", "manifolds", "motor", "basins", "basin_shares")
+TAKES_BAG = ("bifurcation", "parameter_map", "curves", "manifolds", "motor", "basins", "basin_shares",
+             "resilience")
 
 TAKES_PRESET = ("motor",)
 

@@ -17,6 +17,7 @@ _MODULES = {
     "manifolds": ("manifolds_study", "Manifolds"),
     "motor": ("motor_study", "Motor"),
     "parameter_map": ("parameter_map_study", "ParameterMap"),
+    "resilience": ("resilience_study", "ResilienceStudy"),
     "toss_map": ("toss_map_study", "TossMap"),
     "toss_paths": ("toss_paths_study", "TossPaths"),
 }

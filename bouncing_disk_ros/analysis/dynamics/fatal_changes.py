@@ -31,7 +31,10 @@ Flights = Callable[[NDArray[np.intp], Array], Array]
 """Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
 
 _HALVINGS = 44
-_LEVELS = 3
+_LEVELS = 2
+"""Where the first size is fatal, sizes down to a thousandth of it are looked at; then it is 0."""
+CHAOTIC_RESOLUTION = 0.05
+"""Of a chaotic attractor, whose starts take the most impacts, and whose orbit is but a sample."""
 _BLOCK = 200_000
 
 
@@ -65,7 +68,7 @@ def fatal_impulses(
 
     `label`: index in `known` of the attractor that the instants are on. An impulse changes the
     velocity of the disk; in contact, or where it acts against the flight at gap 0, an impact
-    follows at once. Raises InputError for a rule out of range.
+    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. Raises InputError for a rule out of range.
 
     >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 64)).min(axis=1)
     """
@@ -118,10 +121,23 @@ def survives(
     tau, w = states[:, 0].copy(), np.minimum(states[:, 1], -1e-300)
     rule = LabelRule()
     rule = rule._replace(cap=impacts_needed(known, rule.tolerance))
+    chaotic = known.found[label].kind is AttractorKind.CHAOTIC  # its time is not known
+    if not chaotic:
+        known, label = _without_chaos(known, label)
     found = label_starts(known, section, tau, w, rule)
     late = found.time + states[:, 2] > math.tau * periods
-    chaotic = known.found[label].kind is AttractorKind.CHAOTIC  # its time is not known
     return np.asarray((found.label == label) & (chaotic | ~late))
+
+
+def _without_chaos(known: Attractors, label: int) -> tuple[Attractors, int]:
+    """The attractors that are not chaotic, and the place of one of them.
+
+    Starts that go to chaos are then not resolved, which takes half the impacts.
+    """
+    kept = [i for i, a in enumerate(known.found) if a.kind is not AttractorKind.CHAOTIC]
+    after = kept.index(known.after_contact) if known.after_contact in kept else -1
+    found = tuple(known.found[i] for i in kept)
+    return Attractors(found, after, known.unresolved), kept.index(label)
 
 
 def _first_fatal(
@@ -129,6 +145,8 @@ def _first_fatal(
     rule: FatalRule,
 ) -> Array:  # fmt: skip
     """The edge of the first interval of fatal sizes for each of m changes."""
+    chaotic = known.found[label].kind is AttractorKind.CHAOTIC
+    resolution = max(rule.resolution, CHAOTIC_RESOLUTION) if chaotic else rule.resolution
 
     def alive(which: NDArray[np.intp], size: Array) -> NDArray[np.bool_]:
         return survives(section, known, label, flights(which, size), rule.periods)
@@ -136,18 +154,17 @@ def _first_fatal(
     low, high = np.zeros(m), np.full(m, math.inf)
     todo, first, last = np.arange(m), rule.smallest, rule.largest
     for _ in range(_LEVELS):
-        low[todo], high[todo] = _scan(alive, todo, first, last, rule.resolution)
+        low[todo], high[todo] = _scan(alive, todo, first, last, resolution)
         todo = todo[high[todo] == first]  # the first size of all is fatal: look below it
-        if not len(todo):
-            break
         first, last = 1e-3 * first, first
-    fatal = np.flatnonzero(np.isfinite(high))
+    high[todo] = 0.0
+    fatal = np.flatnonzero(np.isfinite(high) & (high > 0.0))
     for _ in range(_HALVINGS):
         middle = 0.5 * (low[fatal] + high[fatal])
         fine = alive(fatal, middle)
         low[fatal] = np.where(fine, middle, low[fatal])
         high[fatal] = np.where(fine, high[fatal], middle)
-    return low if not len(fatal) else np.where(np.isfinite(high), low, math.inf)
+    return np.where(np.isfinite(high), low, math.inf)
 
 
 def _scan(
