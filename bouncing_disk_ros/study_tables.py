@@ -217,7 +217,7 @@ _RESILIENCE = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing or restitution"),
     Spec("begin", 0.32, "", "first value of it", low=0.0, high=1e3),
     Spec("end", 0.58, "", "last value of it", low=0.0, high=1e3),
-    Spec("count", 131, "", "number of values", low=1, high=1_000_000),
+    Spec("count", 66, "", "number of values", low=1, high=1_000_000),
     Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
          high=1e3),
     Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
@@ -290,8 +290,16 @@ COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
 LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities", "after")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "curves", "manifolds", "motor", "basins", "basin_shares",
-             "resilience")
+TAKES_BAG = (
+    "bifurcation",
+    "parameter_map",
+    "curves",
+    "manifolds",
+    "motor",
+    "basins",
+    "basin_shares",
+    "resilience",
+)
 
 TAKES_PRESET = ("motor",)
 

@@ -72,8 +72,8 @@ def iterate_forwards(states: Record, counts: Record, forcing: float, restitution
         states[i, 0], states[i, 1] = tau, w
 
 
-@entry(types.void(_STATES, _FLOAT, _FLOAT, _STATES))
-def land_from_height(flights: Record, forcing: float, restitution: float, out: Record) -> None:
+@entry(types.void(_STATES, _FLOAT, _STATES))
+def land_from_height(flights: Record, forcing: float, out: Record) -> None:
     """The next impacts of disks in flight: of (τ, gap ≥ 0, relative speed) the (τ, w) and delay.
 
     A gap of 0 and a speed below 0 is an impact at once; so is a gap of 0 at speed 0 on a platform

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from bouncing_disk_ros.plots.parameter_map_plot import draw_periods
 from bouncing_disk_ros.plots.style import BLACK, VERMILION, new_figure
 
-STYLES = {
+STYLES: dict[str, tuple[Any, str]] = {
     "fold": ("-", BLACK),
     "doubling": ("--", BLACK),
     "graze": ("-", VERMILION),
@@ -38,7 +38,7 @@ def curves_picture(result: xr.Dataset) -> Figure:
     axes.set_ylabel("restitution ε")
     axes.set_title("")
     kinds = [kind for kind in STYLES if kind in {str(k) for k in result["curve_kind"].values}]
-    handles = [
+    handles: list[Any] = [
         Line2D([], [], linestyle=STYLES[kind][0], color=STYLES[kind][1], label=kind)
         for kind in kinds
     ]

@@ -91,6 +91,7 @@ def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.in
 
 
 def draw_periods(axes: Any, result: xr.Dataset) -> None:
+    """Kinds and periods as colours, with a legend beneath."""
     found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
     norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
     axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))

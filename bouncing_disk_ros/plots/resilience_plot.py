@@ -1,4 +1,4 @@
-"""The pictures of resilience: shares, fatal changes and times of each attractor over a parameter."""
+"""The pictures of resilience: shares, fatal changes and times over a parameter."""
 
 from __future__ import annotations
 
@@ -73,20 +73,18 @@ def resilience_picture(result: xr.Dataset) -> Figure:
 
 
 def impulse_unit(result: xr.Dataset) -> float:
-    """m π g/ω in N·s."""
+    """The unit of impulses, m π g/ω, in N·s."""
     given = (float(result.attrs[f"parameter_{name}"]) for name in ("mass", "gravity", "frequency"))
     mass, gravity, frequency = given
     return mass * gravity / (2.0 * frequency)
 
 
 def time_unit(result: xr.Dataset) -> float:
-    """1/ω in s."""
+    """The unit of time, 1/ω, in s."""
     return 1.0 / (math.tau * float(result.attrs["parameter_frequency"]))
 
 
-def _draw_shares(
-    axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]
-) -> None:
+def _draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
     for i, color in enumerate(colors):
         if color == BLACK:
             continue
@@ -137,9 +135,7 @@ def _second_scale(axes: Any, unit: float, name: str) -> None:
     other.set_ylabel(name)
 
 
-def _draw_times(
-    axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]
-) -> None:
+def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
     for i, color in enumerate(colors):
         for name, style in (("median_time", "-"), ("convergence_time", ":")):
             values = result[f"line_{name}"].values[i]
@@ -162,7 +158,7 @@ def _add_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
         handles.append(Line2D([], [], color=GREY, label="others"))
     handles.append(Line2D([], [], marker="o", ls="", color="white", mec=BLACK,
                           label="contact leads to the attractor of this colour"))  # fmt: skip
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
 
 
 def impulse_picture(result: xr.Dataset) -> Figure:

@@ -25,7 +25,7 @@ KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 
 
 class Curves(Study):
-    """Curves of the attractors at one point, over the map of attractors; parameters as its table."""
+    """Curves of the attractors at one point, over the map of attractors."""
 
     name: ClassVar[str] = "curves"
     title: ClassVar[str] = "Folds, doublings, grazes and onset of contact over two parameters"
@@ -49,8 +49,7 @@ class Curves(Study):
         """The part of the plane."""
         given = self.parameters
         sides = [
-            (float(given[f"{name}_begin"]), float(given[f"{name}_end"]))
-            for name in Window._fields
+            (float(given[f"{name}_begin"]), float(given[f"{name}_end"])) for name in Window._fields
         ]
         return Window(*sides)
 

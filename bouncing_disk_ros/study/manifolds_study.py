@@ -1,4 +1,4 @@
-"""The study `manifolds`: saddles on the boundaries of basins with their manifolds, over the basins."""
+"""The study `manifolds`: saddles on the boundaries of basins, with their manifolds."""
 
 from __future__ import annotations
 
@@ -141,4 +141,3 @@ def manifolds_to_arrays(
         "manifold_forcing_phase": lines[:, 0],
         "manifold_velocity": lines[:, 1],
     }
-

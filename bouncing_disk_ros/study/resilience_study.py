@@ -181,7 +181,9 @@ _FIELDS_OF = {
 def lines_of(result: xr.Dataset, threshold: float) -> dict[str, object]:
     """Fields over lines of attractors instead of their places at each value."""
     kinds = result["kind"].values
-    seen = [[_seen(result, k, i) for i in np.flatnonzero(row >= 0)] for k, row in enumerate(kinds)]
+    seen = [
+        [_seen(result, k, int(i)) for i in np.flatnonzero(row >= 0)] for k, row in enumerate(kinds)
+    ]
     numbers = match_attractors(seen, threshold)
     count = max((line + 1 for row in numbers for line in row), default=0)
     found: dict[str, object] = {}
@@ -216,14 +218,21 @@ def _names(found: Mapping[str, object], count: int) -> list[str]:
     for line in range(count):
         places = np.flatnonzero(fields["line_kind"][line] >= 0)
         ends = [
-            _name(*(int(fields[f"line_{name}"][line, k]) for name in ("kind", "impacts", "cycles")))
+            attractor_name(
+                *(int(fields[f"line_{name}"][line, k]) for name in ("kind", "impacts", "cycles"))
+            )
             for k in (places[0], places[-1])
         ]
         names.append(ends[0] if ends[0] == ends[1] else f"{ends[0]} … {ends[1]}")
     return names
 
 
-def _name(kind: int, impacts: int, cycles: int) -> str:
+def attractor_name(kind: int, impacts: int, cycles: int) -> str:
+    """What an attractor is called, by the fields of the study."""
     if KINDS[kind] is not AttractorKind.PERIODIC:
         return str(KINDS[kind])
-    return f"period-{impacts}" if impacts == cycles else f"period-{impacts} in {cycles} cycles"
+    return (
+        f"period-{impacts}"
+        if impacts == cycles
+        else f"period-{impacts} in {cycles} cycle{'s' if cycles != 1 else ''}"
+    )

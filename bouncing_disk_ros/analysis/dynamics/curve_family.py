@@ -1,4 +1,4 @@
-"""The curves of all attractors at one point of the plane of Γ and ε, and of what they double into."""
+"""The curves of all attractors at one point of the plane of Γ and ε."""
 
 from __future__ import annotations
 
@@ -81,4 +81,3 @@ def _contact(section: NextCollisionMap, window: Window, largest_step: float) -> 
         )
     except InputError:  # contact comes back too late to be followed
         return []
-

@@ -158,9 +158,7 @@ def _same(first: PeriodicOrbit, second: PeriodicOrbit) -> bool:
         return False
     rows = np.stack((first.forcing_phase, first.axial_impact_velocity), axis=1)
     others = np.stack((second.forcing_phase, second.axial_impact_velocity), axis=1)
-    return any(
-        distance(np.roll(rows, k, axis=0), others) < SAME for k in range(first.impacts)
-    )
+    return any(distance(np.roll(rows, k, axis=0), others) < SAME for k in range(first.impacts))
 
 
 def boundary_pairs(

@@ -68,7 +68,8 @@ def fatal_impulses(
 
     `label`: index in `known` of the attractor that the instants are on. An impulse changes the
     velocity of the disk; in contact, or where it acts against the flight at gap 0, an impact
-    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. Raises InputError for a rule out of range.
+    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. Raises InputError
+    for a rule out of range.
 
     >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 64)).min(axis=1)
     """
@@ -115,9 +116,8 @@ def survives(
     section: NextCollisionMap, known: Attractors, label: int, flights: Array, periods: float
 ) -> NDArray[np.bool_]:
     """Whether disks at (phase, gap, relative speed) (k, 3) reach an attractor within periods."""
-    platform = float(section.axial_forcing), float(section.restitution)
     states = np.empty((len(flights), 3))
-    land_from_height(np.ascontiguousarray(flights), *platform, states)
+    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), states)
     tau, w = states[:, 0].copy(), np.minimum(states[:, 1], -1e-300)
     rule = LabelRule()
     rule = rule._replace(cap=impacts_needed(known, rule.tolerance))

@@ -98,7 +98,7 @@ def impact_times(orbit: PeriodicOrbit) -> Array:
 
 
 def clearances(times: Array, cycles: int, axial_forcing: float, restitution: float) -> Array:
-    """Least minimum (n,) of the gap inside each flight; inf where it has none, < 0: not a flight."""
+    """Least minimum (n,) of the gap inside each flight; inf: it has none, < 0: not a flight."""
     found = flights(times, cycles, np.array([axial_forcing]), np.array([restitution]))
     return np.array([
         clearance_of(float(tau) % math.tau, float(w), float(d), axial_forcing, restitution)

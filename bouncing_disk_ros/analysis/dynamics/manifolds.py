@@ -63,9 +63,7 @@ class Manifold(NamedTuple):
     @property
     def length(self) -> float:
         """Length of all pieces, τ in rad and w_A in πg/ω."""
-        return sum(
-            float(np.sum(np.hypot(*np.diff(piece, axis=0).T))) for piece in self.pieces
-        )
+        return sum(float(np.sum(np.hypot(*np.diff(piece, axis=0).T))) for piece in self.pieces)
 
 
 class GrowthRule(NamedTuple):
@@ -191,11 +189,15 @@ class _Branch:
                     np.sum(direction[:-1] * direction[1:], axis=1),
                 )
             )
-            bent = np.append(turn > self.rule.angle, False) | np.append(False, turn > self.rule.angle)
+            bent = np.append(turn > self.rule.angle, False) | np.append(
+                False, turn > self.rule.angle
+            )
             bent &= size > _CLOSE * self.rule.distance
         gap = np.diff(sigma)
         worth = either | near[1:] | near[:-1]
-        return np.asarray(worth & (far | (bent & either)) & (gap > _SAME * np.maximum(sigma[1:], 1.0)))
+        return np.asarray(
+            worth & (far | (bent & either)) & (gap > _SAME * np.maximum(sigma[1:], 1.0))
+        )
 
     def cut(self, sigma: Array, points: Array, *, complete: bool) -> Manifold:
         """The pieces between the cuts and outside of what is not seen."""
@@ -216,13 +218,13 @@ class _Branch:
         return Manifold(self.which, tuple(pieces), tuple(sigmas), complete)
 
 
-def eigenvector(
-    section: NextCollisionMap, place: Array, impacts: int, which: Stability
-) -> Array:
+def eigenvector(section: NextCollisionMap, place: Array, impacts: int, which: Stability) -> Array:
     """Unit eigenvector (2,) of the derivatives over one repetition, towards larger τ."""
     _, tangent, _ = followed(section, float(place[0]), float(place[1]), impacts)
     values, vectors = np.linalg.eig(tangent[:, :2])
-    chosen = int(np.argmin(np.abs(values)) if which is Stability.STABLE else np.argmax(np.abs(values)))
+    chosen = int(
+        np.argmin(np.abs(values)) if which is Stability.STABLE else np.argmax(np.abs(values))
+    )
     vector = np.real(vectors[:, chosen])
     vector = vector / float(np.hypot(*vector))
     return np.asarray(vector if vector[0] >= 0.0 else -vector)

@@ -167,9 +167,7 @@ def _is_motion(system: OrbitSystem, point: Point) -> bool:
     return admissible(times, system.cycles, *system.parameters(point.unknowns))
 
 
-def _refined(
-    system: OrbitSystem, before: Point, after: Point, kind: CurveKind
-) -> Iterator[Start]:
+def _refined(system: OrbitSystem, before: Point, after: Point, kind: CurveKind) -> Iterator[Start]:
     """The fold or doubling between two points of a branch."""
     special = OrbitSystem(system.impacts, system.cycles, kind)
     a, b = _tests(system, before)[kind], _tests(system, after)[kind]
@@ -231,10 +229,8 @@ def _solved(
         yield Start(special, found)
 
 
-def lowest_time(
-    times: Array, cycles: int, place: tuple[float, float], flight: int
-) -> float:
-    """Where the gap inside a flight is least, away from its ends (rad): looked for on a fine grid."""
+def lowest_time(times: Array, cycles: int, place: tuple[float, float], flight: int) -> float:
+    """Where the gap inside a flight is least, away from its ends (rad), on a fine grid."""
     forcing = place[0]
     found = flights(times, cycles, *(np.array([one]) for one in place))
     duration, launch = float(found.duration[flight]), float(found.launch[flight])

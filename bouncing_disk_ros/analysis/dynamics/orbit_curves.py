@@ -8,6 +8,7 @@ Points found are certain to about 1e-12; on a curve they are no further apart th
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from enum import StrEnum
@@ -220,7 +221,7 @@ class _Tracer:
         va: float, vb: float,
     ) -> Point | None:  # fmt: skip
         """The point between `a` and the next one where a function is 0."""
-        b = next(after for before, after in zip(points, points[1:], strict=False) if before is a)
+        b = next(after for before, after in itertools.pairwise(points) if before is a)
         length = float(a.tangent @ (b.unknowns - a.unknowns))
         missed = False
 

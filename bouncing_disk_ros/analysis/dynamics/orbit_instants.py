@@ -69,9 +69,7 @@ def impact_limits(attractor: Attractor, section: NextCollisionMap) -> Instants:
     return Instants(none, np.tile(phase, 2), np.zeros(2 * len(phase)), speeds)
 
 
-def _segments(
-    attractor: Attractor, section: NextCollisionMap
-) -> tuple[Array, Array, Array, float]:
+def _segments(attractor: Attractor, section: NextCollisionMap) -> tuple[Array, Array, Array, float]:
     """Begin, phase and relative speed of each flight (nan: contact), and the whole time."""
     phases = attractor.forcing_phases[:MOST_IMPACTS]
     speeds = -section.restitution * attractor.velocities[:MOST_IMPACTS]
@@ -98,7 +96,7 @@ def _delays(phases: Array, speeds: Array, section: NextCollisionMap) -> Array:
     if at_rest.any():  # from separation: the gap grows with the third power of time
         flights[at_rest, 0] += _AWAY
         flights[at_rest, 1], flights[at_rest, 2] = _after_separation(section, phases[at_rest])
-    land_from_height(np.ascontiguousarray(flights), *_platform(section), out)
+    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), out)
     return np.asarray(out[:, 2] + np.where(at_rest, _AWAY, 0.0))
 
 
@@ -111,7 +109,3 @@ def _after_separation(section: NextCollisionMap, phases: Array) -> tuple[Array, 
     gap = forcing * (np.sin(phases) + _AWAY * np.cos(phases) - np.sin(phases + _AWAY))
     speed = forcing * (np.cos(phases) - np.cos(phases + _AWAY)) - _AWAY / math.pi
     return gap - _AWAY**2 / math.tau, speed
-
-
-def _platform(section: NextCollisionMap) -> tuple[float, float]:
-    return float(section.axial_forcing), float(section.restitution)

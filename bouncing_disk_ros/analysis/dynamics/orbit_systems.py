@@ -136,7 +136,7 @@ def flip_coefficient(times: Array, cycles: int, forcing: float, restitution: flo
         return defect_of(t, 2 * cycles, forcing, restitution)
 
     twice = np.concatenate((times, times + math.tau * cycles))
-    left, right = _null_vectors(doubled, twice, np.arange(len(twice)))
+    left, right = _null_vectors(doubled, twice, np.arange(len(twice), dtype=float))
     along = _taylor(doubled, twice, right)
     bordered = _bordered(_jacobian(doubled, twice), left, right)
     shift = np.linalg.solve(bordered, np.append(-along[2], 0.0))[:-1]
@@ -170,7 +170,7 @@ def _null_vectors(
 
 
 def _taylor(function: Callable[[Values], Values], place: Array, along: Array) -> Array:
-    """Taylor coefficients (4, n) of an analytic function along a direction, by Cauchy's integral."""
+    """Taylor coefficients (4, n) of a function along a direction, by Cauchy's integral."""
     angles = np.exp(2j * math.pi * np.arange(_CIRCLE) / _CIRCLE)
     found = function(place + _RADIUS * angles[:, None] * along)
     rows = np.fft.fft(found, axis=0)[:4].real / _CIRCLE

@@ -85,8 +85,7 @@ def label_window(section: NextCollisionMap, starts: WindowStarts, lowest: float)
         if missed:
             known = known._replace(found=(*known.found, *missed))
             again = _labels(known, section, *left.T.copy())
-            for all_, some in zip(labels, again, strict=True):
-                all_[open_] = some
+            labels.label[open_], labels.impacts[open_], labels.time[open_] = again
     return Labelled(known, labels, starts.side)
 
 

@@ -45,39 +45,53 @@ def _pictures(_: ResilienceStudy, result: xr.Dataset) -> Mapping[str, Figure]:
 
 
 def lines(result: xr.Dataset) -> list[str]:
-    """Of each attractor, where its share is largest and where it is hardest to lose."""
+    """Of each kind of attractor, where its share is largest and where it is hardest to lose."""
     from bouncing_disk_ros.plots.resilience_plot import impulse_unit, time_unit
 
-    x, names = result["value"].values, result["line_name"].values
+    units = {
+        "least_fatal_impulse": ("impulse", impulse_unit(result), "N·s"),
+        "fatal_timing_error": ("timing error", 1e3 * time_unit(result), "ms"),
+    }
+    stretches = _stretches(result)
+    share = result["line_share"].values
     rows = []
-    largest = np.nanmax(result["line_share"].values, axis=1) if len(names) else np.empty(0)
-    for i in np.argsort(-largest, kind="stable")[:_NAMED]:
-        rows.append(f"  {names[i]}")
-        share = result["line_share"].values[i]
-        k = int(np.nanargmax(share))
-        error = 100.0 * float(result["line_share_uncertainty"].values[i, k])
-        rows.append(f"    easiest to reach at {x[k]:.5g}: {100 * share[k]:.3f} ± {error:.3f} % of "
-                    "the starts")  # fmt: skip
-        for name, what, unit, si in (
-            ("least_fatal_impulse", "impulse", impulse_unit(result), "N·s"),
-            ("fatal_timing_error", "timing error", 1e3 * time_unit(result), "ms"),
-        ):
-            least = result[f"line_{name}"].values[i].min(axis=-1)
-            known = np.isfinite(least)
-            if known.any():
-                at = int(np.argmax(np.where(known, least, -1.0)))
-                rows.append(f"    hardest to lose by an {what} at {x[at]:.5g}: from {least[at]:.5g}"
-                            f" on it may be fatal, {least[at] * unit:.5g} {si}".replace(
-                                "an timing", "a timing"))  # fmt: skip
-    return rows + _warnings(result)
+    for name, line, places in stretches[:_NAMED]:
+        x = result["value"].values[places]
+        k = int(np.argmax(share[line, places]))
+        error = 100.0 * float(result["line_share_uncertainty"].values[line, places][k])
+        rows.append(f"  {name}, from {x[0]:.5g} to {x[-1]:.5g}")
+        rows.append(f"    easiest to reach at {x[k]:.5g}: by {100 * share[line, places][k]:.3f} ± "
+                    f"{error:.3f} % of the starts")  # fmt: skip
+        for field, (what, unit, si) in units.items():
+            least = result[f"line_{field}"].values[line, places].min(axis=-1)
+            if not np.isfinite(least).any():
+                rows.append(f"    no {what} is fatal, of those looked at")
+                continue
+            at = int(np.argmax(np.where(np.isfinite(least), least, -1.0)))
+            rows.append(f"    hardest to lose by an {what}".replace("an t", "a t") + f" at "
+                        f"{x[at]:.5g}: {least[at]:.5g}, {least[at] * unit:.5g} {si}")  # fmt: skip
+    return rows + _warnings(result, len(stretches))
 
 
-def _warnings(result: xr.Dataset) -> list[str]:
+def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
+    """Name, line and places along the axis of each kind of attractor, the largest share first."""
+    from bouncing_disk_ros.study.resilience_study import attractor_name
+
+    found: dict[tuple[str, int], list[int]] = {}
+    fields = [result[f"line_{name}"].values for name in ("kind", "impacts", "cycles")]
+    for line, k in np.argwhere(fields[0] >= 0):
+        about = [int(field[line, k]) for field in fields]
+        periodic = about[1] > 0
+        name = attractor_name(*(about if periodic else (about[0], 0, 0)))
+        found.setdefault((name, int(line)), []).append(int(k))
+    share = result["line_share"].values
+    rows = [(name, line, np.array(places)) for (name, line), places in found.items()]
+    return sorted(rows, key=lambda row: -float(share[row[1], row[2]].max()))
+
+
+def _warnings(result: xr.Dataset, count: int) -> list[str]:
     """What was left out."""
-    rows = []
-    more = len(result["line_name"]) - _NAMED
-    if more > 0:
-        rows.append(f"  and {more} attractors with smaller shares")
+    rows = [f"  and {count - _NAMED} others with smaller shares"] if count > _NAMED else []
     left = int((result["left_out"] > 0).sum())
     if left:
         rows.append(f"  attractors were left out at {left} values: most_attractors:=... keeps them")
