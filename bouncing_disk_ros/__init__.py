@@ -51,12 +51,32 @@ if TYPE_CHECKING:
         uncertainty_exponent,
     )
     from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
+    from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
+    from bouncing_disk_ros.analysis.dynamics.edge_states import (
+        EdgeState,
+        edge_state,
+        saddle_of,
+    )
+    from bouncing_disk_ros.analysis.dynamics.fatal_changes import (
+        FatalRule,
+        fatal_impulses,
+        fatal_timing_errors,
+    )
+    from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share
+    from bouncing_disk_ros.analysis.dynamics.manifolds import (
+        GrowthRule,
+        Manifold,
+        saddle_manifolds,
+    )
     from bouncing_disk_ros.analysis.dynamics.next_collision import (
         Impacts,
         MapState,
         NextCollisionMap,
         spread_starts,
     )
+    from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
+    from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, Window
+    from bouncing_disk_ros.analysis.dynamics.orbit_instants import instants_of
     from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
         PeriodicOrbit,
         fixed_point,
@@ -85,8 +105,11 @@ if TYPE_CHECKING:
         basin_shares,
         basins,
         bifurcation,
+        curves,
+        manifolds,
         motor,
         parameter_map,
+        resilience,
         toss_map,
         toss_paths,
     )
@@ -101,7 +124,15 @@ _PUBLIC = {
     "analysis.dynamics.best_lag": "best_lag",
     "analysis.dynamics.boundary": "basin_entropy box_dimension uncertainty_exponent",
     "analysis.dynamics.continuation": "period_doublings",
+    "analysis.dynamics.curve_family": "curve_family",
+    "analysis.dynamics.edge_states": "EdgeState edge_state saddle_of",
+    "analysis.dynamics.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors",
+    "analysis.dynamics.manifold_area": "enclosed_share",
+    "analysis.dynamics.manifolds": "GrowthRule Manifold saddle_manifolds",
     "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
+    "analysis.dynamics.orbit_branch": "orbit_curve",
+    "analysis.dynamics.orbit_curves": "Curve Window",
+    "analysis.dynamics.orbit_instants": "instants_of",
     "analysis.dynamics.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
     "analysis.recorded.estimate": "Estimate friction_of platform_velocities restitution_of",
     "analysis.recorded.orbit": "Orbit orbit_of",
@@ -117,7 +148,8 @@ _PUBLIC = {
     "run.presets": "load_preset preset_names",
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
-    "study.functions": "basin_shares basins bifurcation motor parameter_map toss_map toss_paths",
+    "study.functions": "basin_shares basins bifurcation curves manifolds motor parameter_map "
+    "resilience toss_map toss_paths",
     "study.runner": "run_study",
     "study.store": "open_result",
 }
@@ -130,16 +162,18 @@ _RENAMED = {"run_study": "run"}
 """Public names that their module calls otherwise."""
 
 __all__ = [
-    "Attractor", "AttractorKind", "Attractors", "Estimate", "FailedError", "Impacts",
-    "InputError", "MapState", "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result",
-    "RunRecord", "Simulation", "TossSetting", "__version__", "bag",
-    "basin_entropy", "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension",
-    "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
-    "label_starts", "load_preset", "load_programme", "motor", "open_result", "orbit_of",
-    "parameter_map", "period_doublings", "periodic_orbit", "platform_velocities", "plots",
-    "preset_names", "programme_names", "read_run", "restitution_of", "run_study", "simulate",
-    "spread_starts", "study", "summary_of", "toss", "toss_map", "toss_paths",
-    "uncertainty_exponent",
+    "Attractor", "AttractorKind", "Attractors", "Curve", "EdgeState", "Estimate", "FailedError",
+    "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
+    "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
+    "TossSetting", "Window", "__version__", "bag", "basin_entropy",
+    "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension", "curve_family",
+    "curves", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors", "figures",
+    "find_attractors", "fixed_point", "friction_of", "impacts_from_msg", "instants_of",
+    "label_starts", "load_preset", "load_programme", "manifolds", "motor", "open_result",
+    "orbit_curve", "orbit_of", "parameter_map", "period_doublings", "periodic_orbit",
+    "platform_velocities", "plots", "preset_names", "programme_names", "read_run", "resilience",
+    "restitution_of", "run_study", "saddle_manifolds", "saddle_of", "simulate", "spread_starts",
+    "study", "summary_of", "toss", "toss_map", "toss_paths", "uncertainty_exponent",
 ]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once

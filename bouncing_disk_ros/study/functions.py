@@ -73,6 +73,36 @@ def parameter_map(
     return _run("parameter_map", path, workers, progress, parameters)
 
 
+def curves(
+    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+) -> xr.Dataset:
+    """Folds, doublings, grazes and onset of contact of orbits in the plane of Γ and ε.
+
+    >>> curves(axial_forcing=0.45, axial_forcing_count=40, restitution_count=40)["curve_kind"]
+    """
+    return _run("curves", path, workers, progress, parameters)
+
+
+def manifolds(
+    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+) -> xr.Dataset:
+    """Saddles between basins of attraction with their manifolds, over the basins.
+
+    >>> manifolds(axial_forcing=0.34, width=100, height=100)["saddle_share"]
+    """
+    return _run("manifolds", path, workers, progress, parameters)
+
+
+def resilience(
+    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+) -> xr.Dataset:
+    """Fatal impulses and timing errors, times and shares of each attractor over a parameter.
+
+    >>> resilience(begin=0.34, end=0.48, count=8, samples=50)["line_least_fatal_impulse"]
+    """
+    return _run("resilience", path, workers, progress, parameters)
+
+
 def motor(
     path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
 ) -> xr.Dataset:
@@ -120,6 +150,9 @@ def _parameter_lines(name: str) -> list[str]:
     ]
 
 
-for _study in (toss_paths, toss_map, bifurcation, parameter_map, motor, basins, basin_shares):
+for _study in (
+    toss_paths, toss_map, bifurcation, parameter_map, curves, motor, basins, manifolds, basin_shares,
+    resilience,
+):  # fmt: skip
     _text = "\n".join([*_ABOUT.splitlines(), "", *_parameter_lines(_study.__name__), ""])
     _study.__doc__ = f"{inspect.cleandoc(_study.__doc__ or '')}\n{_text}"
