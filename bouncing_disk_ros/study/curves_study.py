@@ -17,8 +17,14 @@ from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, SpecialKind,
 from bouncing_disk_ros.analysis.dynamics.orbit_systems import CurveKind
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import (
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Study,
+    refuse_conservative,
+)
 from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)

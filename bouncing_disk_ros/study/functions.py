@@ -151,8 +151,8 @@ def _parameter_lines(name: str) -> list[str]:
 
 
 for _study in (
-    toss_paths, toss_map, bifurcation, parameter_map, curves, motor, basins, manifolds, basin_shares,
-    resilience,
+    toss_paths, toss_map, bifurcation, parameter_map, curves, motor, basins, manifolds,
+    basin_shares, resilience,
 ):  # fmt: skip
     _text = "\n".join([*_ABOUT.splitlines(), "", *_parameter_lines(_study.__name__), ""])
     _study.__doc__ = f"{inspect.cleandoc(_study.__doc__ or '')}\n{_text}"

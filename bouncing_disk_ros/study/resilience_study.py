@@ -22,8 +22,15 @@ from bouncing_disk_ros.analysis.dynamics.resilience import (
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import numbered, refuse_conservative
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.basin_study import numbered
+from bouncing_disk_ros.study.definition import (
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Study,
+    refuse_conservative,
+)
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
 MOST_POINTS = 64
