@@ -39,6 +39,8 @@ class Spec:
     """Whether it is a list of texts: an array of strings on a node, here what `joined` makes."""
     angle: bool = False
     """Whether it can be an angle though its unit is not rad."""
+    unlimited: bool = False
+    """Whether inf stands for its highest value, which is no limit."""
 
     @property
     def type(self) -> type[Value]:
@@ -97,6 +99,8 @@ class Spec:
     def checked(self, given: object) -> Value:
         """The value to use, cast, or InputError."""
         value = self.cast(given)
+        if self.unlimited and value == math.inf:
+            value = self.high
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)
@@ -189,6 +193,14 @@ _SPECS = (
     Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "
          "share one row of disk/impacts; the physics does not depend on it", low=0.0, high=1e6,
          source="chosen"),
+    Spec("offset_limit", 1e6, "1", "largest offset of a joint on platform/joint_trajectory (m or "
+         "rad); its largest value, or inf: no limit", low=0.0, high=1e6, unlimited=True,
+         source="chosen"),
+    Spec("offset_speed_limit", 1e9, "1", "largest speed of an offset (m/s or rad/s), as above",
+         low=0.0, high=1e9, unlimited=True, source="chosen"),
+    Spec("offset_acceleration_limit", 1e12, "1", "largest acceleration of an offset (m/s² or "
+         "rad/s²), as above; a limit refuses jumps of the velocity", low=0.0, high=1e12,
+         unlimited=True, source="chosen"),
     Spec("step_periods", 1, "1", "how many periods of the platform one call of ~/step simulates",
          low=1, high=1_000_000, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
@@ -281,7 +293,9 @@ _SLIDERS = {
     "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
     "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),
     "crossfade_duration": (0.0, 5.0), "command_tolerance": (0.0, 1.0),
-    "chatter_report_speed": (0.0, 0.1), "step_periods": (1, 100), "snapshot_period": (0.1, 60.0),
+    "chatter_report_speed": (0.0, 0.1), "offset_limit": (0.0, 1.0),
+    "offset_speed_limit": (0.0, 10.0), "offset_acceleration_limit": (0.0, 100.0),
+    "step_periods": (1, 100), "snapshot_period": (0.1, 60.0),
 }  # fmt: skip
 
 

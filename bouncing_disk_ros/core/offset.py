@@ -22,7 +22,8 @@ _NEVER = int(NEVER)
 _GIGA = 10**9
 HOLD, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
 """Degrees of a segment."""
-DEGREE = 5
+DEGREES = (LINE, CUBIC, QUINTIC)
+"""Degrees of the way to a knot."""
 
 
 class OffsetState(NamedTuple):
@@ -210,9 +211,8 @@ class Plan(NamedTuple):
         before = (segment.end_velocity for segment in self.segments[:-1])
         after = (segment.begin_velocity for segment in self.segments[1:])
         jumps = [abs(w - v) for v, w in zip(before, after, strict=True)]
-        return Extremes(
-            *(max(values) for values in zip(*parts, strict=True)), jump=max(jumps, default=0.0)
-        )
+        position, velocity, acceleration = (max(values) for values in zip(*parts, strict=True))
+        return Extremes(position, velocity, acceleration, max(jumps, default=0.0))
 
 
 def _extremes(segment: Segment) -> tuple[float, float, float]:
@@ -252,17 +252,25 @@ class Lane(NamedTuple):
 
     def spliced(self, begin_ns: int, knots: Sequence[Knot]) -> Lane:
         """A lane that follows this one up to begin_ns, and then the knots (rising, later)."""
-        earlier = tuple(plan for plan in self.plans if plan.begin_ns < begin_ns)
-        kept = Lane(earlier or self.plans[:1])
+        kept = self._up_to(begin_ns)
         segments = []
-        start, since = kept._state_before(begin_ns), begin_ns
+        start, since = kept.state_before(begin_ns), begin_ns
         for knot in knots:
             segments.append(Segment(since, knot.at_ns, start, knot.state, knot.degree))
             start, since = knot.state, knot.at_ns
         segments.append(hold(since, start.position))
         return Lane((*kept.plans, Plan(tuple(segments))))
 
-    def _state_before(self, ns: int) -> OffsetState:
+    def _up_to(self, begin_ns: int) -> Lane:
+        """What leads up to a splice."""
+        earlier = tuple(plan for plan in self.plans if plan.begin_ns < begin_ns)
+        return Lane(earlier or self.plans[:1])
+
+    def spliced_state(self, begin_ns: int) -> OffsetState:
+        """The state from which a trajectory spliced at begin_ns would start."""
+        return self._up_to(begin_ns).state_before(begin_ns)
+
+    def state_before(self, ns: int) -> OffsetState:
         """The state at an instant of what leads up to it; a knot has what is stated there."""
         plan = self.plans[-1]
         segment = plan.segment_at(ns)

@@ -16,6 +16,7 @@ from numba.extending import overload
 
 from bouncing_disk_ros.core.arithmetic import Kernel, kernel, pair_sum, rare_kernel, two_product
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
+from bouncing_disk_ros.core.roots import ROUNDING
 
 Record = Any
 Table = Any  # float64 (6, 6, 2)
@@ -188,12 +189,25 @@ def offset_turns(motion: Record) -> bool:
     return (_turns if has_offset(motion) else _never_turns)(motion)
 
 
+def _no_rounding(_motion: Record, _time: float) -> float:
+    return 0.0
+
+
+def _knot_rounding(_motion: Record, time: float) -> float:
+    return 16.0 * ROUNDING * time
+
+
+def rounding_at_knot(motion: Record, time: float) -> float:
+    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
+    return (_knot_rounding if has_offset(motion) else _no_rounding)(motion, time)
+
+
 def _plain_origin(motion: Record) -> int:
-    return motion.begin_ns  # type: ignore[no-any-return]
+    return motion.begin_ns
 
 
 def _offset_origin(motion: Record) -> int:
-    return motion.origin_ns  # type: ignore[no-any-return]
+    return motion.origin_ns
 
 
 def origin_of(motion: Record) -> int:
@@ -222,4 +236,5 @@ _chosen(gap_with_offset, _plain_gap, _offset_gap)
 _chosen(bounds_of_offset, _plain_bounds, _offset_bounds)
 _chosen(span_within_offset, _plain_span, _offset_span)
 _chosen(offset_turns, _never_turns, _turns)
+_chosen(rounding_at_knot, _no_rounding, _knot_rounding)
 _chosen(origin_of, _plain_origin, _offset_origin)

@@ -109,6 +109,17 @@ class Simulation:
         return self._engine.segments
 
     @property
+    def offset_begin_ns(self) -> int:
+        """When the newest segment of the offset in force has begun."""
+        return max(segment.begin_ns for segment in self._engine.segments)
+
+    @property
+    def offset_end_ns(self) -> int | None:
+        """When the next segment of the offset begins; None: what is in force is held."""
+        end = self._offset_boundary_ns
+        return None if end == int(NEVER) else end
+
+    @property
     def offset_index(self) -> int:
         """Grows each time a segment of the offset begins."""
         return self._offset_index
