@@ -9,9 +9,9 @@ from bouncing_disk_ros.core.engine import Engine, Rows
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FADE,
-    OFFSET_DTYPE,
     IMPACT,
     NEVER,
+    OFFSET_DTYPE,
     SEPARATION,
     SLIP,
     SLIP_ENDS,
@@ -52,8 +52,8 @@ def motion_of(record: Any) -> MotionRecord:
     begin, end, cycles = (int(m[name]) for name in ("begin_ns", "end_ns", "cycles"))
     names = ("tau", "a", "da", "p", "dp", "f", "df", "lag", "dlag")
     numbers = (float(m[name]) for name in names)
-    found = MotionRecord(bool(m["kind"] == FADE), begin, end, cycles, *numbers)
-    return found._replace(has_offset=record.dtype == OFFSET_DTYPE)
+    has_offset = record.dtype == OFFSET_DTYPE
+    return MotionRecord._make((bool(m["kind"] == FADE), begin, end, cycles, *numbers, has_offset))
 
 
 def disk_of(record: Any) -> DiskRecord:

@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import MOTION_COLUMNS, impact_fields
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, OFFSET_JOINTS, WORLD_FRAME
 from bouncing_disk_ros.units import NS
 
@@ -55,6 +56,21 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     points = [
         JointTrajectoryPoint(
             positions=array("d", point.positions), time_from_start=ns_to_duration(point.after_ns)
+        )
+        for point in request.points
+    ]
+    header = Header(stamp=ns_to_time(request.stamp_ns))
+    return JointTrajectory(header=header, joint_names=list(request.names), points=points)
+
+
+def trajectory_to_msg(request: TrajectoryRequest) -> JointTrajectory:
+    """An offset trajectory as the message of platform/joint_trajectory."""
+    points = [
+        JointTrajectoryPoint(
+            positions=array("d", point.positions),
+            velocities=array("d", point.velocities),
+            accelerations=array("d", point.accelerations),
+            time_from_start=ns_to_duration(point.after_ns),
         )
         for point in request.points
     ]

@@ -140,14 +140,15 @@ def simulate(
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+    offsets = trajectory_of(trajectory) if trajectory else None
     if isinstance(programme, str):
-        programme = as_simulated(load_programme(programme))
+        loaded = load_programme(programme)
+        programme, offsets = as_simulated(loaded), offsets or loaded.trajectory
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
-    if trajectory:
-        request = trajectory_of(trajectory)
-        validate_trajectory(request)
-        session.trajectory(schedule_trajectory(request, arrival, session.latest_offset, whole))
+    if offsets is not None:
+        validate_trajectory(offsets)
+        session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
     for at, *both in sorted(impulses, key=lambda impulse: float(impulse[0])):
         axial, angular = (float(plain(one)) for one in both)  # type: ignore[arg-type]
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
