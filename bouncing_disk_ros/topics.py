@@ -17,7 +17,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True)
 class Qos:
-    """Quality of service: history depth, reliable or best effort, latched or volatile."""
+    """Quality of service: history depth (0: all), reliable or best effort, latched or volatile."""
 
     depth: int
     reliable: bool = True
@@ -26,7 +26,7 @@ class Qos:
     def __str__(self) -> str:
         words = ["reliable" if self.reliable else "best effort"]
         words += ["transient local"] if self.latched else []
-        return ", ".join([*words, f"depth {self.depth}"])
+        return ", ".join([*words, f"depth {self.depth}" if self.depth else "keep all"])
 
 
 @dataclass(frozen=True)
@@ -163,10 +163,25 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 )
 """Topics for viewers, with publish_tf only; the type of /tf is not on every machine."""
 
+_LOCKSTEP_TOPICS = (
+    Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
+          "with lockstep: simulated time stands at a gate; its number, the simulated time (ns) and "
+          "the number of rows of disk/impacts published until then",
+          "ros2 topic echo /bouncing_disk/gate"),
+    Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
+          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and how "
+          "many inputs it has published at this gate (refused ones count)",
+          "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
+          "'{data: [1, 0, 0]}'"),
+)  # fmt: skip
+LOCKSTEP_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row in _LOCKSTEP_TOPICS})
+"""Topics with the parameter lockstep only (private names)."""
+
 _SERVICES = (
     Service("~/pause", "std_srvs/srv/SetBool", "pause (true) or resume (false)",
             "ros2 service call /bouncing_disk/pause std_srvs/srv/SetBool '{data: true}'"),
-    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods",
+    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods, "
+            "or as step_until says",
             "ros2 service call /bouncing_disk/step std_srvs/srv/Trigger"),
     Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time goes on",
             "ros2 service call /bouncing_disk/reset std_srvs/srv/Trigger"),

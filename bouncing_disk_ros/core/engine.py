@@ -52,6 +52,7 @@ class Engine:
         self.base = np.zeros(1, MOTION_DTYPE)  # the sinusoid
         self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
         self.m = self.base  # both: what the kernels read
+        self._knot_ahead = False
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
@@ -181,8 +182,14 @@ class Engine:
         if angular == 0.0:
             stepper.keep_sticking(self.state, self.m)
 
+    def expect_knot(self, ahead: bool) -> None:
+        """Whether a segment of the offset is to begin."""
+        if ahead != self._knot_ahead:
+            self._knot_ahead = ahead
+            self._join_motions()
+
     def _join_motions(self) -> None:
-        self.m = with_offset(self.base, *self.segments)
+        self.m = with_offset(self.base, *self.segments, knot_ahead=self._knot_ahead)
         if self.m is not self.base:
             compile_for_offsets()
 

@@ -48,9 +48,14 @@ def is_nothing(segment: Segment) -> bool:
     return segment.degree == HOLD and segment.start.position == 0.0
 
 
-def with_offset(base: NDArray[np.void], axial: Segment, angular: Segment) -> NDArray[np.void]:
-    """A motion's record with the offsets in force; `base` itself where they add nothing."""
-    if is_nothing(axial) and is_nothing(angular):
+def with_offset(
+    base: NDArray[np.void], axial: Segment, angular: Segment, *, knot_ahead: bool = False
+) -> NDArray[np.void]:
+    """A motion's record with the offsets in force; `base` itself where they add nothing.
+
+    With a knot ahead it has one all the same: events take care to stay on their side of it.
+    """
+    if is_nothing(axial) and is_nothing(angular) and not knot_ahead:
         return base
     m = np.zeros(1, OFFSET_DTYPE)
     for name in MOTION_DTYPE.names or ():
@@ -66,6 +71,8 @@ def with_offset(base: NDArray[np.void], axial: Segment, angular: Segment) -> NDA
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]
     m["span"] = min(curved, default=math.inf) / _PARTS
     m["omega_max"] = max([float(m["omega_max"][0]), *(_DERIVATIVE_RATIO / t for t in curved)])
+    if is_nothing(axial):
+        return m
     c = coefficients(axial)
     beyond = float(PAST_END) * max(abs(float(v)) for v in derivative(c)) / _duration_ns(axial)
     m["top"] = float(base["top"][0]) + highest(c) + OFFSET_DEGREE * beyond

@@ -47,7 +47,7 @@ class Piece(NamedTuple):
         if self.kind == 1:
             return (p0 + (p1 - p0) * x, (p1 - p0) / d, 0 * d)[order]
         if self.kind == 2:
-            weights: tuple[tuple[float, ...], ...] = (
+            weights: tuple[tuple[int, ...], ...] = (
                 (1, 0, -3, 2),
                 (0, 1, -2, 1),
                 (0, 0, 3, -2),
@@ -56,17 +56,16 @@ class Piece(NamedTuple):
             scaled: tuple[Number, ...] = (p0, v0 * d, p1, v1 * d)
         else:
             weights = (
-                *((1, 0, 0, -10, 15, -6), (0, 1, 0, -6, 8, -3)),
-                *((0, 0, 0.5, -1.5, 1.5, -0.5), (0, 0, 0, 10, -15, 6)),
-                *((0, 0, 0, -4, 7, -3), (0, 0, 0, 0.5, -1, 0.5)),
+                *((1, 0, 0, -10, 15, -6), (0, 1, 0, -6, 8, -3), (0, 0, 1, -3, 3, -1)),
+                *((0, 0, 0, 10, -15, 6), (0, 0, 0, -4, 7, -3), (0, 0, 0, 1, -2, 1)),
             )
-            scaled = (p0, v0 * d, a0 * d * d, p1, v1 * d, a1 * d * d)
+            scaled = (p0, v0 * d, a0 * d * d / 2, p1, v1 * d, a1 * d * d / 2)
         return sum(_power_sum(w, x, order) * v for w, v in zip(weights, scaled, strict=True)) / (
             d**order
         )
 
 
-def _power_sum(weights: Sequence[float], x: Number, order: int) -> Number:
+def _power_sum(weights: Sequence[int], x: Number, order: int) -> Number:
     c = list(weights)
     for _ in range(order):
         c = [k * value for k, value in enumerate(c)][1:]

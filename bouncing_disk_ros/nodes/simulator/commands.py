@@ -31,6 +31,7 @@ from bouncing_disk_ros.run.command_validation import (
     validate_impulse,
     validate_programme,
 )
+from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import (
     TrajectoryRequest,
@@ -47,6 +48,10 @@ class CommandNode(Protocol):
 
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
+
+    @property
+    def gates(self) -> Gates | None:
+        """The gates of a lockstep, which hold inputs; None: it is off."""
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
@@ -84,7 +89,15 @@ class Commands:
         parse: Callable[[str, bytes], Any],
         accept: Callable[[Any], bool],
     ) -> None:
-        def take(data: bytes) -> bool:
+        def take(data: bytes) -> None:
+            gates = self._target.gates
+            if gates is None:
+                act(data)
+                return
+            gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
+            gates.go_on()
+
+        def act(data: bytes) -> bool:
             try:
                 request = parse(topic, data)
             except InputError as error:
