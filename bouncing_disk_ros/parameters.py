@@ -95,6 +95,8 @@ class Spec:
         given = plain(given)
         if self.listed and isinstance(given, (list, tuple)):
             return joined(given) if all(isinstance(one, str) for one in given) else given
+        if given is False and "off" in self.words:  # as YAML reads it
+            return "off"
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None

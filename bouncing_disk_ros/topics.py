@@ -169,8 +169,8 @@ _LOCKSTEP_TOPICS = (
           "the number of rows of disk/impacts published until then",
           "ros2 topic echo /bouncing_disk/gate"),
     Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
-          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and how "
-          "many inputs it has published at this gate (refused ones count)",
+          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and "
+          "how many inputs it has published at this gate (refused ones count)",
           "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
           "'{data: [1, 0, 0]}'"),
 )  # fmt: skip

@@ -1,8 +1,8 @@
 """Gates of a lockstep: instants at which simulated time stands until its controllers have answered.
 
 Each controller answers a gate by its number and how many inputs it has published there. A gate is
-complete when all have answered and as many inputs have come; then the inputs are applied in an order
-that does not depend on when they came. Knows neither ROS nor a clock.
+complete when all have answered and as many inputs have come; then the inputs are applied in an
+order that does not depend on when they came. Knows neither ROS nor a clock.
 """
 
 from __future__ import annotations

@@ -76,6 +76,11 @@ class Loop:
         """When the next sample of joint_states is due, simulated ns."""
         return self._states.next_ns
 
+    @property
+    def next_output_ns(self) -> int:
+        """When the next sample or speed is due, simulated ns."""
+        return min(self._states.next_ns, self._speeds.next_ns)
+
     def slice(self, until_ns: int, budget_ns: int = BUDGET_NS, *, to_impact: bool = False) -> bool:
         """Advance towards an instant for about a wall time; True when it was reached.
 

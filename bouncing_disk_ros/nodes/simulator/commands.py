@@ -89,13 +89,13 @@ class Commands:
         parse: Callable[[str, bytes], Any],
         accept: Callable[[Any], bool],
     ) -> None:
-        def take(data: bytes) -> None:
+        def take(data: bytes) -> bool:
             gates = self._target.gates
             if gates is None:
-                act(data)
-                return
+                return act(data)
             gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
             gates.go_on()
+            return True
 
         def act(data: bytes) -> bool:
             try:

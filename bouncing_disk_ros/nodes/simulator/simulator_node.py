@@ -64,6 +64,7 @@ class SimulatorNode(LifecycleNode):
         self._error: InputError | None = None
         self.last_refusal: InputError | None = None
         self._starting = False
+        self.holding: Gates | None = None  # set by tests that apply inputs themselves
         try:
             self._set_up()
             if self._values["autostart"]:
@@ -259,8 +260,8 @@ class SimulatorNode(LifecycleNode):
 
     @property
     def gates(self) -> Gates | None:
-        """The gates of a lockstep; None: it is off."""
-        return None if self.run is None else self.run.gates
+        """The gates that hold inputs: of a lockstep, or `holding`; None: inputs act at once."""
+        return self.holding if self.run is None or self.holding else self.run.gates
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
