@@ -10,8 +10,9 @@ It is a pytest plugin of the installed package; a test only names it:
         assert node.answers == 10
 
 Time stands but for `run`, `run_to_impact`, `step` and `advance`: nothing depends on the speed of
-the machine. What the simulator refuses is raised as its InputError. Set ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE
-before, if strangers may be around. docs/testing.md begins with a first test.
+the machine. What the simulator refuses is raised as its InputError. Set ROS_DOMAIN_ID and
+ROS_AUTOMATIC_DISCOVERY_RANGE before, if strangers may be around. docs/testing.md begins with a
+first test.
 """
 
 from __future__ import annotations
@@ -94,6 +95,13 @@ class SteppedSimulator:
         self._nodes.append(node)
         self._executor.add_node(node)
         self._deliveries.add(node)
+
+    def close_node(self, node: Node) -> None:
+        """Take a node out of the executor and destroy it."""
+        self._nodes.remove(node)
+        self._executor.remove_node(node)
+        self._deliveries.remove(node)
+        node.destroy_node()
 
     def spin_until(self, condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
         """Run callbacks until a condition holds; AssertionError after `timeout` seconds."""

@@ -86,6 +86,11 @@ class Deliveries:
         self._nodes.append(node)
         self.look()
 
+    def remove(self, node: Node) -> None:
+        """Count no more for a node."""
+        self._nodes.remove(node)
+        self.look()
+
     def look(self) -> None:
         """Look for publishers and subscriptions that are new, or gone."""
         publishers = {id(one): one for node in self._nodes for one in node.publishers}
