@@ -92,6 +92,8 @@ class GateController(Node):
     def on_gate(self, msg: UInt64MultiArray) -> None:
         """A gate is open."""
         self._open = tuple(msg.data)
+        if self.gates == 0:  # what came before this controller it cannot hear
+            self._rows = self._open[2]
         self.answer()
 
     def answer(self) -> None:

@@ -44,10 +44,13 @@ def test_inputs_may_come_before_the_answers() -> None:
 def test_the_order_of_arrival_does_not_matter() -> None:
     inputs = [("b", 1, b"x"), ("a", 2, b"x"), ("a", 1, b"y"), ("a", 1, b"x")]
     for order in itertools.permutations(inputs):
-        made, done = gates(1), []
+        made = gates(1)
+        done: list[tuple[str, int, bytes]] = []
 
-        def act(what: tuple[str, int, bytes], done: list[object] = done) -> Callable[[], None]:
-            return lambda: done.append(what)
+        def act(
+            what: tuple[str, int, bytes], to: list[tuple[str, int, bytes]] = done
+        ) -> Callable[[], None]:
+            return lambda: to.append(what)
 
         for one in order:
             made.hold(*one, act(one))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -209,7 +210,7 @@ def test_a_result_sums_up_speed_work_and_efficiency() -> None:
 
 def test_a_trajectory_moves_the_platform() -> None:
     way = [(0.2, {"platform_axial": (0.02, 0.0)}), (0.4, {"platform_axial": (0.0, 0.0)})]
-    still = {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
+    still: dict[str, Any] = {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
     result = simulate(1.0, trajectory=way, sample_rate=100.0, **still)
     positions = result.samples["platform_position"]
     assert positions[20] == 0.02
