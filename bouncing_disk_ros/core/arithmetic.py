@@ -73,6 +73,18 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     return compile_entry
 
 
+def compile_also(compiled: Kernel, argument: object, other: object) -> None:
+    """Compile an entry for another type of one of its arguments, once; cached as the first is."""
+    signatures: list[tuple[object, ...]] = list(compiled.signatures)  # type: ignore[attr-defined]
+    wanted = tuple(other if found == argument else found for found in signatures[0])
+    if wanted not in signatures:
+        compiled.disable_compile(False)  # type: ignore[attr-defined]
+        try:
+            compiled.compile(wanted)  # type: ignore[attr-defined]
+        finally:
+            compiled.disable_compile()  # type: ignore[attr-defined]
+
+
 @kernel
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as the rounded sum and its exact error (Knuth)."""
