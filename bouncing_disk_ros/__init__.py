@@ -51,12 +51,32 @@ if TYPE_CHECKING:
         uncertainty_exponent,
     )
     from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
+    from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
+    from bouncing_disk_ros.analysis.dynamics.edge_states import (
+        EdgeState,
+        edge_state,
+        saddle_of,
+    )
+    from bouncing_disk_ros.analysis.dynamics.fatal_changes import (
+        FatalRule,
+        fatal_impulses,
+        fatal_timing_errors,
+    )
+    from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share
+    from bouncing_disk_ros.analysis.dynamics.manifolds import (
+        GrowthRule,
+        Manifold,
+        saddle_manifolds,
+    )
     from bouncing_disk_ros.analysis.dynamics.next_collision import (
         Impacts,
         MapState,
         NextCollisionMap,
         spread_starts,
     )
+    from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
+    from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, Window
+    from bouncing_disk_ros.analysis.dynamics.orbit_instants import instants_of
     from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
         PeriodicOrbit,
         fixed_point,
@@ -75,7 +95,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.errors import FailedError, InputError
     from bouncing_disk_ros.nodes.bags.bag_run import read_run
-    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
     from bouncing_disk_ros.nodes.studies.figures import figures
     from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.presets import load_preset, preset_names
@@ -85,8 +105,11 @@ if TYPE_CHECKING:
         basin_shares,
         basins,
         bifurcation,
+        curves,
+        manifolds,
         motor,
         parameter_map,
+        resilience,
         toss_map,
         toss_paths,
     )
@@ -101,7 +124,15 @@ _PUBLIC = {
     "analysis.dynamics.best_lag": "best_lag",
     "analysis.dynamics.boundary": "basin_entropy box_dimension uncertainty_exponent",
     "analysis.dynamics.continuation": "period_doublings",
+    "analysis.dynamics.curve_family": "curve_family",
+    "analysis.dynamics.edge_states": "EdgeState edge_state saddle_of",
+    "analysis.dynamics.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors",
+    "analysis.dynamics.manifold_area": "enclosed_share",
+    "analysis.dynamics.manifolds": "GrowthRule Manifold saddle_manifolds",
     "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
+    "analysis.dynamics.orbit_branch": "orbit_curve",
+    "analysis.dynamics.orbit_curves": "Curve Window",
+    "analysis.dynamics.orbit_instants": "instants_of",
     "analysis.dynamics.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
     "analysis.recorded.estimate": "Estimate friction_of platform_velocities restitution_of",
     "analysis.recorded.orbit": "Orbit orbit_of",
@@ -117,29 +148,32 @@ _PUBLIC = {
     "run.presets": "load_preset preset_names",
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
-    "study.functions": "basin_shares basins bifurcation motor parameter_map toss_map toss_paths",
+    "study.functions": "basin_shares basins bifurcation curves manifolds motor parameter_map "
+    "resilience toss_map toss_paths",
     "study.runner": "run_study",
     "study.store": "open_result",
 }
 _MODULES = ("bag", "plots", "study")
 NEED_ROS = ("SimulatorNode",)
-"""Public names that cannot be had where ROS 2 is not installed."""
+"""Public names that cannot be had where ROS 2 is not installed: not in __all__."""
 #: public name -> the module that has it
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 _RENAMED = {"run_study": "run"}
 """Public names that their module calls otherwise."""
 
 __all__ = [
-    "Attractor", "AttractorKind", "Attractors", "Estimate", "FailedError", "Impacts",
-    "InputError", "MapState", "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result",
-    "RunRecord", "Simulation", "SimulatorNode", "TossSetting", "__version__", "bag",
-    "basin_entropy", "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension",
-    "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
-    "label_starts", "load_preset", "load_programme", "motor", "open_result", "orbit_of",
-    "parameter_map", "period_doublings", "periodic_orbit", "platform_velocities", "plots",
-    "preset_names", "programme_names", "read_run", "restitution_of", "run_study", "simulate",
-    "spread_starts", "study", "summary_of", "toss", "toss_map", "toss_paths",
-    "uncertainty_exponent",
+    "Attractor", "AttractorKind", "Attractors", "Curve", "EdgeState", "Estimate", "FailedError",
+    "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
+    "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
+    "TossSetting", "Window", "__version__", "bag", "basin_entropy",
+    "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension", "curve_family",
+    "curves", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors", "figures",
+    "find_attractors", "fixed_point", "friction_of", "impacts_from_msg", "instants_of",
+    "label_starts", "load_preset", "load_programme", "manifolds", "motor", "open_result",
+    "orbit_curve", "orbit_of", "parameter_map", "period_doublings", "periodic_orbit",
+    "platform_velocities", "plots", "preset_names", "programme_names", "read_run", "resilience",
+    "restitution_of", "run_study", "saddle_manifolds", "saddle_of", "simulate", "spread_starts",
+    "study", "summary_of", "toss", "toss_map", "toss_paths", "uncertainty_exponent",
 ]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once
@@ -156,7 +190,7 @@ def __getattr__(name: str) -> object:
     else:
         from bouncing_disk_ros.errors import closest
 
-        hint = closest(name, __all__)
+        hint = closest(name, [*__all__, *NEED_ROS])
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}. {hint}".rstrip(". "))
     globals()[name] = value
     return value
@@ -185,7 +219,7 @@ def _announce_compilation() -> None:
 
 def __dir__() -> list[str]:
     """List the public names, loaded or not."""
-    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+    return sorted({*__all__, *NEED_ROS, *(name for name in globals() if name.startswith("__"))})
 
 
 def _version() -> str:

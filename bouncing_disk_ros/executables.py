@@ -31,9 +31,12 @@ PACKAGES: dict[str, dict[str, str]] = {
         "toss_map": "map single tosses over phase lag and amplitude angle: airborne speed (Fig. 2)",
         "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
         "parameter_map": "map attractors over two parameters: period, Lyapunov exponent, speed",
+        "curves": "follow folds, doublings, grazes and onset of contact over two parameters",
         "motor": "map speed, torque and efficiency of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
+        "manifolds": "draw the saddles between basins and their manifolds over the basins",
         "basin_shares": "map the shares of the basins over a parameter, with the best phase lag",
+        "resilience": "measure fatal impulses and timing errors, times and shares of attractors",
     },
     "demo": {
         "demo": "show the paper's main result: a helical toss leads into the period-1 orbit",

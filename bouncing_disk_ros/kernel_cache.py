@@ -120,7 +120,7 @@ def _load_numba_without_blas() -> None:
         return
     sys.modules[absent] = None  # type: ignore[assignment] # an import of it fails at once
     try:
-        import numba.np.arraymath  # noqa: F401
+        from numba.np import arraymath  # noqa: F401
     finally:
         del sys.modules[absent]
 

@@ -108,6 +108,26 @@ _PARAMETER_MAP = (
     Spec("measured", 2000, "", "impacts from which exponent, kind and speed are computed", low=256,
          high=100_000_000),
 )  # fmt: skip
+_CURVES = (
+    Spec("axial_forcing", 0.45, "1", "the attractors at this axial forcing ...", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "... and this restitution are the orbits whose curves are drawn",
+         "ε", low=0.0, high=1.0),
+    Spec("doublings", 2, "", "how many times the orbits that these double into along the forcing "
+         "are followed too", low=0, high=6),
+    Spec("largest_step", 0.01, "", "largest distance between points of a curve, in Γ, ε and the "
+         "phases of the impacts (rad) together", low=1e-5, high=0.1),
+    Spec("axial_forcing_begin", 0.3, "1", "window: least axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_end", 0.8, "1", "window: largest axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_count", 240, "", "points of the map behind the curves along it", low=1,
+         high=1_000_000),
+    Spec("restitution_begin", 0.2, "1", "window: least restitution", low=0.0, high=1.0),
+    Spec("restitution_end", 0.8, "1", "window: largest restitution", low=0.0, high=0.999),
+    Spec("restitution_count", 180, "", "points of the map along it", low=1, high=1_000_000),
+    Spec("settling", 2000, "", "impacts left out at each point of the map", low=0,
+         high=100_000_000),
+    Spec("measured", 512, "", "impacts that its kinds are found from", low=256, high=100_000_000),
+)  # fmt: skip
 _SWUM: Mapping[str, float] = MappingProxyType(
     {
         "axial_amplitude": 1.0e-6, "angular_amplitude": 4.0e-4, "frequency": 40000.0,
@@ -165,6 +185,19 @@ _BASINS = (
     Spec("angular_forcing", 100.0, "1", "angular forcing, with angular_velocities", "Γ_T",
          low=1e-9, high=1e12),
 )  # fmt: skip
+_MANIFOLDS = (
+    *(replace(spec, default={"width": 500, "height": 500}.get(spec.name, spec.default))
+      for spec in _BASINS[:-3]),
+    Spec("pairs", 6, "", "pairs of starts of each two basins that edge tracking begins with", low=1,
+         high=10_000),
+    Spec("distance", 0.01, "", "largest distance of neighbouring points of a manifold (rad and "
+         "πg/ω)", low=1e-6, high=1.0),
+    Spec("angle", 0.1, "rad", "largest angle by which a manifold turns between points that are not "
+         "very near", low=1e-4, high=3.0),
+    Spec("repetitions", 40.0, "", "how often the map over one repetition of the saddle is applied, "
+         "at most", low=1.0, high=1000.0),
+    Spec("points", 50_000, "", "points of one branch, at most", low=100, high=10_000_000),
+)  # fmt: skip
 _BASIN_SHARES = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
          "angular_forcing"),
@@ -179,6 +212,37 @@ _BASIN_SHARES = (
     Spec("samples", 200, "", "starts along each side of the window", low=2, high=100_000),
     Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
          low=-1e3, high=0.0),
+)  # fmt: skip
+_RESILIENCE = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing or restitution"),
+    Spec("begin", 0.32, "", "first value of it", low=0.0, high=1e3),
+    Spec("end", 0.58, "", "last value of it", low=0.0, high=1e3),
+    Spec("count", 66, "", "number of values", low=1, high=1_000_000),
+    Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "restitution where it is not the axis", "ε", low=0.0, high=1.0),
+    Spec("samples", 300, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+    Spec("instants", 32, "", "instants of one repetition at which impulses act, besides the limits "
+         "at its impacts", low=1, high=100_000),
+    Spec("periods", 1000.0, "", "periods of the platform within which an orbit must be reached "
+         "again, or it is lost", low=1.0, high=1e9),
+    Spec("largest_impulse", 5.0, "m πg/ω", "impulses up to this are looked at", "J", low=0.02,
+         high=1e3),
+    Spec("resolution", 0.01, "", "intervals of fatal impulses and timing errors wider than this "
+         "part of them are found", low=1e-5, high=1.0),
+    Spec("after", "5 10 20 50 100", "", "periods of the platform after which it is counted how "
+         "many starts are on each attractor: a list with blanks between"),
+    Spec("match", 0.3, "", "attractors at values in a row that are nearer than this (rad and πg/ω "
+         "together) are one line", low=0.0, high=100.0),
+    Spec("most_attractors", 8, "", "attractors kept at each value, those with the largest shares",
+         low=1, high=1000),
+    replace(TABLE["mass"], source="only for results in SI units", while_unconfigured=False),
+    replace(TABLE["frequency"], default=3.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
+    replace(TABLE["gravity"], default=10.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
 )  # fmt: skip
 
 _BAG = (
@@ -214,17 +278,29 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "toss_map": _by_name(*_TOSS_MAP),
         "bifurcation": _by_name(*_BIFURCATION),
         "parameter_map": _by_name(*_PARAMETER_MAP),
+        "curves": _by_name(*_CURVES),
         "motor": _by_name(*_MOTOR),
         "basins": _by_name(*_BASINS),
+        "manifolds": _by_name(*_MANIFOLDS),
         "basin_shares": _by_name(*_BASIN_SHARES),
+        "resilience": _by_name(*_RESILIENCE),
     }
 )
 """Study -> what decides its result."""
 COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
 """Options of the nodes that say where and how, not what: no part of a study's parameters."""
-LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities")
+LISTS = ("phase_lags", "amplitude_angles", "trajectory_lags", "angular_velocities", "after")
 """Texts that hold a list of numbers."""
-TAKES_BAG = ("bifurcation", "parameter_map", "motor", "basins", "basin_shares")
+TAKES_BAG = (
+    "bifurcation",
+    "parameter_map",
+    "curves",
+    "manifolds",
+    "motor",
+    "basins",
+    "basin_shares",
+    "resilience",
+)
 
 TAKES_PRESET = ("motor",)
 

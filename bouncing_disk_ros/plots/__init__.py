@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.plots.basin_plot import basins_picture
     from bouncing_disk_ros.plots.basin_shares_plot import basin_shares_picture
     from bouncing_disk_ros.plots.bifurcation_plot import bifurcation_figure
+    from bouncing_disk_ros.plots.curves_plot import curves_picture
+    from bouncing_disk_ros.plots.manifolds_plot import manifolds_picture
     from bouncing_disk_ros.plots.parameter_map_plot import mean_speed_picture, parameter_map_picture
+    from bouncing_disk_ros.plots.resilience_plot import impulse_picture, resilience_picture
     from bouncing_disk_ros.plots.run_plot import run_picture, save_picture
     from bouncing_disk_ros.plots.start_speeds_plot import start_speeds_picture
     from bouncing_disk_ros.plots.toss_map_plot import maps_figure
@@ -25,7 +28,10 @@ _PUBLIC = {
     "basin_plot": "basins_picture",
     "basin_shares_plot": "basin_shares_picture",
     "bifurcation_plot": "bifurcation_figure",
+    "curves_plot": "curves_picture",
+    "manifolds_plot": "manifolds_picture",
     "parameter_map_plot": "mean_speed_picture parameter_map_picture",
+    "resilience_plot": "impulse_picture resilience_picture",
     "run_plot": "run_picture save_picture",
     "start_speeds_plot": "start_speeds_picture",
     "toss_map_plot": "maps_figure",
@@ -33,9 +39,10 @@ _PUBLIC = {
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = [
-    "basin_shares_picture", "basins_picture", "bifurcation_figure", "maps_figure",
-    "mean_speed_picture", "parameter_map_picture", "paths_figure", "run_picture",
-    "save_picture", "start_speeds_picture", "trajectories_figure",
+    "basin_shares_picture", "basins_picture", "bifurcation_figure", "curves_picture",
+    "impulse_picture", "manifolds_picture", "maps_figure", "mean_speed_picture",
+    "parameter_map_picture", "paths_figure", "resilience_picture", "run_picture", "save_picture",
+    "start_speeds_picture", "trajectories_figure",
 ]  # fmt: skip
 
 

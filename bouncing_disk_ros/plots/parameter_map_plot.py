@@ -44,7 +44,7 @@ def parameter_map_picture(result: xr.Dataset) -> Figure:
     """Figure of period and Lyapunov exponent over two parameters, with the fixed values."""
     figure = new_figure(12.0, 6.0)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    _draw_periods(left, result)
+    draw_periods(left, result)
     _draw_exponents(figure, right, result)
     _label_axes(result, left, right)
     figure.suptitle(_title(result), fontsize=12)
@@ -90,7 +90,8 @@ def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.in
     return found
 
 
-def _draw_periods(axes: Any, result: xr.Dataset) -> None:
+def draw_periods(axes: Any, result: xr.Dataset) -> None:
+    """Kinds and periods as colours, with a legend beneath."""
     found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
     norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
     axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))

@@ -67,7 +67,10 @@ class Bifurcation(Study):
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         self.axis = str(given["along"])
         if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
-            given["begin"] = _first_forcing(float(given["restitution"]))
+            given["begin"] = first = _first_forcing(float(given["restitution"]))
+            if not float(given["end"]) > first:
+                why = f"The period-1 orbit begins there at ε = {given['restitution']:g}."
+                raise InputError("end", given["end"], f"> {first:g}", why)
         if int(given["kept"]) > int(given["measured"]):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):

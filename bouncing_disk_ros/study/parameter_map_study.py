@@ -56,7 +56,7 @@ class ParameterMap(PlaneStudy):
         check_start(start)
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
-                hint = "It is w_A of the first impact; with start:=contact the disk is at rest."
+                hint = "It is w_A of the first impact; start:=contact: it lies on the platform."
                 raise InputError("initial_velocity", given["initial_velocity"], "< 0", hint)
             return
         for name in ("initial_phase", "initial_velocity"):

@@ -21,7 +21,7 @@ from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.lock import exclusive_lock
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import Store, open_result
+from bouncing_disk_ros.study.store import RESULT, Store, open_result
 from bouncing_disk_ros.study.study_by_name import named
 
 NICENESS = 10
@@ -79,7 +79,7 @@ def run(
         if path is not None:
             return _run(study, Path(path), workers, scheduler, note, stopped)
         with tempfile.TemporaryDirectory(prefix=f"{study.name}-") as folder:
-            found = _run(study, Path(folder, "result.zarr"), workers, scheduler, note, stopped)
+            found = _run(study, Path(folder, RESULT), workers, scheduler, note, stopped)
             return None if found is None else found.load()
 
 

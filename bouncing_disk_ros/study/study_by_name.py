@@ -13,8 +13,11 @@ _MODULES = {
     "basin_shares": ("basin_shares_study", "BasinShares"),
     "basins": ("basin_study", "Basins"),
     "bifurcation": ("bifurcation_study", "Bifurcation"),
+    "curves": ("curves_study", "Curves"),
+    "manifolds": ("manifolds_study", "Manifolds"),
     "motor": ("motor_study", "Motor"),
     "parameter_map": ("parameter_map_study", "ParameterMap"),
+    "resilience": ("resilience_study", "ResilienceStudy"),
     "toss_map": ("toss_map_study", "TossMap"),
     "toss_paths": ("toss_paths_study", "TossPaths"),
 }

@@ -54,8 +54,8 @@ class Attractor(NamedTuple):
     multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
 
     def __repr__(self) -> str:
-        """The name, and the multiplier where there is one."""
-        size = "" if math.isnan(self.multiplier) else f", multiplier {self.multiplier:.6g}"
+        """The name, and the modulus of the largest multiplier where there is one."""
+        size = "" if math.isnan(self.multiplier) else f", |multiplier| {self.multiplier:.6g}"
         return f"<attractor {self.name}{size}>"
 
     @property

@@ -82,7 +82,18 @@ def lines(result: xr.Dataset) -> list[str]:
             f"{alpha[1]:.3f}, by boxes {box[0]:.3f} ± {box[1]:.3f} (95 %; 1: a smooth line)"
         )
         rows.append(f"  {scales(result)}; it may differ at smaller distances")
-    return rows + _speed_lines(result)
+    return rows + _period_one_lines(result) + _speed_lines(result)
+
+
+def _period_one_lines(result: xr.Dataset) -> list[str]:
+    """From which forcing on there are period-1 orbits, where the window's has none."""
+    forcing, restitution = (
+        float(result.attrs[f"parameter_{name}"]) for name in ("axial_forcing", "restitution")
+    )
+    first = (1.0 - restitution) / (1.0 + restitution)
+    if forcing >= first:
+        return []
+    return [f"  no period-1 orbit: at ε = {restitution:g} they begin at Γ = {first:.6g}"]
 
 
 def scales(result: xr.Dataset) -> str:

@@ -30,6 +30,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
+from bouncing_disk_ros.study.store import RESULT
 from bouncing_disk_ros.study_tables import COMMON
 
 MOST_SENT = 2048
@@ -182,7 +183,7 @@ class StudyWork:
         try:
             self._result = run(
                 self._study,
-                self._folder / "result.zarr",
+                self._folder / RESULT,
                 workers=int(self._options["workers"]) or os.cpu_count() or 1,
                 scheduler=str(self._options["scheduler"]),
                 on_progress=self._note,
@@ -212,7 +213,7 @@ class StudyWork:
                 files.append(self._folder / "result.nc")
         except OSError as error:
             raise FailedError(f"{self._folder} cannot be written: {error}") from None
-        print("written: " + ", ".join(map(str, [*files, self._folder / "result.zarr"])), flush=True)
+        print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
         if outlet.takes_result:
             drawn = next((file for file in files if file.suffix == ".png"), None)
             png = drawn.read_bytes() if drawn else _png(next(iter(figures.values())))

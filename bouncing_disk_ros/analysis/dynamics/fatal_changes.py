@@ -1,0 +1,196 @@
+"""The smallest impulse, and the smallest error in time, after which an orbit is not reached again.
+
+The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
+reached again where its attractor is, within a number of periods. The sizes that are fatal are
+intervals: the line is looked at in steps of a part of the size, and the edge of the first interval
+found is halved to rounding. Intervals narrower than a step may be missed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.basin_labels import (
+    LabelRule,
+    impacts_needed,
+    label_starts,
+)
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.orbit_instants import Instants
+from bouncing_disk_ros.collision_map.inverse_map import land_from_height
+from bouncing_disk_ros.errors import InputError
+
+Array = NDArray[np.float64]
+Flights = Callable[[NDArray[np.intp], Array], Array]
+"""Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
+
+_HALVINGS = 44
+_LEVELS = 2
+"""Where the first size is fatal, sizes down to a thousandth of it are looked at; then it is 0."""
+CHAOTIC_RESOLUTION = 0.05
+"""Of a chaotic attractor, whose starts take the most impacts, and whose orbit is but a sample."""
+_BLOCK = 200_000
+
+
+class FatalRule(NamedTuple):
+    """When an orbit is lost, and how fatal changes are looked for."""
+
+    periods: float = 1000.0  # of the platform, within which the orbit must be reached again
+    smallest: float = 1e-2  # first size that is looked at; smaller ones where it is fatal
+    largest: float = 5.0  # impulse, m·πg/ω
+    resolution: float = 0.01  # intervals of sizes wider than this part of the size are found
+
+    def checked(self) -> FatalRule:
+        """The rule, if it is one. Raises InputError."""
+        if not self.periods > 0.0:
+            raise InputError("periods", self.periods, "a number > 0")
+        if not 0.0 < self.smallest < self.largest < math.inf:
+            raise InputError("largest", self.largest, f"a number > {self.smallest:g}")
+        if not 1e-6 <= self.resolution <= 1.0:
+            raise InputError("resolution", self.resolution, "a number from 1e-6 to 1")
+        return self
+
+
+def fatal_impulses(
+    section: NextCollisionMap,
+    known: Attractors,
+    label: int,
+    instants: Instants,
+    rule: FatalRule | None = None,
+) -> Array:
+    """Smallest fatal impulses (2, m) at each instant, upwards first, in m·πg/ω; inf: none found.
+
+    `label`: index in `known` of the attractor that the instants are on. An impulse changes the
+    velocity of the disk; in contact, or where it acts against the flight at gap 0, an impact
+    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. Raises InputError
+    for a rule out of range.
+
+    >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 64)).min(axis=1)
+    """
+    rule = (rule or FatalRule()).checked()
+    found = []
+    for sense in (1.0, -1.0):
+
+        def flights(which: NDArray[np.intp], size: Array, sense: float = sense) -> Array:
+            gap, speed = instants.gap[which], instants.speed[which] + sense * size
+            return np.stack((instants.forcing_phase[which], gap, speed), axis=1)
+
+        found.append(_first_fatal(section, known, label, len(instants.gap), flights, rule))
+    return np.array(found)
+
+
+def fatal_timing_errors(
+    section: NextCollisionMap,
+    known: Attractors,
+    label: int,
+    rule: FatalRule | None = None,
+    most: int = 16,
+) -> Array:
+    """Smallest fatal timing errors (2, m) at the impacts of an attractor, late first, rad.
+
+    The impact comes at the phase τ + δ or τ − δ with the velocity of the disk it would have had.
+    m: its impacts in one repetition, `most` at most. inf: none up to π. Raises as `fatal_impulses`.
+    """
+    rule = (rule or FatalRule()).checked()._replace(largest=math.pi)
+    attractor = known.found[label]
+    tau, w = attractor.forcing_phases[:most], attractor.velocities[:most]
+    found = []
+    for sense in (1.0, -1.0):
+
+        def flights(which: NDArray[np.intp], size: Array, sense: float = sense) -> Array:
+            phase = tau[which] + sense * size
+            speed = w[which] + section.axial_forcing * (np.cos(tau[which]) - np.cos(phase))
+            return np.stack((phase % math.tau, np.zeros(len(which)), speed), axis=1)
+
+        found.append(_first_fatal(section, known, label, len(tau), flights, rule))
+    return np.array(found)
+
+
+def survives(
+    section: NextCollisionMap, known: Attractors, label: int, flights: Array, periods: float
+) -> NDArray[np.bool_]:
+    """Whether disks at (phase, gap, relative speed) (k, 3) reach an attractor within periods."""
+    states = np.empty((len(flights), 3))
+    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), states)
+    tau, w = states[:, 0].copy(), np.minimum(states[:, 1], -1e-300)
+    rule = LabelRule()
+    rule = rule._replace(cap=impacts_needed(known, rule.tolerance))
+    chaotic = known.found[label].kind is AttractorKind.CHAOTIC  # its time is not known
+    if not chaotic:
+        known, label = _without_chaos(known, label)
+    found = label_starts(known, section, tau, w, rule)
+    late = found.time + states[:, 2] > math.tau * periods
+    return np.asarray((found.label == label) & (chaotic | ~late))
+
+
+def _without_chaos(known: Attractors, label: int) -> tuple[Attractors, int]:
+    """The attractors that are not chaotic, and the place of one of them.
+
+    Starts that go to chaos are then not resolved, which takes half the impacts.
+    """
+    kept = [i for i, a in enumerate(known.found) if a.kind is not AttractorKind.CHAOTIC]
+    after = kept.index(known.after_contact) if known.after_contact in kept else -1
+    found = tuple(known.found[i] for i in kept)
+    return Attractors(found, after, known.unresolved), kept.index(label)
+
+
+def _first_fatal(
+    section: NextCollisionMap, known: Attractors, label: int, m: int, flights: Flights,
+    rule: FatalRule,
+) -> Array:  # fmt: skip
+    """The edge of the first interval of fatal sizes for each of m changes."""
+    chaotic = known.found[label].kind is AttractorKind.CHAOTIC
+    resolution = max(rule.resolution, CHAOTIC_RESOLUTION) if chaotic else rule.resolution
+
+    def alive(which: NDArray[np.intp], size: Array) -> NDArray[np.bool_]:
+        return survives(section, known, label, flights(which, size), rule.periods)
+
+    low, high = np.zeros(m), np.full(m, math.inf)
+    todo, first, last = np.arange(m), rule.smallest, rule.largest
+    for _ in range(_LEVELS):
+        low[todo], high[todo] = _scan(alive, todo, first, last, resolution)
+        todo = todo[high[todo] == first]  # the first size of all is fatal: look below it
+        first, last = 1e-3 * first, first
+    high[todo] = 0.0
+    fatal = np.flatnonzero(np.isfinite(high) & (high > 0.0))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low[fatal] + high[fatal])
+        fine = alive(fatal, middle)
+        low[fatal] = np.where(fine, middle, low[fatal])
+        high[fatal] = np.where(fine, high[fatal], middle)
+    return np.where(np.isfinite(high), low, math.inf)
+
+
+def _scan(
+    alive: Callable[[NDArray[np.intp], Array], NDArray[np.bool_]],
+    todo: NDArray[np.intp], first: float, last: float, resolution: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Last size survived and first fatal one for each of some changes; inf where all are survived.
+
+    Sizes are in a geometric series in steps of half the resolution, in rising blocks: those that
+    have met a fatal one are done.
+    """
+    steps = math.ceil(math.log(last / first) / math.log1p(0.5 * resolution)) + 1
+    sizes = np.geomspace(first, last, steps)
+    low, high = np.zeros(len(todo)), np.full(len(todo), math.inf)
+    open_ = np.arange(len(todo))
+    begin = 0
+    while begin < steps and len(open_):
+        length = max(1, min(_BLOCK // len(open_), max(64, steps // 8)))
+        part = sizes[begin : begin + length]
+        which = np.repeat(todo[open_], len(part))
+        fine = alive(which, np.tile(part, len(open_))).reshape(len(open_), len(part))
+        hit = ~fine.all(axis=1)
+        place = np.argmin(fine, axis=1)
+        high[open_[hit]] = part[place[hit]]
+        before = np.where(place > 0, part[np.maximum(place - 1, 0)], low[open_])
+        low[open_] = np.where(hit, before, part[-1])
+        open_ = open_[~hit]
+        begin += length
+    return low, high

@@ -1,0 +1,202 @@
+"""The pictures of resilience: shares, fatal changes and times over a parameter."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    new_figure,
+)
+
+COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
+MOST_LINES = 6
+"""Attractors that are named, those with the largest shares; all others are grey."""
+
+
+def line_colors(result: xr.Dataset) -> list[str]:
+    """One colour for each line: black with contact, strong for the largest others, else grey."""
+    names = [str(name) for name in result["line_name"].values]
+    largest = np.nanmax(result["line_share"].values, axis=1) if names else np.empty(0)
+    colors = [GREY] * len(names)
+    strong = iter(COLORS)
+    for i in np.argsort(-largest, kind="stable"):
+        if names[i].split()[0].rstrip("…") in ("chattering", "rest"):
+            colors[i] = BLACK
+        elif (color := next(strong, None)) is not None:
+            colors[i] = color
+    return colors
+
+
+def resilience_picture(result: xr.Dataset) -> Figure:
+    """Four panels: shares, fatal impulses, fatal timing errors, times; one line an attractor."""
+    figure = new_figure(8.5, 11.0)
+    panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.2, 1.2, 1.0, 1.0])
+    x = result["value"].values
+    colors = line_colors(result)
+    _draw_shares(panels[0], result, x, colors)
+    _draw_pairs(panels[1], x, result["line_least_fatal_impulse"].values, colors)
+    panels[1].set_ylabel(r"fatal impulse ($m\,\pi g/\omega$)")
+    _second_scale(panels[1], impulse_unit(result), "N·s")
+    panels[1].set_title("smallest fatal impulse at any instant: upwards solid, downwards dashed",
+                        fontsize=9)  # fmt: skip
+    _draw_pairs(panels[2], x, result["line_fatal_timing_error"].values, colors)
+    panels[2].set_ylabel("fatal timing error (rad)")
+    _second_scale(panels[2], 1e3 * time_unit(result), "ms")
+    panels[2].set_title("smallest fatal timing error of an impact: late solid, early dashed",
+                        fontsize=9)  # fmt: skip
+    _draw_times(panels[3], result, x, colors)
+    symbol = str(result["value"].attrs.get("symbol", ""))
+    panels[3].set_xlabel(f"{result['value'].attrs['long_name']} {symbol}")
+    for axes in panels:
+        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+    if len(np.unique(x)) > 1:
+        panels[3].set_xlim(x.min(), x.max())
+    _add_legend(figure, result, colors)
+    figure.suptitle(_title(result), fontsize=11)
+    return figure
+
+
+def impulse_unit(result: xr.Dataset) -> float:
+    """The unit of impulses, m π g/ω, in N·s."""
+    given = (float(result.attrs[f"parameter_{name}"]) for name in ("mass", "gravity", "frequency"))
+    mass, gravity, frequency = given
+    return mass * gravity / (2.0 * frequency)
+
+
+def time_unit(result: xr.Dataset) -> float:
+    """The unit of time, 1/ω, in s."""
+    return 1.0 / (math.tau * float(result.attrs["parameter_frequency"]))
+
+
+def _draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
+    for i, color in enumerate(colors):
+        if color == BLACK:
+            continue
+        share = 100.0 * result["line_share_without_contact"].values[i]
+        axes.plot(x, share, "-", color=color, lw=1.4, marker="." if _few(share) else "")
+    contact = 100.0 * result["share_in_contact"].values
+    axes.plot(x, contact, "-", color=BLACK, lw=1.4)
+    _mark_ends_of_contact(axes, result, x, contact, colors)
+    axes.set_ylim(0.0, 100.0)
+    axes.set_ylabel("share of starts (%)")
+    axes.set_title("starts that come to contact (black), and those that reach an attractor without",
+                   fontsize=9)  # fmt: skip
+
+
+def _mark_ends_of_contact(
+    axes: Any, result: xr.Dataset, x: NDArray[np.float64], contact: NDArray[np.float64],
+    colors: list[str],
+) -> None:  # fmt: skip
+    """Marks where the orbit that leaves contact ends on another attractor, in its colour."""
+    for i, color in enumerate(colors):
+        if color == BLACK:
+            continue
+        more = result["line_share"].values[i] - result["line_share_without_contact"].values[i]
+        ends = more > 1e-9
+        axes.plot(x[ends], contact[ends], "o", color=color, ms=5, mec=BLACK, mew=0.5)
+
+
+def _draw_pairs(
+    axes: Any, x: NDArray[np.float64], values: NDArray[np.float64], colors: list[str]
+) -> None:
+    """Both senses of a change, of each line; values that are nowhere fatal are left out."""
+    for i, color in enumerate(colors):
+        for k, style in enumerate(("-", "--")):
+            shown = np.where(np.isfinite(values[i, :, k]), values[i, :, k], np.nan)
+            dot = "." if _few(shown) else ""
+            axes.plot(x, shown, style, color=color, lw=1.3, marker=dot, ms=3)
+    axes.set_ylim(bottom=0.0)
+
+
+def _few(values: NDArray[np.float64]) -> bool:
+    """Whether a line would not be seen: single values between missing ones."""
+    known = np.isfinite(values)
+    return bool(known.any() and known.sum() <= 3)
+
+
+def _second_scale(axes: Any, unit: float, name: str) -> None:
+    other = axes.secondary_yaxis("right", functions=(lambda v: v * unit, lambda v: v / unit))
+    other.set_ylabel(name)
+
+
+def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
+    for i, color in enumerate(colors):
+        for name, style in (("median_time", "-"), ("convergence_time", ":")):
+            values = result[f"line_{name}"].values[i]
+            values = np.where(values > 0.0, values, np.nan)
+            axes.plot(x, values, style, color=color, lw=1.3, marker="." if _few(values) else "")
+    axes.set_yscale("log")
+    axes.set_ylabel(r"periods $2\pi/\omega$")
+    axes.set_title("median time to reach it from its basin (solid), time constant near it (dotted)",
+                   fontsize=9)  # fmt: skip
+
+
+def _add_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
+    names = [str(name) for name in result["line_name"].values]
+    handles = [
+        Line2D([], [], color=color, label=name)
+        for name, color in zip(names, colors, strict=True)
+        if color != GREY
+    ]
+    if GREY in colors:
+        handles.append(Line2D([], [], color=GREY, label="others"))
+    handles.append(Line2D([], [], marker="o", ls="", color="white", mec=BLACK,
+                          label="contact leads to the attractor of this colour"))  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+
+
+def impulse_picture(result: xr.Dataset) -> Figure:
+    """Fatal impulses over the instant and the parameter, of the largest line without contact."""
+    figure = new_figure(10.0, 4.6)
+    panels = figure.subplots(1, 2, sharey=True)
+    colors = line_colors(result)
+    shares = np.nanmax(result["line_share_without_contact"].values, axis=1)
+    own = [i for i, color in enumerate(colors) if color != BLACK] or list(range(len(colors)))
+    if not own:
+        return figure
+    line = max(own, key=lambda i: float(shares[i]))
+    sizes = result["line_fatal_impulse"].values[line]
+    top = float(np.quantile(sizes[np.isfinite(sizes)], 0.95)) if np.isfinite(sizes).any() else 1.0
+    x = result["value"].values
+    for k, (axes, name) in enumerate(zip(panels, ("upwards", "downwards"), strict=True)):
+        shown = np.ma.masked_invalid(np.where(np.isinf(sizes[:, k]), 10 * top, sizes[:, k]))
+        axes.set_facecolor("#e8e8e8")
+        half = 0.5 * (x[-1] - x[0]) / max(len(x) - 1, 1) or 0.5
+        drawn = axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top,
+                            cmap="viridis", interpolation="nearest",
+                            extent=(0.0, 1.0, x[0] - half, x[-1] + half))  # fmt: skip
+        axes.set_xlabel("part of a repetition since its first impact")
+        axes.set_title(f"impulse {name}", fontsize=10)
+    figure.colorbar(drawn, ax=panels, label=r"fatal impulse ($m\,\pi g/\omega$)", extend="max")
+    symbol = str(result["value"].attrs.get("symbol", ""))
+    panels[0].set_ylabel(f"{result['value'].attrs['long_name']} {symbol}")
+    name = str(result["line_name"].values[line])
+    figure.suptitle(f"Smallest fatal impulse over its instant: {name}", fontsize=11)
+    return figure
+
+
+def _title(result: xr.Dataset) -> str:
+    along = result.attrs["parameter_along"]
+    other, symbol = ("restitution", "ε") if along == "axial_forcing" else ("axial_forcing", "Γ")
+    about = {name: float(result.attrs[f"parameter_{name}"]) for name in ("mass", "frequency")}
+    return (
+        f"Resilience of the attractors at {other.replace('_', ' ')} {symbol} = "
+        f"{result.attrs[f'parameter_{other}']:g}; N·s and ms for {about['mass']:g} kg at "
+        f"{about['frequency']:g} Hz"
+    )

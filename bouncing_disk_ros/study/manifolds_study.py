@@ -1,0 +1,143 @@
+"""The study `manifolds`: saddles on the boundaries of basins, with their manifolds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractors
+from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
+from bouncing_disk_ros.analysis.dynamics.edge_states import boundary_pairs, edge_states
+from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share, sides
+from bouncing_disk_ros.analysis.dynamics.manifolds import (
+    GrowthRule,
+    Manifold,
+    Stability,
+    saddle_manifolds,
+)
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.basin_study import Basins, from_arrays
+from bouncing_disk_ros.study.definition import Arrays
+
+SEARCHED = 64
+"""Neighbours with unlike ends are looked for on a grid of SEARCHED × SEARCHED starts."""
+_STABILITIES = list(Stability)
+
+
+class Manifolds(Basins):
+    """Basins with saddles and manifolds; parameters as in the table of the executable."""
+
+    name: ClassVar[str] = "manifolds"
+    title: ClassVar[str] = "Saddles on basin boundaries and their manifolds"
+
+    def __init__(self, parameters: Mapping[str, Value]) -> None:
+        unused: dict[str, Value] = {
+            "angular_velocities": "", "phase_lag": 0.0, "angular_forcing": 1.0,
+        }  # fmt: skip
+        super().__init__({**parameters, **unused})
+        given = self.parameters
+        if given["velocity"] != "before":
+            raise InputError("velocity", given["velocity"], "before: manifolds are those of w_A")
+        if self._map.restitution == 0.0:
+            hint = "Nothing bounces there, and no state has a past."
+            raise InputError("restitution", 0.0, "above 0", hint)
+
+    def context(self) -> Arrays:
+        """The attractors, the saddles between their basins, and the manifolds of these."""
+        arrays = dict(super().context())
+        known = from_arrays(arrays)
+        given = self.parameters
+        low, high = float(given["velocity_begin"]), float(given["velocity_end"])
+        centres = (np.arange(SEARCHED) + 0.5) / SEARCHED
+        tau, w = math.tau * centres, low + (high - low) * centres
+        columns, rows = np.meshgrid(tau, w)
+        labels = label_starts(known, self._map, columns.ravel(), rows.ravel()).label
+        pairs = boundary_pairs(labels.reshape(rows.shape), tau, w, int(given["pairs"]))
+        saddles, lost = edge_states(self._map, known, pairs)
+        rule = GrowthRule(
+            distance=float(given["distance"]), angle=float(given["angle"]), lowest=low,
+            most=int(given["points"]), repetitions=float(given["repetitions"]),
+        )  # fmt: skip
+        arrays |= manifolds_to_arrays(saddles, rule, lambda found: self._share(known, found, low))
+        arrays["edge_pairs"] = np.array([len(pairs), lost], np.int64)
+        return arrays
+
+    def _share(self, known: Attractors, branches: list[Manifold], lowest: float) -> float:
+        """Share enclosed by a stable manifold; nan where it is not the boundary of one basin."""
+        ends = [
+            np.unique(label_starts(known, self._map, *states.T.copy()).label)
+            for states in sides(branches, lowest)
+        ]
+        if len(ends[0]) != 1 or len(ends[1]) != 1 or ends[0][0] == ends[1][0]:
+            return math.nan
+        try:
+            return enclosed_share(branches, lowest)
+        except InputError:  # it is cut within the window
+            return math.nan
+
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
+        """As of basins, with the manifolds."""
+        added = {name: context[name] for name in _VARIABLES if name in context}
+        found = super().finish(result, context)
+        variables = {name: (_VARIABLES[name][0], value, {"long_name": _VARIABLES[name][1]})
+                     for name, value in added.items()}  # fmt: skip
+        return found.assign(variables)
+
+
+_VARIABLES = {
+    "saddle_impacts": ("saddle", "impacts of the saddle in one repetition"),
+    "saddle_cycles": ("saddle", "periods of the platform in one repetition"),
+    "saddle_multiplier": ("saddle", "multiplier outside of the unit circle"),
+    "saddle_share": ("saddle", "share of the window enclosed by its stable manifold; nan: open"),
+    "saddle_point_saddle": ("saddle_point", "index of the saddle of a point"),
+    "saddle_point_forcing_phase": ("saddle_point", "forcing phase of its impacts, rad"),
+    "saddle_point_velocity": ("saddle_point", "w_A of its impacts, pi g/omega"),
+    "piece_saddle": ("piece", "index of the saddle of a piece of a manifold"),
+    "piece_stability": ("piece", "0: stable manifold, 1: unstable manifold"),
+    "manifold_piece": ("manifold_point", "index of the piece of a point; cuts lie between pieces"),
+    "manifold_forcing_phase": ("manifold_point", "forcing phase along a piece, not wrapped, rad"),
+    "manifold_velocity": ("manifold_point", "w_A, pi g/omega"),
+    "edge_pairs": ("edge_count", "pairs that edge tracking began with; those without a saddle"),
+}
+
+
+def manifolds_to_arrays(
+    saddles: list[PeriodicOrbit], rule: GrowthRule, share_of: Callable[[list[Manifold]], float]
+) -> dict[str, np.ndarray]:
+    """Saddles and their manifolds as arrays, to be stored."""
+    pieces: list[np.ndarray] = []
+    owners: list[tuple[int, int]] = []
+    shares = []
+    for i, saddle in enumerate(saddles):
+        for k, stability in enumerate(_STABILITIES):
+            branches = saddle_manifolds(saddle, stability, rule)
+            if stability is Stability.STABLE:
+                shares.append(share_of(branches))
+            own = [piece for branch in branches for piece in branch.pieces]
+            pieces += own
+            owners += [(i, k)] * len(own)
+    states = [np.stack((s.forcing_phase, s.axial_impact_velocity), axis=1) for s in saddles]
+    points = np.concatenate([np.empty((0, 2)), *states])
+    lines = np.concatenate([np.empty((0, 2)), *pieces])
+    owner = np.array(owners, np.int64).reshape(-1, 2)
+    counts = np.array([len(piece) for piece in pieces], np.int64)
+    return {
+        "saddle_impacts": np.array([s.impacts for s in saddles], np.int64),
+        "saddle_cycles": np.array([s.cycles for s in saddles], np.int64),
+        "saddle_multiplier": np.array([s.multipliers[0].real for s in saddles], float),
+        "saddle_share": np.array(shares, float),
+        "saddle_point_saddle": np.repeat(np.arange(len(saddles)), [s.impacts for s in saddles]),
+        "saddle_point_forcing_phase": points[:, 0],
+        "saddle_point_velocity": points[:, 1],
+        "piece_saddle": owner[:, 0],
+        "piece_stability": owner[:, 1],
+        "manifold_piece": np.repeat(np.arange(len(pieces)), counts),
+        "manifold_forcing_phase": lines[:, 0],
+        "manifold_velocity": lines[:, 1],
+    }
