@@ -26,8 +26,12 @@ FINEST = 2e-13
 """Least width of a window: there a browser's own arithmetic ends too."""
 WIDEST_PHASE, FASTEST = 4.0 * math.pi, 100.0
 """Bounds of what can be shown: forcing phase to both sides of 0, and w_A."""
+WIDTH = 620
+"""Of the figures, pixels of the screen."""
 NUMBERED = 4
 """Impacts of an orbit after its start that show their number."""
+_LONG_LABELS = 1e-4
+"""In a window narrower than this part of π the numbers at its ticks are long."""
 _POINTS = ("x", "y", "name", "fill", "size")
 _CLOUD = 100
 """An attractor of more points is drawn by small ones."""
@@ -42,8 +46,8 @@ class MapFigure:
     def __init__(self) -> None:
         whole = whole_window()
         self.figure = figure(
-            width=620, height=520, tools="pan,wheel_zoom,box_zoom,reset",
-            active_scroll="wheel_zoom", toolbar_location="above",
+            width=WIDTH, height=520, tools="pan,wheel_zoom,box_zoom,reset",
+            active_scroll="wheel_zoom", toolbar_location="right",
             x_range=Range1d(*whole[:2], bounds=(-WIDEST_PHASE, WIDEST_PHASE), min_interval=FINEST),
             y_range=Range1d(*whole[2:], bounds=(-FASTEST, 0.0), min_interval=FINEST),
             x_axis_label="forcing phase at the first impact τ (rad)",
@@ -146,7 +150,8 @@ class MapFigure:
         axis = self.figure.xaxis[0]
         low, high = window.phase_begin / math.pi, window.phase_end / math.pi
         if high - low < 1.0:
-            axis.update(ticker=BasicTicker(desired_num_ticks=5), major_label_overrides={})
+            count = 5 if high - low > _LONG_LABELS else 2
+            axis.update(ticker=BasicTicker(desired_num_ticks=count), major_label_overrides={})
             return
         step = 0.5 if high - low <= 4.0 else 1.0
         ticks = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
@@ -161,7 +166,7 @@ class PathFigure:
 
     def __init__(self) -> None:
         self.figure = figure(
-            width=620, height=280, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
+            width=WIDTH, height=280, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
             x_axis_label="time from the first impact (s)", y_axis_label="height (m)",
             x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), title="Path of an orbit",
         )  # fmt: skip

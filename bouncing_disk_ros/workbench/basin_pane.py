@@ -13,7 +13,7 @@ from bokeh.layouts import column, row
 from bokeh.models import Button, Div
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.workbench.basin_figures import MapFigure, PathFigure, legend
+from bouncing_disk_ros.workbench.basin_figures import WIDTH, MapFigure, PathFigure, legend
 from bouncing_disk_ros.workbench.basin_view import (
     COARSE,
     FULL,
@@ -52,8 +52,9 @@ class BasinPane:
     def __init__(self, values: Values, send_start: Callable[[Mapping[str, Any]], None]) -> None:
         self._values, self._send = values, send_start
         self._map, self._path = MapFigure(), PathFigure()
-        self._legend, self._status, self._under = Div(), Div(), Div(text="&nbsp;")
-        self._message = Div(text=_HINT)
+        self._legend, self._status, self._under, self._message = (
+            Div(text=text, width=WIDTH - 20) for text in ("", "", "&nbsp;", _HINT)
+        )
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
         self._section: Section | None = None
@@ -63,7 +64,7 @@ class BasinPane:
         self._connect()
         left = column(self._map.figure, self._under, self._status)
         right = column(self._legend, self._path.figure, self._message, self._button,
-                       Div(text=_PLANE))  # fmt: skip
+                       Div(text=_PLANE, width=WIDTH - 20))  # fmt: skip
         self.layout = row(left, right)
 
     def _connect(self) -> None:
