@@ -19,8 +19,8 @@ from bokeh.plotting import figure
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
 from bouncing_disk_ros.plots.basin_plot import colors_of
 from bouncing_disk_ros.plots.style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
-from bouncing_disk_ros.workbench.basin_view import View, Window, described, points_of, whole_window
 from bouncing_disk_ros.workbench.start_orbit import Orbit
+from bouncing_disk_ros.workbench.start_plane import View, Window, described, points_of, whole_window
 
 FINEST = 2e-13
 """Least width of a window: there a browser's own arithmetic ends too."""

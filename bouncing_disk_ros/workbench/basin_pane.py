@@ -14,19 +14,10 @@ from bokeh.models import Button, Div
 
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.workbench.basin_figures import WIDTH, MapFigure, PathFigure, legend
-from bouncing_disk_ros.workbench.basin_view import (
-    COARSE,
-    FULL,
-    Section,
-    View,
-    Window,
-    label_of,
-    pixel_centre,
-    section_of,
-    view,
-)
+from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
 from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
+from bouncing_disk_ros.workbench.start_plane import Section, View, Window, pixel_centre, section_of
 
 SAME_START = 0.012
 """A click so near the one before, as a part of the window, is on the same start."""
@@ -154,6 +145,9 @@ class BasinPane:
     def _show(self, section: Section, found: View, spent: float) -> None:
         if section != self._section:
             return  # of parameters that are no longer in force
+        before = self._shown
+        if before and before.window == found.window and len(before.labels) > len(found.labels):
+            return
         self._shown = found
         self._map.show(found)
         self._legend.text = legend(found)

@@ -23,13 +23,12 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from matplotlib.colors import Colormap, to_hex
 
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, numbered
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.parameters import DEFAULTS, TABLE
 from bouncing_disk_ros.plots.bifurcation_plot import CONTACT_INK, INK
 from bouncing_disk_ros.plots.style import BLACK, GREEN, REST, in_pi
-from bouncing_disk_ros.study.basin_study import numbered
-from bouncing_disk_ros.workbench.basin_view import Section, attractors_at, described, section_of
+from bouncing_disk_ros.workbench.basin_view import attractors_at
 from bouncing_disk_ros.workbench.bifurcation_view import (
     BEGIN,
     COARSE,
@@ -44,6 +43,7 @@ from bouncing_disk_ros.workbench.bifurcation_view import (
     images,
 )
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
+from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
 
 REST_FORCING = 1.0 / math.pi
 """Up to this Γ the disk comes to rest on the platform."""
@@ -73,7 +73,7 @@ class BifurcationPane:
     def __init__(self, values: Values, set_values: Callable[[Mapping[str, Any]], None]) -> None:
         self._values, self._set = values, set_values
         self._section: Section | None = None
-        self._shown: Diagram | None = None
+        self._shown: tuple[tuple[float, ...], int] | None = None  # what, of how many columns
         self._diagrams, self._attractors = LatestWork(), LatestWork()
         self._asked = self._moved = self._placing = False
         self._status, self._about = Div(text="&nbsp;"), Div(text=_ABOUT, width=900)
@@ -223,7 +223,10 @@ class BifurcationPane:
     ) -> None:
         if self._section is None or found.restitution != self._section.restitution:
             return  # of parameters that are no longer in force
-        self._shown = found
+        place, before = (*found[:3], *phases), self._shown
+        if before and before[0] == place and before[1] > found.columns:
+            return
+        self._shown = place, found.columns
         low, high = phases
         for source, image in zip(self._images, both, strict=True):
             source.data = {
