@@ -68,6 +68,11 @@ class BasinPane:
         plot.on_event(MouseMove, self._on_move)
         self._button.on_click(self._send_start)
 
+    @property
+    def plot(self) -> Any:
+        """The Bokeh figure of the map, whose ranges are the window."""
+        return self._map.figure
+
     def parameters_changed(self) -> None:
         """Compute anew if the plane is another one."""
         self._on_change("", None, None)

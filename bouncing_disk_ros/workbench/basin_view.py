@@ -37,8 +37,8 @@ SEARCHED = 24
 """Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
 EARLY = 64
 """Impacts after which a start is looked for in a region about a chaotic attractor."""
-_ROWS = 32
-"""Rows labelled between two questions whether the view is still wanted: some 10 ms."""
+_ROWS = 64
+"""Rows labelled between two questions whether the view is still wanted: 20 to 60 ms."""
 _KEPT = 64
 
 
@@ -55,7 +55,7 @@ def view(
     attractors: here they are looked for once at each Γ and ε, over the whole window, so that a
     label means the same in every zoom. Raises InputError.
     """
-    found, section = _attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
     # looking for them takes longer than a coarse view
     regions = _regions(axial_forcing, restitution) if side > COARSE else {}
     speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
@@ -101,12 +101,12 @@ def _labels(
 
 def attractors_at(axial_forcing: float, restitution: float) -> tuple[Attractor, ...]:
     """The attractors that labels of views stand for, in their order. Raises InputError."""
-    return _attractors(axial_forcing, restitution).found
+    return found_attractors(axial_forcing, restitution).found
 
 
 def label_of(axial_forcing: float, restitution: float, phase: float, velocity: float) -> str:
     """Name of the attractor that one start goes to."""
-    found, section = _attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
     start = np.array([phase % math.tau]), np.array([velocity])
     label = int(label_starts(found, section, *start, _rule()).label[0])
     return numbered([one.name for one in found.found])[label] if label >= 0 else UNRESOLVED
@@ -122,7 +122,7 @@ def _rule() -> LabelRule:
 
 
 @lru_cache(maxsize=_KEPT)
-def _attractors(axial_forcing: float, restitution: float) -> Attractors:
+def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
     """The attractors at Γ and ε, looked for once for all sessions and zooms."""
     table = STUDY_TABLES["basins"]
     phases, speeds = (
@@ -138,7 +138,7 @@ def _attractors(axial_forcing: float, restitution: float) -> Attractors:
 @lru_cache(maxsize=_KEPT)
 def _regions(axial_forcing: float, restitution: float) -> dict[int, AbsorbingRegion]:
     section = _map(axial_forcing, restitution)
-    return absorbing_regions(section, _attractors(axial_forcing, restitution))
+    return absorbing_regions(section, found_attractors(axial_forcing, restitution))
 
 
 def _some(values: NDArray[np.float64]) -> NDArray[np.float64]:

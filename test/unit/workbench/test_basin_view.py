@@ -12,6 +12,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basin_study import Basins, from_arrays
 from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.workbench import basin_view
 from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of, view
 from bouncing_disk_ros.workbench.start_plane import (
     UNRESOLVED,
@@ -49,6 +50,13 @@ def boundary(axial_forcing: float, phase: float) -> float:
     return 0.5 * (low + high)
 
 
+@pytest.fixture
+def regions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Views as small as these are labelled as fine ones are."""
+    monkeypatch.setattr(basin_view, "COARSE", 1)
+
+
+@pytest.mark.usefixtures("regions")
 @pytest.mark.parametrize("half", [0.1, 1e-4, 1e-9])
 @pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
 def test_labels_of_a_zoom_are_those_of_the_study(axial_forcing: float, half: float) -> None:
@@ -56,7 +64,8 @@ def test_labels_of_a_zoom_are_those_of_the_study(axial_forcing: float, half: flo
     compare(axial_forcing, window)
 
 
-@pytest.mark.parametrize("axial_forcing", [0.3, 0.48, 2.0])
+@pytest.mark.usefixtures("regions")
+@pytest.mark.parametrize("axial_forcing", [0.3, 0.48, 0.5526, 2.0])
 def test_labels_of_the_whole_window_are_those_of_the_study(axial_forcing: float) -> None:
     compare(axial_forcing, whole_window())
 
@@ -87,6 +96,17 @@ def test_a_boundary_is_in_view_at_every_zoom() -> None:
         found = view(0.45, 0.5, around(2.0, boundary(0.45, 2.0), half), 32)
         assert found is not None
         assert len(np.unique(found.labels)) == 2
+
+
+def test_fine_views_have_the_labels_of_coarse_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a region about chaos, and by following every start."""
+    followed = view(0.5526, 0.5, whole_window(), 96)
+    monkeypatch.setattr(basin_view, "COARSE", 1)
+    known = view(0.5526, 0.5, whole_window(), 96)
+    assert followed is not None
+    assert known is not None
+    np.testing.assert_array_equal(known.labels, followed.labels)
+    assert (known.labels == 1).mean() > 0.2
 
 
 def test_a_view_that_is_no_longer_wanted_is_not_computed() -> None:
