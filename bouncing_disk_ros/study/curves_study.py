@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, SpecialKind, Window
@@ -23,7 +24,6 @@ from bouncing_disk_ros.study.definition import (
     Field,
     Region,
     Study,
-    refuse_conservative,
 )
 from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 

@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -124,10 +123,3 @@ class Study(ABC):
                 for i, (dim, length) in zip(place, lengths.items(), strict=True)
             }
             yield Region(number, slices)
-
-
-def refuse_conservative(restitution: float) -> None:
-    """InputError at ε = 1: the map keeps areas there and has no attractors."""
-    if restitution == 1.0:
-        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
-        raise InputError("restitution", restitution, "less than 1", hint)

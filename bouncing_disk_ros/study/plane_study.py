@@ -9,9 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Axis, Study, refuse_conservative
+from bouncing_disk_ros.study.definition import Axis, Study
 
 
 class PlaneStudy(Study):

@@ -10,7 +10,12 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    numbered,
+    refuse_conservative,
+)
 from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.resilience import (
@@ -22,14 +27,12 @@ from bouncing_disk_ros.analysis.dynamics.resilience import (
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import numbered
 from bouncing_disk_ros.study.definition import (
     Arrays,
     Axis,
     Field,
     Region,
     Study,
-    refuse_conservative,
 )
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}

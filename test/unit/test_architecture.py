@@ -62,6 +62,7 @@ MAY_IMPORT = {
     "plots": {"plots", "core"} | ANALYSIS | TABLES,
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
+    "workbench": {"workbench", "plots", "run", "core", *MAP} | ANALYSIS | TABLES,
     "nodes": set(),
     "nodes.shared": {"nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,
@@ -92,6 +93,7 @@ LIBRARIES = {
     "run": {"numpy", "yaml"},
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4", "tqdm"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
+    "workbench": {"numpy", "bokeh", "matplotlib"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "nodes": {
