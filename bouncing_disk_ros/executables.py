@@ -35,6 +35,9 @@ PACKAGES: dict[str, dict[str, str]] = {
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",
     },
+    "workbench": {
+        "workbench": "see a run and touch it on a page in the browser: live, or of a bag",
+    },
     "demo": {
         "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",
     },

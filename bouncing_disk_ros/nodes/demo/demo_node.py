@@ -11,7 +11,7 @@ from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
 from bouncing_disk_ros.errors import ExitCode, FailedError
-from bouncing_disk_ros.nodes.demo.child import Child
+from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
 from bouncing_disk_ros.nodes.demo.demo_story import (
     AT_REST,

@@ -1,0 +1,106 @@
+"""The page of the workbench for one browser: panes put together, and its clock."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.layouts import column, row
+from bokeh.models import Div, TabPanel, Tabs
+
+from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
+from bouncing_disk_ros.workbench.control_pane import ControlPane
+from bouncing_disk_ros.workbench.run_link import RunLink
+from bouncing_disk_ros.workbench.run_pane import RunPane
+from bouncing_disk_ros.workbench.run_view import numbers
+
+TITLE = "Bouncing disk workbench"
+FRAME_MS = 33
+"""30 frames a second."""
+TEXT_EVERY = 6
+"""Frames between changes of texts."""
+
+
+class Page:
+    """Builds the panes for a document and updates them; a link is shared by all pages."""
+
+    def __init__(self, document: Document, link: RunLink) -> None:
+        self._link, self._history = link, link.history
+        self.run = RunPane(link.history)
+        self.controls = ControlPane(link)
+        self._status = Div(text="", sizing_mode="stretch_width")
+        self._count = 0
+        self._parameters: dict[str, float] = {}
+        self._followers: list[Any] = []  # panes that follow the parameters
+        self._status_text = ""
+        tabs = [TabPanel(child=self.run.layout, title="The run"), *self._more_tabs()]
+        self.tabs = Tabs(tabs=tabs, sizing_mode="stretch_width")
+        document.title = TITLE
+        document.add_root(
+            column(
+                self._status,
+                row(self.controls.layout, self.tabs, sizing_mode="stretch_width"),
+                sizing_mode="stretch_width",
+            )
+        )
+        document.add_periodic_callback(self.update, FRAME_MS)
+
+    def _more_tabs(self) -> list[TabPanel]:
+        return []
+
+    def update(self) -> None:
+        """One frame."""
+        self._count += 1
+        self.run.update(self._until)
+        if self._count % TEXT_EVERY == 1:
+            self._update_texts()
+
+    @property
+    def _until(self) -> float:
+        return math.inf
+
+    def _update_texts(self) -> None:
+        history = self._history
+        values = history.values_at(self._until)
+        self.controls.refresh(values, history.phase)
+        found = numbers(values)
+        if found != self._parameters:
+            self._parameters = found
+            for pane in self._followers:
+                pane.parameters_changed()
+        text = self._status_line()
+        if text != self._status_text:
+            self._status_text = self._status.text = text
+
+    def _status_line(self) -> str:
+        history = self._history
+        parts = [f"{history.latest:.2f} s", history.phase, f"{history.impacts_seen} impacts"]
+        state = f"<b style='color:#b00020'>{html.escape(history.state)}</b>" if history.state else ""
+        return (
+            f"<span style='font-size:15px'><b>{TITLE}</b> · {html.escape(self._link.source)} · "
+            f"{html.escape(' · '.join(filter(None, parts)))} {state}</span>"
+        )
+
+    # --- for the panes of maps
+    def values(self) -> dict[str, float]:
+        """The parameters in force, by the names of the node."""
+        return numbers(self._history.values_at(self._until))
+
+    def send_start(self, values: Mapping[str, float]) -> None:
+        """Let the run start from an initial state, with the motion and parameters in force."""
+        inforce = self.values()
+        motion = {name: inforce[name] for name in MOTION_NAMES}
+        self.controls.send(Sequel((Set({**motion, **values}), Call("reset"))))
+
+    def set_values(self, values: Mapping[str, float]) -> None:
+        """Let the run follow: motions by command, other parameters by their names."""
+        motion = {name: value for name, value in values.items() if name in MOTION_NAMES}
+        others = {name: value for name, value in values.items() if name not in MOTION_NAMES}
+        if motion:
+            self.controls.send(Move(motion))
+        if others:
+            self.controls.send(Set(others))
