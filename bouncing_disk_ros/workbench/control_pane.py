@@ -1,10 +1,10 @@
-"""The controls of a run on one page: each sends what a user would, and its command line is shown."""
+"""The controls on a page: each sends what a user would, and its command line is shown."""
 
 from __future__ import annotations
 
 import html
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -232,6 +232,3 @@ def _format(step: float) -> str:
     while decimals < 6 and step < 0.999 and round(step * 10**decimals) == 0:
         decimals += 1
     return "0." + "0" * decimals if decimals else "0"
-
-
-Callback = Callable[[], None]

@@ -17,12 +17,27 @@ from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.run_view import numbers
+from bouncing_disk_ros.workbench.scene_pane import ScenePane
 
 TITLE = "Bouncing disk workbench"
 FRAME_MS = 33
 """30 frames a second."""
 TEXT_EVERY = 6
 """Frames between changes of texts."""
+
+
+class Pages:
+    """Makes a page for each browser on one link; `open` are those that are there."""
+
+    def __init__(self, link: RunLink) -> None:
+        self._link = link
+        self.open: list[Page] = []
+
+    def make(self, document: Document) -> None:
+        """Build a page in a new document; it is forgotten with its session."""
+        page = Page(document, self._link)
+        self.open.append(page)
+        document.on_session_destroyed(lambda _context: self.open.remove(page))
 
 
 class Page:
@@ -32,6 +47,7 @@ class Page:
         self._link, self._history = link, link.history
         self.run = RunPane(link.history)
         self.controls = ControlPane(link)
+        self.scenes = ScenePane(document, link, self.controls)
         self._status = Div(text="", sizing_mode="stretch_width")
         self._count = 0
         self._parameters: dict[str, float] = {}
@@ -43,6 +59,7 @@ class Page:
         document.add_root(
             column(
                 self._status,
+                self.scenes.layout,
                 row(self.controls.layout, self.tabs, sizing_mode="stretch_width"),
                 sizing_mode="stretch_width",
             )
@@ -79,7 +96,9 @@ class Page:
     def _status_line(self) -> str:
         history = self._history
         parts = [f"{history.latest:.2f} s", history.phase, f"{history.impacts_seen} impacts"]
-        state = f"<b style='color:#b00020'>{html.escape(history.state)}</b>" if history.state else ""
+        state = (
+            f"<b style='color:#b00020'>{html.escape(history.state)}</b>" if history.state else ""
+        )
         return (
             f"<span style='font-size:15px'><b>{TITLE}</b> · {html.escape(self._link.source)} · "
             f"{html.escape(' · '.join(filter(None, parts)))} {state}</span>"

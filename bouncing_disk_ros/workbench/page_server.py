@@ -169,7 +169,7 @@ class PageServer:
 
 def _host(address: str) -> str:
     """What others call an address: the machine's name where it stands for all interfaces."""
-    if address in ("0.0.0.0", "::", ""):
+    if address in ("0.0.0.0", "::", ""):  # noqa: S104 (it is compared with, not bound to)
         return socket.gethostname()
     return f"[{address}]" if ":" in address else address
 
@@ -195,4 +195,6 @@ def _addresses() -> set[str]:
 def _cannot_listen(address: str, port: int, error: Exception) -> InputError:
     reason = getattr(error, "strerror", "") or str(error)
     hint = f"{reason}. Take another: -p port:=0 finds a free one."
-    return InputError("port", port, f"a free port of an interface of this machine ({address})", hint)
+    return InputError(
+        "port", port, f"a free port of an interface of this machine ({address})", hint
+    )

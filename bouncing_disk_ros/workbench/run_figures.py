@@ -105,11 +105,8 @@ def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     top.axis.visible = False
     top.grid.visible = False
     slices = ColumnDataSource({"start": [], "end": [], "color": []}, name="slices")
-    marks = ColumnDataSource(
-        {"x0": [], "y0": [], "x1": [], "y1": [], "width": []}, name="marks"
-    )
-    top.circle(0, 0, radius=1.4, fill_color=PLATFORM, fill_alpha=0.25,
-               line_color=PLATFORM)
+    marks = ColumnDataSource({"x0": [], "y0": [], "x1": [], "y1": [], "width": []}, name="marks")
+    top.circle(0, 0, radius=1.4, fill_color=PLATFORM, fill_alpha=0.25, line_color=PLATFORM)
     top.segment("x0", "y0", "x1", "y1", source=marks, line_width="width", color=PLATFORM)
     top.wedge(0, 0, radius=1.0, start_angle="start", end_angle="end", source=slices,
               fill_color="color", line_color="white")  # fmt: skip
@@ -120,7 +117,8 @@ def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     section = _quiet(
         figure(
             width=SIDE_WIDTH + 120, height=SIDE_WIDTH, title="section: each impact a point",
-            tools="save", x_range=Range1d(0.0, 2.0), y_range=DataRange1d(range_padding=0.15, min_interval=1.0),
+            tools="save", x_range=Range1d(0.0, 2.0),
+            y_range=DataRange1d(range_padding=0.15, min_interval=1.0),
             x_axis_label="phase of the forcing τ (rad)", y_axis_label="w_A / (πg/ω)",
         )
     )  # fmt: skip

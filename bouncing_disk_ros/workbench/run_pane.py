@@ -46,9 +46,7 @@ _ASPECT = SIDE_HEIGHT / SIDE_WIDTH
 class RunPane:
     """Figures of a run for one page; `update` draws what is new. `clock` in s."""
 
-    def __init__(
-        self, history: RunHistory, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, history: RunHistory, clock: Callable[[], float] = time.monotonic) -> None:
         self.flow = FlowControl()
         self._history, self._clock = history, clock
         self._view = RunView(history)
@@ -94,7 +92,7 @@ class RunPane:
             if self._look():
                 frame = self._anew(until)
         self._draw(frame)
-        if len(frame.samples) and not self._history.phase == "paused":
+        if len(frame.samples) and self._history.phase != "paused":
             self.flow.note_sent(now, float(frame.samples["time"][-1]))
         else:
             self.flow.sent += 1
@@ -152,9 +150,7 @@ class RunPane:
                 if window.magnification == 1.0
                 else f"side view: heights × {window.magnification:,.0f} of the scale of widths"
             )
-        shown = shown_motion(
-            values["frequency"], values["state_rate"], values["real_time_factor"]
-        )
+        shown = shown_motion(values["frequency"], values["state_rate"], values["real_time_factor"])
         if text := text_of(shown, values["frequency"]):
             parts.append(text)
         self._figures.caption.text = "; ".join(parts)
@@ -177,7 +173,7 @@ class RunPane:
         held = self._window
         if held is not None and held.low <= low and high <= held.high:
             share = (high - low) / (held.high - held.low)
-            if 0.25 < share or window == held:  # it still fits
+            if share > 0.25 or window == held:  # it still fits
                 return False
         self._window = window
         size, unit = length_unit(0.2 * (window.high - window.low))

@@ -80,9 +80,7 @@ class RunView:
             )  # fmt: skip
 
     def _new(self, name: str, until: float, most: int) -> NDArray[np.void]:
-        rows: NDArray[np.void] = getattr(self._history, name).between(
-            self._seen[name], until, most
-        )
+        rows: NDArray[np.void] = getattr(self._history, name).between(self._seen[name], until, most)
         if len(rows):
             self._seen[name] = float(rows["time"][-1])
         return rows

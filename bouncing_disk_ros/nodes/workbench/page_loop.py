@@ -12,7 +12,7 @@ from tornado.ioloop import IOLoop, PeriodicCallback
 
 from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.workbench.page import Page
+from bouncing_disk_ros.workbench.page import Pages
 from bouncing_disk_ros.workbench.page_server import PageServer, is_local
 from bouncing_disk_ros.workbench.run_link import RunLink
 
@@ -30,8 +30,9 @@ def serve(
     asyncio.set_event_loop(asyncio.new_event_loop())
     loop = IOLoop.current()
     address = str(values["address"])
+    pages = Pages(link)
     server = PageServer(
-        lambda document: Page(document, link), address, int(values["port"]),
+        pages.make, address, int(values["port"]),
         items_of(str(values["origins"])),
     )  # fmt: skip
     print(f"workbench: {link.source}: {server.url}", flush=True)
@@ -46,6 +47,11 @@ def serve(
         webbrowser.open(server.url)
 
     def look() -> None:
+        import os
+
+        if os.environ.get("WBDEBUG"):
+            for p in pages.open:
+                print(p.run.flow.sent, p.run.flow.drawn, flush=True)
         link.tick()
         look_after()
         if stop.asked:

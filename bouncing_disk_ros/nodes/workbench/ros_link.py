@@ -46,8 +46,7 @@ ANSWER_SECONDS = 5.0
 SILENT_SECONDS = 3.0
 """Without a message of disk/run_state, which comes every second, the simulator counts as gone."""
 _TYPES = {
-    kind.__name__: kind
-    for kind in (JointState, JointTrajectory, PointCloud2, String, TwistStamped)
+    kind.__name__: kind for kind in (JointState, JointTrajectory, PointCloud2, String, TwistStamped)
 }
 _TRANSITIONS = {
     "configure": Transition.TRANSITION_CONFIGURE,
@@ -82,7 +81,9 @@ class RosLink:
         node.create_subscription(Log, "/rosout", self._on_log, log_qos)
         self._started = self._now()
         self._publishers = {
-            name: node.create_publisher(Float64, f"platform/{name}", profile_of(TOPICS[f"platform/{name}"]))
+            name: node.create_publisher(
+                Float64, f"platform/{name}", profile_of(TOPICS[f"platform/{name}"])
+            )
             for name in MOTION_NAMES
         }
         command, impulse = TOPICS["platform/command"], TOPICS["disk/impulse"]
@@ -222,7 +223,9 @@ class RosLink:
             self._clients[key] = self._node.create_client(kind, name)
         client = self._clients[key]
         if not client.wait_for_service(ANSWER_SECONDS):
-            self.history.note(f"{name}: nobody offers it: is the simulator running?", is_refusal=True)
+            self.history.note(
+                f"{name}: nobody offers it: is the simulator running?", is_refusal=True
+            )
             return
         done = threading.Event()
         future = client.call_async(request)

@@ -25,8 +25,10 @@ _JOINTS = ("disk_axial", "platform_axial", "disk_rotation", "platform_rotation")
 
 
 class TopicReader:
-    """Takes messages by topic; `handlers` has the callbacks. What is no message of a simulator of
-    this package is left out, with one notice for each topic."""
+    """Takes messages by topic; `handlers` has the callbacks.
+
+    What is no message of a simulator of this package is left out, with one notice for each topic.
+    """
 
     def __init__(self, history: RunHistory) -> None:
         self._history = history

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,15 +11,15 @@ from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.nodes.workbench.workbench_node import WorkbenchNode
+    pass
 
 NAME = "workbench"
-_ABOUT = """Serve a page on which a run is seen and touched: platform and disk, path, rotor speed and
-section live; sliders and buttons that send ROS commands and show them; scenes for a lesson. Starts a
-simulator unless one runs. Without ROS it simulates by itself. Ctrl-C ends it."""
+_ABOUT = """Serve a page on which a run is seen and touched: platform and disk, path, rotor speed
+and section live; sliders and buttons that send ROS commands and show them; scenes for a lesson.
+Starts a simulator unless one runs. Without ROS it simulates by itself. Ctrl-C ends it."""
 _EXAMPLE = "ros2 run bouncing_disk_ros workbench --ros-args -p preset:=pizza_multiple_toss"
 
 _SPECS = (

@@ -69,10 +69,14 @@ class SimulatorKeeper:
         """Look after it; called a few times a second by the main thread."""
         if self._child is not None:
             self._look_after(self._child)
-        elif not self._link.is_alive and not self._given_up:
-            if time.monotonic() - self._since > SEARCH_SECONDS:
-                self._since = time.monotonic()
-                self._child = Child("simulator", *self._arguments)
+        elif self._is_missing:
+            self._since = time.monotonic()
+            self._child = Child("simulator", *self._arguments)
+
+    @property
+    def _is_missing(self) -> bool:
+        waited = time.monotonic() - self._since > SEARCH_SECONDS
+        return waited and not self._link.is_alive and not self._given_up
 
     def _look_after(self, child: Child) -> None:
         if child.code is None:
