@@ -49,7 +49,11 @@ RATE = 100.0
 """Samples of joint_states in one second of the wall clock, Hz; slow motion needs more in one
 simulated second."""
 FIRST_TOSS = "first_toss_to_period_1"
-SHOWN_LINES, SHOWN_NOTICES = 8, 5
+SHOWN_LINES, SHOWN_NOTICES = 40, 8
+_TERMINAL = (
+    "font:11px monospace;background:#f4f4f4;padding:6px;max-height:130px;overflow:auto;"
+    "overflow-wrap:anywhere;user-select:text"
+)
 
 
 class ControlPane:
@@ -64,8 +68,15 @@ class ControlPane:
         self._notices: deque[str] = deque(maxlen=SHOWN_NOTICES)
         self._paused = False
         self.sliders = {control.name: self._slider(control) for control in self._controls}
-        self.command_lines = Div(text="", width=WIDTH, styles={"user-select": "text"})
-        self.messages = Div(text="", width=WIDTH)
+        self.command_lines = Div(text="", sizing_mode="stretch_width")
+        self.messages = Div(text="", sizing_mode="stretch_width")
+        self.terminal = row(
+            column(Div(text="<b>The same from a terminal</b>"), self.command_lines,
+                   sizing_mode="stretch_width"),
+            column(Div(text="<b>What the simulator says</b>"), self.messages,
+                   sizing_mode="stretch_width"),
+            sizing_mode="stretch_width",
+        )  # fmt: skip
         self.layout = column(
             self._run_buttons(),
             self._slow_motion(),
@@ -74,9 +85,6 @@ class ControlPane:
             self._tosses(),
             *(self.sliders[control.name] for control in DISK_CONTROLS),
             self._any_parameter(),
-            Div(text="<b>The same from a terminal</b>", width=WIDTH),
-            self.command_lines,
-            self.messages,
             width=WIDTH + 15,
         )
 
@@ -139,12 +147,9 @@ class ControlPane:
     # --- what they do
     def send(self, action: Action | Sequel) -> None:
         """Send an action and show its command lines."""
-        self._lines.extend(lines(action, self._link.names))
+        self._lines.extendleft(reversed(lines(action, self._link.names)))
         shown = "<br>".join(html.escape(line) for line in self._lines)
-        self.command_lines.text = (
-            f"<div style='font:11px monospace;background:#f4f4f4;padding:6px;width:{WIDTH - 20}px;"
-            f"overflow-wrap:anywhere'>{shown}</div>"
-        )
+        self.command_lines.text = f"<div style='{_TERMINAL}'>{shown}</div>"
         self._link.send(action)
 
     def _on_slider(self, control: Control, _attr: str, _old: Any, new: float) -> None:
@@ -202,7 +207,7 @@ class ControlPane:
             value = control.value(self._values)
         except (InputError, ZeroDivisionError):
             return
-        low, high = control.limits(value)
+        low, high = control.limits(self._values)
         size, unit = shown_unit(control.unit, max(abs(low), abs(high)))
         shown = f" ({unit})" if unit else ""
         fits = self._sizes.get(control.name) == size and slider.start <= value / size <= slider.end
@@ -219,11 +224,10 @@ class ControlPane:
         self._notice = new[-1].number
         for notice in new:
             color = "#b00020" if notice.is_refusal else "#444"
-            self._notices.append(
-                f"<div style='color:{color};margin-bottom:4px;overflow-wrap:anywhere'>"
-                f"{html.escape(notice.text)}</div>"
+            self._notices.appendleft(
+                f"<div style='color:{color}'>{html.escape(notice.text)}</div>"
             )
-        self.messages.text = f"<div style='font-size:11px'>{''.join(self._notices)}</div>"
+        self.messages.text = f"<div style='{_TERMINAL}'>{''.join(self._notices)}</div>"
 
 
 def _format(step: float) -> str:

@@ -15,9 +15,15 @@ from bouncing_disk_ros.workbench.actions import Action, Move, Set
 FORCING = "axial_forcing"
 """The slider of Γ, which stands for the axial amplitude that gives it."""
 STEPS = 500
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-_PREFIXED = ("m", "Hz", "N", "N·m", "kg·m²", "m/s²", "N·s", "N·m·s")
-_LARGE = ((1e3, "k"), (1e6, "M"))
+_UNITS: Mapping[str, tuple[tuple[float, str], ...]] = {
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "rad": ((1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad")),
+    "Hz": ((1e6, "MHz"), (1e3, "kHz"), (1.0, "Hz")),
+    "N": ((1.0, "N"), (1e-3, "mN")),
+    "N·m": ((1.0, "N·m"), (1e-3, "mN·m"), (1e-6, "µN·m")),
+    "kg·m²": ((1.0, "kg·m²"), (1e-3, "g·m²"), (1e-7, "g·cm²"), (1e-9, "g·mm²")),
+}
+"""SI unit -> units that sliders show, from the largest; their sizes."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +42,21 @@ class Control:
         """What it stands at, in SI units."""
         return forcing_of(values) if self.name == FORCING else values[self.name]
 
-    def limits(self, value: float) -> tuple[float, float]:
-        """What its slider goes from and to at a value."""
-        if self.name == FORCING:
-            return 0.0, max(1.0, 2.0 * value)
-        if self.name == "axial_amplitude" and value > 0.0:
-            return 0.0, max(2.5 * value, 1e-9)
-        if self.name == "frequency":
-            return 0.1 * value, 2.0 * value
-        spec = TABLE[self.name]
-        low, high = slider_of(self.name, value) or (spec.low or 0.0, spec.high or 1.0)
-        return low, high
+    def limits(self, values: Mapping[str, float]) -> tuple[float, float]:
+        """What its slider goes from and to at these parameters: room to more than double it."""
+        value = self.value(values)
+        spans: Mapping[str, tuple[float, float]] = {
+            FORCING: (0.0, 1.0),
+            "axial_amplitude": (0.0, 1e-3 * amplitude_of(1.0, values)),
+            "angular_amplitude": (0.0, 1e-4),
+            "frequency": (0.1 * value, 2.0 * value),
+            "preload": (-0.5 * values["mass"] * values["gravity"], 4.0 * _weight(values)),
+            "load_torque": (-1.2 * friction_torque(values), 1.2 * friction_torque(values)),
+            "brake_torque": (0.0, 1.2 * friction_torque(values)),
+            "load_inertia": (0.0, 10.0 * values["mass"] * values["gyration_radius"] ** 2),
+        }
+        low, high = spans.get(self.name) or slider_of(self.name, value) or (0.0, 1.0)
+        return min(low, 2.0 * value), max(high, 2.0 * value)
 
     def action(self, given: float, values: Mapping[str, float]) -> Action:
         """What setting it to a number (SI) sends."""
@@ -86,14 +96,17 @@ def amplitude_of(axial_forcing: float, values: Mapping[str, float]) -> float:
     return axial_forcing * math.pi * pull / (math.tau * values["frequency"]) ** 2
 
 
+def _weight(values: Mapping[str, float]) -> float:
+    return values["mass"] * values["gravity"]
+
+
+def friction_torque(values: Mapping[str, float]) -> float:
+    """T* = μ a_e (m g + P): what friction can pass on in the mean, N·m; at least a little."""
+    pull = max(_weight(values) + values["preload"], 0.0)
+    return max(values["friction"] * values["friction_radius"] * pull, 1e-9)
+
+
 def shown_unit(unit: str, largest: float) -> tuple[float, str]:
-    """A unit with a prefix for numbers up to a largest one: its size, its name."""
-    if unit not in _PREFIXED or unit == "kg·m²" or largest <= 0.0:
-        return 1.0, unit
-    for size, prefix in reversed(_LARGE):
-        if largest >= 2.0 * size:
-            return size, prefix + unit
-    for size, prefix in _PREFIXES:
-        if largest >= 2.0 * size:
-            return size, prefix + unit
-    return _PREFIXES[-1][0], _PREFIXES[-1][1] + unit
+    """A unit for numbers up to a largest one: its size, its name."""
+    known = _UNITS.get(unit, ((1.0, unit),))
+    return next(((size, name) for size, name in known if largest >= 2.0 * size), known[-1])

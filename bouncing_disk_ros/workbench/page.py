@@ -60,7 +60,11 @@ class Page:
             column(
                 self._status,
                 self.scenes.layout,
-                row(self.controls.layout, self.tabs, sizing_mode="stretch_width"),
+                row(
+                    self.controls.layout,
+                    column(self.tabs, self.controls.terminal, sizing_mode="stretch_width"),
+                    sizing_mode="stretch_width",
+                ),
                 sizing_mode="stretch_width",
             )
         )

@@ -11,7 +11,8 @@ DISK, PLATFORM, THEORY, QUIET = "#D55E00", "#0072B2", "#009E73", "#999999"
 """Okabe and Ito's colours, as in the figures of the studies."""
 SLICES = ("#E69F00", "#D55E00") * 4
 MARKS = 12
-SIDE_WIDTH, SIDE_HEIGHT = 300, 330
+SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
+"""Sizes of the frames of the side view and of the lower figures, pixels."""
 
 
 class RunFigures(NamedTuple):
@@ -51,7 +52,7 @@ def run_figures() -> RunFigures:
     )
     side = _quiet(
         figure(
-            width=SIDE_WIDTH, height=SIDE_HEIGHT, title="side view", y_range=heights,
+            frame_width=SIDE_WIDTH, frame_height=SIDE_HEIGHT, title="side view", y_range=heights,
             min_border_left=55, x_range=Range1d(-0.2, 0.2), tools="save", output_backend="canvas",
         )
     )  # fmt: skip
@@ -60,7 +61,7 @@ def run_figures() -> RunFigures:
     path_rows = ColumnDataSource({"time": [], "disk": [], "platform": []}, name="path")
     path = _quiet(
         figure(
-            height=SIDE_HEIGHT, sizing_mode="stretch_width", title="path", y_range=heights,
+            frame_height=SIDE_HEIGHT, sizing_mode="stretch_width", title="path", y_range=heights,
             tools="save", x_axis_label="simulated time (s)",
             x_range=DataRange1d(follow="end", follow_interval=4.0, range_padding=0.0),
         )
@@ -75,10 +76,10 @@ def run_figures() -> RunFigures:
     speed_rows = ColumnDataSource({"time": [], "speed": []}, name="speed")
     speed = _quiet(
         figure(
-            height=260, sizing_mode="stretch_width", title="rotor speed", tools="save",
+            frame_height=LOWER, sizing_mode="stretch_width", title="rotor speed", tools="save",
             x_axis_label="simulated time (s)", y_axis_label="α̇ (rad/s)",
             x_range=DataRange1d(follow="end", follow_interval=30.0, range_padding=0.0),
-            y_range=DataRange1d(min_interval=1e-9),
+            y_range=Range1d(0.0, 1.0),
         )
     )  # fmt: skip
     speed.line("time", "speed", source=speed_rows, color=DISK, line_width=2)
@@ -97,9 +98,9 @@ def run_figures() -> RunFigures:
 def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     top = _quiet(
         figure(
-            width=SIDE_WIDTH, height=SIDE_WIDTH, title="top view", tools="save",
+            frame_width=LOWER, frame_height=LOWER, title="top view", tools="save",
             x_range=Range1d(-1.55, 1.55), y_range=Range1d(-1.55, 1.55),
-            min_border=5, outline_line_color=None,
+            min_border_left=55, outline_line_color=None,
         )
     )  # fmt: skip
     top.axis.visible = False
@@ -116,7 +117,7 @@ def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
 def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     section = _quiet(
         figure(
-            width=SIDE_WIDTH + 120, height=SIDE_WIDTH, title="section: each impact a point",
+            frame_width=300, frame_height=LOWER, title="section: each impact a point",
             tools="save", x_range=Range1d(0.0, 2.0),
             y_range=DataRange1d(range_padding=0.15, min_interval=1.0),
             x_axis_label="phase of the forcing τ (rad)", y_axis_label="w_A / (πg/ω)",

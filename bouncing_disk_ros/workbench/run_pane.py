@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from bokeh.layouts import column, row
@@ -25,7 +25,7 @@ from bouncing_disk_ros.workbench.run_figures import (
     SLICES,
     run_figures,
 )
-from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, SPEED_DTYPE, RunHistory
 from bouncing_disk_ros.workbench.run_view import (
     PATH_SECONDS,
     SPEED_SECONDS,
@@ -33,7 +33,7 @@ from bouncing_disk_ros.workbench.run_view import (
     RunView,
     numbers,
 )
-from bouncing_disk_ros.workbench.side_window import SideWindow, length_unit, side_window
+from bouncing_disk_ros.workbench.side_window import SideWindow, fitted, length_unit, side_window
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
 KEPT_PATH, KEPT_SPEEDS, KEPT_POINTS = 2000, 1000, 5000
@@ -57,6 +57,8 @@ class RunPane:
         self._size, self._unit = 1.0, "m"
         self._values: dict[str, float] = {}
         self._scale = 1.0
+        self._speeds = np.zeros(0, SPEED_DTYPE)  # in the figure
+        self._least_speed, self._predicted = 0.0, cast("float | None", None)
         self._factor = 1.0
         figures = self._figures
         figures.path.x_range.on_change("end", self._on_drawn)
@@ -82,15 +84,17 @@ class RunPane:
             return frame
         if frame.clear:
             self.flow.restart()
-            self._path = self._path[:0]
+            self._path, self._speeds = self._path[:0], self._speeds[:0]
             self._looked = -math.inf
         self._path = np.concatenate([self._path, frame.samples])[-KEPT_PATH:]
+        self._speeds = np.concatenate([self._speeds, frame.speeds])[-KEPT_SPEEDS:]
         recent = self._path["time"] > frame.time - self._view.path_seconds
         self._path = self._path[recent]
         if now - self._looked > WINDOW_SECONDS or self._is_outside(frame.pose):
             self._looked = now
             if self._look():
                 frame = self._anew(until)
+            self._look_at_speeds()
         self._draw(frame)
         if len(frame.samples) and self._history.phase != "paused":
             self.flow.note_sent(now, float(frame.samples["time"][-1]))
@@ -118,9 +122,8 @@ class RunPane:
         self._factor = min(1.0, factor) if factor > 0.0 else 1.0
         self._view.path_seconds = PATH_SECONDS * self._factor
         figures.path.x_range.follow_interval = PATH_SECONDS * self._factor
-        figures.speed.x_range.follow_interval = SPEED_SECONDS * max(self._factor, 0.1)
-        omega = math.tau * motion.frequency
-        figures.speed.y_range.min_interval = max(0.2 * omega * motion.angular_amplitude, 1e-6)
+        figures.speed.x_range.follow_interval = SPEED_SECONDS * self._factor
+        self._least_speed = 0.2 * math.tau * motion.frequency * motion.angular_amplitude
         orbit = period_one(motion, disk)
         forcing = axial_forcing_of(motion, disk)
         if orbit is None:
@@ -138,6 +141,7 @@ class RunPane:
             figures.speed.title.text = (
                 f"rotor speed; dashed: eq. 4, {orbit.angular_velocity:.4g} rad/s ({kind})"
             )
+        self._predicted = None if orbit is None else orbit.angular_velocity
         self._looked = -math.inf
         self._caption()
 
@@ -186,6 +190,20 @@ class RunPane:
         figures.side.xaxis.axis_label = f"width ({name})"
         self._caption()
         return changed
+
+    def _look_at_speeds(self) -> None:
+        """Fit the range of speeds to what is shown."""
+        shown = self._speeds["speed"][
+            self._speeds["time"]
+            > self._path["time"].max(initial=0.0) - (SPEED_SECONDS * self._factor)
+        ]
+        found = [*shown, *([] if self._predicted is None else [self._predicted])]
+        if not found:
+            return
+        axis = self._figures.speed.y_range
+        low, high = fitted(min(found), max(found), self._least_speed, axis.start, axis.end)
+        if (low, high) != (axis.start, axis.end):
+            axis.update(start=low, end=high)
 
     # --- drawing
     def _draw(self, frame: Frame) -> None:

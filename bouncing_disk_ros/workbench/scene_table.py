@@ -30,8 +30,9 @@ _GROUPS = ("motion", "disk", "start")
 
 @dataclass(frozen=True)
 class Scene:
-    """One experiment. `axial_forcing`: Γ instead of an amplitude; `number`: the name of what
-    `scene_numbers` computes, in `unit`.
+    """One experiment, by its name; `unit` is that of its number.
+
+    `axial_forcing`: Γ instead of an amplitude. `scene_numbers` computes the number.
     """
 
     name: str

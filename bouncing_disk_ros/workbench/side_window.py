@@ -49,6 +49,18 @@ def side_window(diameter: float, low: float, high: float, aspect: float) -> Side
     return SideWindow(0.5 * width, middle - 0.5 * height, middle + 0.5 * height, magnification)
 
 
+def fitted(low: float, high: float, least: float, start: float, end: float) -> tuple[float, float]:
+    """A range for values from `low` to `high`, at least `least` wide.
+
+    It is the one from `start` to `end` where that fits still: so it does not tremble.
+    """
+    span = max(high - low, least, 1e-9 * abs(high), 1e-12)
+    if start <= low and high <= end and span >= 0.4 * (end - start):
+        return start, end
+    middle = 0.5 * (low + high)
+    return middle - 0.65 * span, middle + 0.65 * span
+
+
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 
 
