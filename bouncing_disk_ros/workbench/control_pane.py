@@ -224,9 +224,7 @@ class ControlPane:
         self._notice = new[-1].number
         for notice in new:
             color = "#b00020" if notice.is_refusal else "#444"
-            self._notices.appendleft(
-                f"<div style='color:{color}'>{html.escape(notice.text)}</div>"
-            )
+            self._notices.appendleft(f"<div style='color:{color}'>{html.escape(notice.text)}</div>")
         self.messages.text = f"<div style='{_TERMINAL}'>{''.join(self._notices)}</div>"
 
 

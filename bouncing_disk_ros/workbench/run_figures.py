@@ -40,7 +40,6 @@ def _quiet(plot: Any) -> Any:
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     plot.title.text_font_size = "12px"
-    plot.min_border_right = 12
     return plot
 
 
@@ -52,7 +51,7 @@ def run_figures() -> RunFigures:
     )
     side = _quiet(
         figure(
-            frame_width=SIDE_WIDTH, frame_height=SIDE_HEIGHT, title="side view", y_range=heights,
+            width=SIDE_WIDTH + 80, height=SIDE_HEIGHT + 75, title="side view", y_range=heights,
             min_border_left=55, x_range=Range1d(-0.2, 0.2), tools="save", output_backend="canvas",
         )
     )  # fmt: skip
@@ -61,7 +60,7 @@ def run_figures() -> RunFigures:
     path_rows = ColumnDataSource({"time": [], "disk": [], "platform": []}, name="path")
     path = _quiet(
         figure(
-            frame_height=SIDE_HEIGHT, sizing_mode="stretch_width", title="path", y_range=heights,
+            height=SIDE_HEIGHT + 75, sizing_mode="stretch_width", title="path", y_range=heights,
             tools="save", x_axis_label="simulated time (s)",
             x_range=DataRange1d(follow="end", follow_interval=4.0, range_padding=0.0),
         )
@@ -76,7 +75,7 @@ def run_figures() -> RunFigures:
     speed_rows = ColumnDataSource({"time": [], "speed": []}, name="speed")
     speed = _quiet(
         figure(
-            frame_height=LOWER, sizing_mode="stretch_width", title="rotor speed", tools="save",
+            height=LOWER + 70, sizing_mode="stretch_width", title="rotor speed", tools="save",
             x_axis_label="simulated time (s)", y_axis_label="α̇ (rad/s)",
             x_range=DataRange1d(follow="end", follow_interval=30.0, range_padding=0.0),
             y_range=Range1d(0.0, 1.0),
@@ -98,9 +97,9 @@ def run_figures() -> RunFigures:
 def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     top = _quiet(
         figure(
-            frame_width=LOWER, frame_height=LOWER, title="top view", tools="save",
+            width=LOWER + 80, height=LOWER + 40, title="top view", tools="save",
             x_range=Range1d(-1.55, 1.55), y_range=Range1d(-1.55, 1.55),
-            min_border_left=55, outline_line_color=None,
+            min_border_left=40, min_border_right=40, outline_line_color=None,
         )
     )  # fmt: skip
     top.axis.visible = False
@@ -117,7 +116,7 @@ def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
 def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     section = _quiet(
         figure(
-            frame_width=300, frame_height=LOWER, title="section: each impact a point",
+            width=LOWER + 160, height=LOWER + 70, title="section: each impact a point",
             tools="save", x_range=Range1d(0.0, 2.0),
             y_range=DataRange1d(range_padding=0.15, min_interval=1.0),
             x_axis_label="phase of the forcing τ (rad)", y_axis_label="w_A / (πg/ω)",
