@@ -13,7 +13,10 @@ from bokeh.models import Div, TabPanel, Tabs
 
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
+from bouncing_disk_ros.workbench.basin_pane import BasinPane
+from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
+from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.run_view import numbers
@@ -46,43 +49,61 @@ class Page:
     def __init__(self, document: Document, link: RunLink) -> None:
         self._link, self._history = link, link.history
         self.run = RunPane(link.history)
-        self.controls = ControlPane(link)
-        self.scenes = ScenePane(document, link, self.controls)
+        self.player = PlayerPane(link) if link.is_recorded else None
+        self.scenes: ScenePane | None = None
+        self.controls: PlayerPane | ControlPane
+        if self.player is None:
+            self.controls = ControlPane(link)
+            self.scenes = ScenePane(document, link, self.controls)
+        else:
+            self.controls = self.player
         self._status = Div(text="", sizing_mode="stretch_width")
         self._count = 0
         self._parameters: dict[str, float] = {}
-        self._followers: list[Any] = []  # panes that follow the parameters
         self._status_text = ""
-        tabs = [TabPanel(child=self.run.layout, title="The run"), *self._more_tabs()]
-        self.tabs = Tabs(tabs=tabs, sizing_mode="stretch_width")
-        document.title = TITLE
-        document.add_root(
-            column(
-                self._status,
-                self.scenes.layout,
-                row(
-                    self.controls.layout,
-                    column(self.tabs, self.controls.terminal, sizing_mode="stretch_width"),
-                    sizing_mode="stretch_width",
-                ),
-                sizing_mode="stretch_width",
-            )
+        self.basins = BasinPane(self.values, self.send_start)
+        self.bifurcation = BifurcationPane(self.values, self.set_values)
+        self._followers: dict[int, BasinPane | BifurcationPane] = {
+            1: self.basins,
+            2: self.bifurcation,
+        }
+        self._behind = set(self._followers)  # tabs that have not seen the parameters in force
+        self.tabs = Tabs(
+            tabs=[
+                TabPanel(child=self.run.layout, title="The run"),
+                TabPanel(child=self.basins.layout, title="Basins"),
+                TabPanel(child=self.bifurcation.layout, title="Bifurcation"),
+            ],
+            sizing_mode="stretch_width",
         )
+        self.tabs.on_change("active", lambda _attr, _old, _new: self._follow())
+        document.title = TITLE
+        document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
-    def _more_tabs(self) -> list[TabPanel]:
-        return []
+    def _layout(self) -> Any:
+        right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")
+        below = row(self.controls.layout, right, sizing_mode="stretch_width")
+        above = [self._status] if self.scenes is None else [self._status, self.scenes.layout]
+        return column(*above, below, sizing_mode="stretch_width")
 
     def update(self) -> None:
         """One frame."""
         self._count += 1
+        self._until = math.inf if self.player is None else self.player.advance()
         self.run.update(self._until)
         if self._count % TEXT_EVERY == 1:
             self._update_texts()
 
-    @property
-    def _until(self) -> float:
-        return math.inf
+    _until = math.inf
+    """Simulated time that is shown, s; inf: the newest."""
+
+    def _follow(self) -> None:
+        """Tell the pane that is seen of parameters that it has not seen."""
+        active = self.tabs.active
+        if active in self._behind and self._parameters:
+            self._behind.remove(active)
+            self._followers[active].parameters_changed()
 
     def _update_texts(self) -> None:
         history = self._history
@@ -91,15 +112,17 @@ class Page:
         found = numbers(values)
         if found != self._parameters:
             self._parameters = found
-            for pane in self._followers:
-                pane.parameters_changed()
+            self._behind = set(self._followers)
+        self._follow()
         text = self._status_line()
         if text != self._status_text:
             self._status_text = self._status.text = text
 
     def _status_line(self) -> str:
         history = self._history
-        parts = [f"{history.latest:.2f} s", history.phase, f"{history.impacts_seen} impacts"]
+        time = min(self._until, history.latest)
+        phase = "recorded" if self.player else history.phase
+        parts = [f"{time:.2f} s", phase, f"{history.impacts_seen} impacts"]
         state = (
             f"<b style='color:#b00020'>{html.escape(history.state)}</b>" if history.state else ""
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+import logging
 import os
 import re
 import secrets
@@ -117,6 +118,8 @@ class PageServer:
     ) -> None:
         for name in _SETTINGS:
             os.environ.pop(name, None)
+        for name in ("bokeh", "tornado.access"):  # of pages that were closed, of requests refused
+            logging.getLogger(name).setLevel(logging.ERROR)
         self.token = "" if is_local(address) else secrets.token_urlsafe(24)
         self._address = address
         application = Application(FunctionHandler(make))

@@ -68,7 +68,7 @@ def run_figures() -> RunFigures:
     path.line("time", "platform", source=path_rows, color=PLATFORM, line_width=2,
               legend_label="platform s")  # fmt: skip
     path.line("time", "disk", source=path_rows, color=DISK, line_width=2, legend_label="disk x")
-    path.legend.location = "top_left"
+    path.legend.location = "bottom_left"
     path.legend.orientation = "horizontal"
     path.legend.label_text_font_size = "11px"
     path.legend.background_fill_alpha = 0.6
@@ -97,7 +97,7 @@ def run_figures() -> RunFigures:
 def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     top = _quiet(
         figure(
-            width=LOWER + 80, height=LOWER + 40, title="top view", tools="save",
+            width=LOWER + 80, height=LOWER + 70, title="top view", tools="save",
             x_range=Range1d(-1.55, 1.55), y_range=Range1d(-1.55, 1.55),
             min_border_left=40, min_border_right=40, outline_line_color=None,
         )

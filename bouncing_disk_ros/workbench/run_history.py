@@ -89,6 +89,7 @@ class RunHistory:
         self.impacts_seen = 0
         self.notices: deque[Notice] = deque(maxlen=KEPT_NOTICES)
         self._notice_count = 0
+        self._index = -1  # of the newest record of inputs
         self.samples = RowBuffer(SAMPLE_DTYPE, keep)
         self.points = RowBuffer(POINT_DTYPE, max(keep, KEPT_POINTS))
         self.speeds = RowBuffer(SPEED_DTYPE, max(keep, KEPT_SPEEDS))
@@ -160,10 +161,20 @@ class RunHistory:
                 self._change(time, "parameters")
             self.values.add(time, {**before, **values})
 
-    def add_reset(self, time: float) -> None:
-        """The run went back to its initial state."""
+    def add_record(self, record: Mapping[str, Any]) -> None:
+        """Take a checked record of disk/inputs: the first of a run begins a new one."""
+        time = record["time_ns"] / NS
         with self.lock:
-            self._change(time, "reset")
+            if record["index"] <= self._index:
+                self.new_run()
+            self._index = record["index"]
+            match record["kind"]:
+                case "snapshot":
+                    self.add_values(time, record["parameters"])
+                case "parameters":
+                    self.add_values(time, record["values"])
+                case "reset":
+                    self._change(time, "reset")
 
     def _change(self, time: float, what: str) -> None:
         last = self.changes.times[-1] if self.changes.times else -math.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,11 @@ PIXELS = 300
 """Along each side of the maps of basins."""
 
 
+def _keywords(scene: Scene) -> dict[str, Any]:
+    """The scene's parameters as keywords of `simulate`."""
+    return dict(scene.parameters)
+
+
 def _map_of(scene: Scene) -> NextCollisionMap:
     motion, disk = scene.motion, scene.disk
     return NextCollisionMap(
@@ -44,7 +50,7 @@ def _attractor(section: NextCollisionMap, kind: AttractorKind) -> Attractor:
 
 def _lies_still(scene: Scene) -> float:
     """When the last chatter ends, s."""
-    impacts = simulate(5.0, **scene.parameters).impacts
+    impacts = simulate(5.0, **_keywords(scene)).impacts
     return float(impacts["time"][impacts["kind"] == ImpactKind.CHATTER_TAIL][0])
 
 
@@ -52,7 +58,7 @@ def _settled_speed(scene: Scene) -> float:
     """The speed of the rotor after the programme, rad/s: over the last second, whole periods."""
     programme = next(action.programme for action in scene.after if isinstance(action, Perform))
     samples = simulate(
-        30.0, sample_rate=10.0, programme=programme, **scene.parameters
+        30.0, sample_rate=10.0, programme=programme, **_keywords(scene)
     ).samples  # fmt: skip
     angles = math.tau * samples["turns"] + samples["angle"]
     return float(angles[-1] - angles[-11]) / 1.0
@@ -96,7 +102,7 @@ def _uncertainty(scene: Scene) -> float:
 
 def _stall_torque(scene: Scene) -> float:
     """Of the motor at the scene's preload, mN·m."""
-    values = scene.parameters
+    values = _keywords(scene)
     names = (
         "axial_amplitude", "angular_amplitude", "frequency", "phase_lag", "mass", "restitution",
         "friction", "friction_radius", "gyration_radius", "gravity",

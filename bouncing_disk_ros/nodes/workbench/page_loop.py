@@ -20,8 +20,15 @@ LOOK_MS = 200
 """So often a signal is looked for, and the link."""
 
 
+def _nothing() -> None:
+    """Where there is nothing to look after."""
+
+
 def serve(
-    values: Mapping[str, Value], link: RunLink, stop: Stop, look_after: Callable[[], None]
+    values: Mapping[str, Value],
+    link: RunLink,
+    stop: Stop,
+    look_after: Callable[[], object] = _nothing,
 ) -> int:
     """Serve pages on a link until a signal; the exit code. InputError: it cannot listen there.
 
@@ -47,11 +54,7 @@ def serve(
         webbrowser.open(server.url)
 
     def look() -> None:
-        import os
 
-        if os.environ.get("WBDEBUG"):
-            for p in pages.open:
-                print(p.run.flow.sent, p.run.flow.drawn, flush=True)
         link.tick()
         look_after()
         if stop.asked:

@@ -34,7 +34,6 @@ class TopicReader:
         self._history = history
         self._line: TimeMap | None = None  # between stamps and simulated time
         self._factor, self._clock_is_simulated = 1.0, False
-        self._index = -1  # of the newest record of inputs
         self._complained: set[str] = set()
         self.handlers: Mapping[str, Callable[[Any], None]] = {
             name: self._guarded(name, handler)
@@ -95,19 +94,10 @@ class TopicReader:
 
     def _on_input(self, msg: Any) -> None:
         record = from_json(msg.data)
-        kind, time = record["kind"], record["time_ns"] / NS
-        if record["index"] <= self._index:  # of a run that has begun since
-            self._history.new_run()
-        self._index = record["index"]
-        match kind:
-            case "snapshot":
-                self._take_values(record["parameters"])
-                self._history.add_values(time, record["parameters"])
-            case "parameters":
-                self._take_values(record["values"])
-                self._history.add_values(time, record["values"])
-            case "reset":
-                self._history.add_reset(time)
+        if record["kind"] in ("snapshot", "parameters"):
+            named = "parameters" if record["kind"] == "snapshot" else "values"
+            self._take_values(record[named])
+        self._history.add_record(record)
 
     def _take_values(self, values: Mapping[str, Any]) -> None:
         self._factor = float(values.get("real_time_factor", self._factor))

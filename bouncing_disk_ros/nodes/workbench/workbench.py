@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.nodes.shared.option_values import option_values
 from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.ros.ros_arguments import RosArguments
 
 if TYPE_CHECKING:
-    pass
+    from bouncing_disk_ros.workbench.run_link import RunLink
 
 NAME = "workbench"
 _ABOUT = """Serve a page on which a run is seen and touched: platform and disk, path, rotor speed
@@ -41,36 +44,56 @@ def main(args: Sequence[str] | None = None) -> int:
     """Serve the page until a signal; exit code 0 done, 1 failed, 2 bad input."""
     start = Start(NAME, _ABOUT, OPTIONS, _EXAMPLE, args, needs_ros=False)
     start.parse()
-    try:
-        require_bokeh()
-    except InputError as error:
-        return run_without_ros(NAME, partial(_raise, error))
-    if not environment.ros_is_here():
-        return run_without_ros(NAME, partial(_without_ros, start))
+    return run_without_ros(NAME, partial(_serve, start))
+
+
+def _serve(start: Start) -> int:
+    """Serve a bag or a run of this process; with ROS, make the node that serves a simulator."""
+    require_bokeh()
+    values = option_values(RosArguments(start.ros, NAME).overrides, OPTIONS)
+    bag, here = str(values["bag"]), environment.ros_is_here()
     with start.stop.importing():
         announce_compilation(NAME)
+        from bouncing_disk_ros.nodes.workbench import page_loop
+    if bag or not here:
+        with start.stop.importing():
+            link = _recorded(values) if bag else _local(values)
+        start.stop.running = True
+        try:
+            return page_loop.serve(values, link, start.stop)
+        finally:
+            link.close()
+    with start.stop.importing():
         from bouncing_disk_ros.nodes.workbench.workbench_node import WorkbenchNode
         from bouncing_disk_ros.ros.spin import run_node
-
     make = partial(WorkbenchNode, OPTIONS)
     return run_node(NAME, start.ros, make, WorkbenchNode.serve, start.stop)
 
 
+def _recorded(values: Mapping[str, Value]) -> RunLink:
+    from bouncing_disk_ros.bag import BagError
+    from bouncing_disk_ros.nodes.workbench.bag_link import BagLink
+
+    try:
+        return BagLink(str(values["bag"]), str(values["namespace"]))
+    except (BagError, OSError) as error:
+        allowed = "a recorded run that can be read"
+        raise InputError("bag", values["bag"], allowed, str(error)) from None
+
+
+def _local(values: Mapping[str, Value]) -> RunLink:
+    from bouncing_disk_ros.run.presets import load_preset
+    from bouncing_disk_ros.workbench.local_link import LocalLink
+
+    preset = str(values["preset"])
+    return LocalLink(load_preset(preset) if preset else {})
+
+
 def require_bokeh() -> None:
     """Raise InputError where Bokeh is not installed."""
-    import importlib.util
-
     if importlib.util.find_spec("bokeh") is None:
         hint = "pip install 'bouncing_disk_ros[workbench]' brings it."
         raise InputError("bokeh", "not installed", "Bokeh, which makes the page", hint)
-
-
-def _raise(error: InputError) -> int:
-    raise error
-
-
-def _without_ros(start: Start) -> int:
-    raise NotImplementedError
 
 
 if __name__ == "__main__":

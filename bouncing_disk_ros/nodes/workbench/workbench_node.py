@@ -41,18 +41,15 @@ class WorkbenchNode(Node):
         )
         spinner.start()
         keeper = SimulatorKeeper(link, self.get_namespace(), str(self._chosen["preset"]))
-        keep = keeper.tick if self._chosen["start_simulator"] else _nothing
         try:
-            return serve(self._chosen, link, stop, keep)
+            if self._chosen["start_simulator"]:
+                return serve(self._chosen, link, stop, keeper.tick)
+            return serve(self._chosen, link, stop)
         finally:
             link.close()
             keeper.close()
             ended.set()
             spinner.join()
-
-
-def _nothing() -> None:
-    """Where no simulator is to be started."""
 
 
 class SimulatorKeeper:
