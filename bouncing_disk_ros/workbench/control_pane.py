@@ -68,8 +68,8 @@ class ControlPane:
         self._notices: deque[str] = deque(maxlen=SHOWN_NOTICES)
         self._paused = False
         self.sliders = {control.name: self._slider(control) for control in self._controls}
-        self.command_lines = Div(text="", sizing_mode="stretch_width")
-        self.messages = Div(text="", sizing_mode="stretch_width")
+        self.command_lines = Div(text="", sizing_mode="stretch_width", name="command_lines")
+        self.messages = Div(text="", sizing_mode="stretch_width", name="messages")
         self.terminal = row(
             column(Div(text="<b>The same from a terminal</b>"), self.command_lines,
                    sizing_mode="stretch_width"),
@@ -94,9 +94,9 @@ class ControlPane:
 
     # --- what is on the page
     def _run_buttons(self) -> Any:
-        self.pause = Button(label="Pause", button_type="primary", width=100)
-        self.step = Button(label="Step", width=90)
-        self.reset = Button(label="Reset", width=90)
+        self.pause = Button(label="Pause", button_type="primary", width=100, name="pause")
+        self.step = Button(label="Step", width=90, name="step")
+        self.reset = Button(label="Reset", width=90, name="reset")
         self.pause.on_click(lambda: self.send(Call("pause", not self._paused)))
         self.step.on_click(self._step)
         self.reset.on_click(lambda: self.send(Call("reset")))
@@ -104,14 +104,16 @@ class ControlPane:
 
     def _slow_motion(self) -> Any:
         labels = [f"×{factor:g}" for factor in SLOWER]
-        self.slow = RadioButtonGroup(labels=labels, active=0, width=WIDTH - 80)
+        self.slow = RadioButtonGroup(labels=labels, active=0, width=WIDTH - 80, name="slow")
         self.slow.on_change("active", self._on_slow)
-        self.strobe = Button(label="Strobe", width=70)
+        self.strobe = Button(label="Strobe", width=70, name="strobe")
         self.strobe.on_click(self._on_strobe)
         return row(self.slow, self.strobe)
 
     def _forcing_choice(self) -> Any:
-        self.choice = RadioButtonGroup(labels=["amplitude A", "forcing Γ"], active=1, width=WIDTH)
+        self.choice = RadioButtonGroup(
+            labels=["amplitude A", "forcing Γ"], active=1, width=WIDTH, name="choice"
+        )
         self.choice.on_change("active", lambda _attr, _old, _new: self._show_choice())
         self._show_choice()
         return self.choice
@@ -121,26 +123,36 @@ class ControlPane:
         self.sliders[FORCING].visible = self.choice.active == 1
 
     def _tosses(self) -> Any:
-        self.axial = Spinner(title="impulse N·s", value=0.1, step=0.05, width=95)
-        self.angular = Spinner(title="N·m·s", value=0.0, step=0.01, width=85)
-        self.impulse = Button(label="Give impulse", width=105, align="end")
+        self.axial = Spinner(title="impulse N·s", value=0.1, step=0.05, width=95, name="axial")
+        self.angular = Spinner(title="N·m·s", value=0.0, step=0.01, width=85, name="angular")
+        self.impulse = Button(label="Give impulse", width=105, align="end", name="impulse")
         self.impulse.on_click(
             lambda: self.send(Impulse(float(self.axial.value or 0), float(self.angular.value or 0)))
         )
-        self.first_toss = Button(label="First toss", width=WIDTH)
+        self.first_toss = Button(label="First toss", width=WIDTH, name="first_toss")
         self.first_toss.on_click(lambda: self.send(Perform(FIRST_TOSS)))
         return column(self.first_toss, row(self.axial, self.angular, self.impulse))
 
     def _any_parameter(self) -> Any:
         names = [name for name, spec in TABLE.items() if not spec.read_only]
-        self.parameter = Select(title="any parameter", options=names, value="gravity", width=150)
-        self.given = TextInput(title="value", width=75)
-        self.set = Button(label="Set", width=60, align="end")
+        self.parameter = Select(
+            title="any parameter", options=names, value="gravity", width=150, name="parameter"
+        )
+        self.given = TextInput(title="value", width=75, name="given")
+        self.set = Button(label="Set", width=60, align="end", name="set")
         self.set.on_click(self._on_set)
         return row(self.parameter, self.given, self.set)
 
     def _slider(self, control: Control) -> Slider:
-        slider = Slider(start=0.0, end=1.0, value=0.0, step=0.002, title=control.label, width=WIDTH)
+        slider = Slider(
+            start=0.0,
+            end=1.0,
+            value=0.0,
+            step=0.002,
+            title=control.label,
+            width=WIDTH,
+            name=control.name,
+        )
         slider.on_change("value_throttled", partial(self._on_slider, control))
         return slider
 

@@ -57,7 +57,7 @@ class Page:
             self.scenes = ScenePane(document, link, self.controls)
         else:
             self.controls = self.player
-        self._status = Div(text="", sizing_mode="stretch_width")
+        self._status = Div(text="", sizing_mode="stretch_width", name="status")
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from bokeh.layouts import column, row
+from bokeh.layouts import column
 from bokeh.models import Button, Div, RadioButtonGroup, Slider
 
 from bouncing_disk_ros.parameters import TABLE
@@ -39,17 +39,15 @@ class PlayerPane:
         self._text: Mapping[str, float] = {}
         self.slider = Slider(
             start=self.begin, end=self.end, value=self.begin, step=(self.end - self.begin) / 10000,
-            title="simulated time (s)", width=WIDTH, format="0.000",
+            title="simulated time (s)", width=WIDTH, format="0.000", name="time",
         )  # fmt: skip
         self.slider.on_change("value", self._on_slider)
-        self.play = Button(label="Pause", button_type="primary", width=100)
+        self.play = Button(label="Pause", button_type="primary", width=100, name="play")
         self.play.on_click(self._on_play)
         self.speed = RadioButtonGroup(labels=[f"×{one:g}" for one in SPEEDS], active=3)
         self._values = Div(text="", width=WIDTH)
         self.terminal = Div(text="")
-        self.layout = column(
-            self.slider, row(self.play, self.speed), self._values, width=WIDTH + 15
-        )
+        self.layout = column(self.slider, self.play, self.speed, self._values, width=WIDTH + 15)
 
     def advance(self) -> float:
         """The time to show now, s."""
@@ -75,6 +73,7 @@ class PlayerPane:
 
     def _set_playing(self, playing: bool) -> None:
         self.playing = playing
+        self.slider.value = self.time
         self.play.label = "Pause" if playing else "Play"
 
     def send(self, action: Action | Sequel) -> None:

@@ -62,7 +62,7 @@ def run_figures() -> RunFigures:
         figure(
             height=SIDE_HEIGHT + 75, sizing_mode="stretch_width", title="path", y_range=heights,
             tools="save", x_axis_label="simulated time (s)",
-            x_range=DataRange1d(follow="end", follow_interval=4.0, range_padding=0.0),
+            x_range=DataRange1d(follow="end", follow_interval=4.0, range_padding=0.0, name="shown_time"),
         )
     )  # fmt: skip
     path.line("time", "platform", source=path_rows, color=PLATFORM, line_width=2,

@@ -29,14 +29,14 @@ class ScenePane:
         self._document, self._link, self._controls = document, link, controls
         self._scene: Scene | None = None
         self.buttons = {
-            name: Button(label=scene.title, width=122, styles={"margin": "0"})
+            name: Button(label=scene.title, width=122, styles={"margin": "0"}, name=f"scene_{name}")
             for name, scene in SCENES.items()
         }
         for name, button in self.buttons.items():
             button.on_click(partial(self.begin, name))
         self.text = Div(text="<i>Scenes: small experiments, each with a number to find.</i>",
-                        sizing_mode="stretch_width", styles={"font-size": "14px"})  # fmt: skip
-        self.answer = Button(label="Show the number", width=140, visible=False)
+                        sizing_mode="stretch_width", name="scene_text", styles={"font-size": "14px"})  # fmt: skip
+        self.answer = Button(label="Show the number", width=140, visible=False, name="show_number")
         self.answer.on_click(self.show)
         self.layout = column(
             row(*self.buttons.values()),

@@ -52,7 +52,7 @@ class Scene:
         if self.axial_forcing is not None:
             whole["axial_amplitude"] = amplitude_of(self.axial_forcing, numbers(whole))
         frequency = float(whole["frequency"])
-        whole["state_rate"] = strobe_rate(frequency, RATE) if frequency > RATE else RATE
+        whole["state_rate"] = strobe_rate(frequency, RATE)
         return {
             name: value
             for name, value in whole.items()
@@ -100,8 +100,8 @@ _SCENES = (
     ),
     Scene(
         "period_1", "Period 1",
-        "One impact in each period, always at the same phase: one point on the section, and eq. 4 "
-        "gives the speed. The phase lag θ is 0 here, and that is not the best.",
+        "One impact in each period, always at the same phase: one point on the section, and a closed "
+        "form for the speed, dashed. The phase lag θ is 0 here, and that is not the best.",
         "the phase lag θ that turns the disk fastest", "rad",
         values={"phase_lag": 0.0},
     ),

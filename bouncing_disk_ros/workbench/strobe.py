@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-FRAMES = 30.0
-"""Frames a second of the page."""
-SLOW = 5.0
-"""Hz of the wall clock: what moves faster is hard to follow by eye."""
+ENOUGH = 8
+"""Samples in a period from which on a motion is seen as it is."""
 SHOWN_SECONDS = 2.0
 """A period is stretched to this long."""
 
@@ -42,24 +40,21 @@ def shown_motion(frequency: float, state_rate: float, real_time_factor: float) -
 
 
 def strobe_rate(
-    frequency: float, wanted_rate: float, real_time_factor: float = 1.0,
+    frequency: float,
+    wanted_rate: float,
+    real_time_factor: float = 1.0,
     seconds: float = SHOWN_SECONDS,
-) -> float:  # fmt: skip
+) -> float:
     """A state_rate near a wanted one (Hz) whose samples show one period in so many seconds.
 
-    Samples come every n + 1/m periods, n whole, m = wanted samples in those seconds. Where the
-    wanted rate has m samples in a period without that, it is left as it is.
+    Samples come every n + 1/m periods, n whole and at least 1, m the samples in those seconds.
+    Where the wanted rate has ENOUGH samples in a period, it is left as it is.
     """
-    samples = max(8, round(wanted_rate * (real_time_factor or 1.0) * seconds))
-    if frequency * samples <= wanted_rate:
+    if frequency * ENOUGH <= wanted_rate:
         return wanted_rate
-    skipped = round(frequency / wanted_rate)
+    skipped = max(1, round(frequency / wanted_rate))
+    samples = max(ENOUGH, round(frequency / skipped * (real_time_factor or 1.0) * seconds))
     return frequency / (skipped + 1.0 / samples)
-
-
-def is_too_fast(frequency: float, real_time_factor: float) -> bool:
-    """Whether the eye, and 30 frames a second, cannot follow a motion."""
-    return frequency * (real_time_factor or 1.0) > SLOW
 
 
 def text_of(shown: Shown, frequency: float) -> str:
