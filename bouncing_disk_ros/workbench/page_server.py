@@ -123,10 +123,10 @@ class PageServer:
         self.token = "" if is_local(address) else secrets.token_urlsafe(24)
         self._address = address
         application = Application(FunctionHandler(make))
-        sockets = self._bind(address, port)
-        port = sockets[0].getsockname()[1]
-        for one in sockets:
-            one.close()
+        try:
+            port = free_port(address, port)
+        except (OSError, OverflowError) as error:
+            raise _cannot_listen(address, port, error) from None
         try:
             self.server = Server(
                 {PATH: application},
@@ -143,16 +143,6 @@ class PageServer:
         self.port = port
         self.server.start()
 
-    @staticmethod
-    def _bind(address: str, port: int) -> list[socket.socket]:
-        """Try the port before the server does: its own error is a page of text."""
-        from tornado.netutil import bind_sockets
-
-        try:
-            return bind_sockets(port, address, socket.AF_INET if address == "localhost" else 0)
-        except (OSError, OverflowError) as error:
-            raise _cannot_listen(address, port, error) from None
-
     @property
     def url(self) -> str:
         """The address of the page, with the token where one is needed."""
@@ -168,6 +158,15 @@ class PageServer:
     def close(self) -> None:
         """Stop listening and end the sessions."""
         self.server.stop()
+
+
+def free_port(address: str, port: int) -> int:
+    """The port, or any free one for 0. OSError where it is not free: Bokeh's says less."""
+    family, kind, _, _, place = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, kind) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(place)
+        return int(probe.getsockname()[1])
 
 
 def _host(address: str) -> str:

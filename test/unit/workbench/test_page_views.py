@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -93,7 +94,7 @@ def test_a_strobe_shows_one_period_in_two_seconds(frequency: float, factor: floa
     assert shown.seconds == pytest.approx(2.0, abs=1.0 / (rate * factor) + 2.0 / (n_of(shown)))
     # the phase of sample k is k/m of a period, to the rounding of ns
     phases = [round(1e9 * k / rate) / 1e9 * frequency % 1.0 for k in range(20)]
-    steps = [(b - a + 0.5) % 1.0 - 0.5 for a, b in zip(phases, phases[1:], strict=False)]
+    steps = [(b - a + 0.5) % 1.0 - 0.5 for a, b in pairwise(phases)]
     assert max(abs(step - shown.step) for step in steps) < 2e-9 * frequency
 
 
