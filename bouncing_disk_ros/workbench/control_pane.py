@@ -66,7 +66,7 @@ class ControlPane:
         self._lines: deque[str] = deque(maxlen=SHOWN_LINES)
         self._notice = 0
         self._notices: deque[str] = deque(maxlen=SHOWN_NOTICES)
-        self._paused = False
+        self._paused = self._following = False
         self.sliders = {control.name: self._slider(control) for control in self._controls}
         self.command_lines = Div(text="", sizing_mode="stretch_width", name="command_lines")
         self.messages = Div(text="", sizing_mode="stretch_width", name="messages")
@@ -173,8 +173,8 @@ class ControlPane:
         self.send(Sequel((*pause, Call("step"))))
 
     def _on_slow(self, _attr: str, _old: Any, new: int | None) -> None:
-        factor = SLOWER[new or 0]
-        if factor != self._values.get("real_time_factor"):
+        if not self._following and new is not None:
+            factor = SLOWER[new]
             self.send(Set({"real_time_factor": factor, "state_rate": RATE / factor}))
 
     def _on_strobe(self) -> None:
@@ -206,7 +206,9 @@ class ControlPane:
             for control in self._controls:
                 self._follow(control)
             factor = found["real_time_factor"]
+            self._following = True  # what is set here is no wish of somebody's
             self.slow.active = SLOWER.index(factor) if factor in SLOWER else None
+            self._following = False
         paused = phase == "paused"
         if paused != self._paused:
             self._paused = paused

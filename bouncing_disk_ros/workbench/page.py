@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
@@ -13,14 +13,16 @@ from bokeh.models import Div, TabPanel, Tabs
 
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
-from bouncing_disk_ros.workbench.basin_pane import BasinPane
-from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.run_view import numbers
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.workbench.basin_pane import BasinPane
+    from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 
 TITLE = "Bouncing disk workbench"
 FRAME_MS = 33
@@ -61,12 +63,8 @@ class Page:
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
-        self.basins = BasinPane(self.values, self.send_start)
-        self.bifurcation = BifurcationPane(self.values, self.set_values)
-        self._followers: dict[int, BasinPane | BifurcationPane] = {
-            1: self.basins,
-            2: self.bifurcation,
-        }
+        self.basins, self.bifurcation = self._maps()
+        self._followers = {1: self.basins, 2: self.bifurcation}
         self._behind = set(self._followers)  # tabs that have not seen the parameters in force
         self.tabs = Tabs(
             tabs=[
@@ -80,6 +78,15 @@ class Page:
         document.title = TITLE
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
+
+    def _maps(self) -> tuple[BasinPane, BifurcationPane]:
+        from bouncing_disk_ros.workbench.basin_pane import BasinPane
+        from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
+
+        return (
+            BasinPane(self.values, self.send_start),
+            BifurcationPane(self.values, self.set_values),
+        )
 
     def _layout(self) -> Any:
         right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")

@@ -73,7 +73,7 @@ MAY_IMPORT = {
                      "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
                       "run", "study", "core"} | ANALYSIS | TABLES,
-    "workbench": {"workbench", "plots", "study", "run", "collision_map", "core"} | ANALYSIS | TABLES,
+    "workbench": {"workbench", "plots", "study", "run", *MAP, "core"} | ANALYSIS | TABLES,
     "nodes.workbench": {"nodes.workbench", "nodes.bags", "nodes.shared", "workbench", "ros", "bag",
                         "run", "core"} | ANALYSIS | TABLES,
     "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",
@@ -95,7 +95,7 @@ LIBRARIES = {
     "run": {"numpy", "yaml"},
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4", "tqdm"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
-    "workbench": {"numpy", "bokeh", "tornado", "xarray"},
+    "workbench": {"numpy", "bokeh", "matplotlib", "tornado", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "nodes": {

@@ -10,7 +10,6 @@ from rclpy.node import Node
 
 from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.shared.node_tool import options
-from bouncing_disk_ros.nodes.workbench.page_loop import serve
 from bouncing_disk_ros.nodes.workbench.ros_link import RosLink
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.spin import spin_until
@@ -34,6 +33,8 @@ class WorkbenchNode(Node):
 
     def serve(self, stop: Stop) -> int:
         """Serve until a signal; the exit code."""
+        from bouncing_disk_ros.nodes.workbench.page_loop import serve
+
         ended = threading.Event()
         link = RosLink(self, DEFAULT_NAME)
         spinner = threading.Thread(

@@ -113,9 +113,7 @@ def test_the_page_brings_all_it_needs_from_its_own_server(
         run(open_session(server, token, "http://elsewhere.example"))
 
 
-def test_a_page_from_elsewhere_opens_no_session(
-    run: Run, serve: Callable[..., PageServer]
-) -> None:
+def test_a_page_from_elsewhere_opens_no_session(run: Run, serve: Callable[..., PageServer]) -> None:
     server = serve()
     token = token_of(run(get(server.url)).body)
     others = ("elsewhere.example", "localhost:1", "127.0.0.1.example", f"x.localhost:{server.port}")
