@@ -15,6 +15,7 @@ The packages, from the top; imports point down only:
 | `nodes` | the executables, one package for each kind | all below |
 | `testing` | a pytest fixture with a stepped simulator, for tests of one's own | all below |
 | `ros` | conversions between messages and numbers, QoS, parameters | `run`, `core` |
+| `workbench` | the page in the browser | `plots`, `study`, `run`, `analysis`, `core` |
 | `plots` | results in, figures out | `analysis`, `core` |
 | `run` | one run without ROS: clocks, validation of commands, the record of inputs | `core` |
 | `study` | long work in chunks: stored as it grows, resumed, on many cores | `analysis`, `core` |

@@ -38,6 +38,9 @@ PACKAGES: dict[str, dict[str, str]] = {
         "basin_shares": "map the shares of the basins over a parameter, with the best phase lag",
         "resilience": "measure fatal impulses and timing errors, times and shares of attractors",
     },
+    "workbench": {
+        "workbench": "see a run and touch it on a page in the browser: live, or of a bag",
+    },
     "demo": {
         "demo": "show the paper's main result: a helical toss leads into the period-1 orbit",
     },

@@ -12,7 +12,6 @@ from pathlib import Path
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import ExitCode, FailedError
-from bouncing_disk_ros.nodes.demo.child import Child
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
 from bouncing_disk_ros.nodes.demo.demo_story import (
     AT_REST,
@@ -26,6 +25,7 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     verdict,
 )
 from bouncing_disk_ros.nodes.demo.watcher import DemoWatcher
+from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
