@@ -58,6 +58,22 @@ class InputError(ValueError):
         return self.line
 
 
+class MissingLibraryError(InputError):
+    """Error of an option whose library is not installed."""
+
+    def __init__(self, option: str, library: str) -> None:
+        super().__init__(option, f"no {library}", library, f"pip install {library}")
+        self.library = library
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
+        return type(self), (self.field, self.library)
+
+    @property
+    def line(self) -> str:
+        """The whole message, one line."""
+        return f"{self.field} needs {self.library}, which is not installed: {self.hint}"
+
+
 class FailedError(Exception):
     """Error that is not one of the input, as one line for the user; exit code FAILED."""
 

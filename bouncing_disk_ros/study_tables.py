@@ -247,7 +247,7 @@ _RESILIENCE = (
 
 _BAG = (
     Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are those "
-         "of its last steady motion and disk"),
+         "of its last steady motion up and down, and of the disk then"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
 )  # fmt: skip
 _PRESET = (

@@ -37,7 +37,7 @@ ADDED: dict[str, tuple[str, str]] = {
     "best_efficiency": ("1", "largest efficiency"),
     "best_load_torque": ("N·m", "load torque of the largest efficiency"),
     "best_brake_torque": ("N·m", "brake torque of the largest efficiency"),
-    "best_speed": ("rad/s", "largest mean speed"),
+    "best_speed": ("rad/s", "largest mean speed, with its sign"),
     "best_phase_lag": ("rad", "phase lag of the largest mean speed"),
     "doubling": ("1", "value of the parameter at a period doubling"),
     "doubling_impacts": ("1", "impacts in one repetition below the doubling"),

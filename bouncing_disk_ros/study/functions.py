@@ -119,7 +119,7 @@ def basins(
     """The attractor that each start goes to: basins of attraction (paper, Fig. 4).
 
     >>> result = basins(axial_forcing=0.34, width=60, height=60)
-    >>> dict(zip(result["attractor_name"].values, result["fraction"].values))
+    >>> dict(zip(result["attractor_name"].values.tolist(), result["fraction"].values.tolist()))
     """
     return _run("basins", path, workers, progress, parameters)
 

@@ -35,7 +35,8 @@ def derived(
             stalls = [stall(result[name].values, row, top) for row, top in rows]
             added["stall_torque"] = (other, np.array(stalls))
         if name == "phase_lag":
-            fastest, place = _best(np.abs(speed), result[name].values)
+            # with its sign: a load that turns the rotor back can be faster than the stator forwards
+            fastest, place = _best(speed, result[name].values)
             added["best_phase_lag"] = (other, place)
             added["best_speed"] = (other, fastest)
     return result.assign(added)

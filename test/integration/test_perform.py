@@ -16,6 +16,7 @@ import pytest
 
 from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.nodes.live.performer import cancelling
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
@@ -136,7 +137,9 @@ def test_perform_is_interrupted(start: Starter, simulator: Process) -> None:
     process = start("perform", "spin_up")
     process.wait_for(r"^sent:")
     assert process.end(signal.SIGINT) == 130
-    assert "Traceback" not in process.output
+    (line,) = process.stderr.splitlines()
+    assert line.startswith("perform: interrupted; the simulator goes on with spin_up. A programme")
+    assert line.endswith(cancelling("/platform/command"))
 
 
 def test_echo_impacts_counts_rows(start: Starter, simulator: Process) -> None:

@@ -62,7 +62,6 @@ MAY_IMPORT = {
     "plots": {"plots", "core"} | ANALYSIS | TABLES,
     "bag": {"bag"} | TABLES,
     "ros": {"ros", "run", "core"} | TABLES,
-    "workbench": {"workbench", "plots", "run", "core", *MAP} | ANALYSIS | TABLES,
     "nodes": set(),
     "nodes.shared": {"nodes.shared", "ros", "run", "core"} | ANALYSIS | TABLES,
     "nodes.simulator": {"nodes.simulator", "nodes.shared", "ros", "run", "core"} | TABLES,

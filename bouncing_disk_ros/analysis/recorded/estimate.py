@@ -43,6 +43,11 @@ class Estimate(NamedTuple):
     note: str  # what to know about it; '' if there is nothing
 
 
+def counted(number: int, what: str) -> str:
+    """A number of things in words: 1 row, 2 rows."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def platform_velocities(rows: NDArray[np.void], motion: Motion) -> Column:
     """Velocity ṡ (m/s) of the platform in steady motion at each row of IMPACT_DTYPE, shape (n,).
 
@@ -238,8 +243,8 @@ def _bounded(found: Estimate, most: float) -> Estimate:
 def _left_out(rows: NDArray[np.void], use: NDArray[np.bool_]) -> list[str]:
     summed = int(np.sum(~single_impacts(rows)))
     other = int(np.sum(~use)) - summed
-    notes = [f"left out {summed} rows of summed impacts"] if summed else []
-    return [*notes, f"left out {other} rows without a value"] if other else notes
+    notes = [f"left out {counted(summed, 'row')} of summed impacts"] if summed else []
+    return [*notes, f"left out {counted(other, 'row')} without a value"] if other else notes
 
 
 def _precision(rows: NDArray[np.void]) -> float:

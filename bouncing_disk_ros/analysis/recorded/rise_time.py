@@ -15,15 +15,23 @@ LAST_PART = 0.2
 _CLEAR = 5.0
 """A change counts only if it is so many times the scatter at its end."""
 _LEAST = 8
+_GOES_ON = 0.02
+"""An exponential approach that is cut after three time constants changes so much in the last part,
+between its halves, of its whole change."""
 
 
 class RiseTime(NamedTuple):
     """A change of speed; times are seconds since it began."""
 
     initial: float  # rad/s
-    final: float  # rad/s, mean of the last part
-    to_1_e: float  # until 1 − 1/e of the way is first made
-    to_95: float  # until 95 % of it are
+    final: float  # rad/s, mean of the last part; the last speed where it has not ended
+    to_1_e: float  # until 1 − 1/e of the way is first made; nan where it has not ended
+    to_95: float  # until 95 % of it are; nan likewise
+
+    @property
+    def ended(self) -> bool:
+        """Whether the speed no longer changed at the end of the data."""
+        return not math.isnan(self.to_95)
 
 
 def rise_time_of(
@@ -42,9 +50,25 @@ def rise_time_of(
     final = float(np.mean(late))
     if abs(final - initial) <= _CLEAR * float(np.std(late)) or final == initial:
         return None
+    if _changes(late, final - initial):
+        return RiseTime(initial, float(speeds[-1]), math.nan, math.nan)
     at = np.concatenate([[begin], times[after]])
     way = (np.concatenate([[initial], speeds[after]]) - initial) / (final - initial)
     return RiseTime(initial, final, *(_first(at, way, part) - begin for part in PARTS))
+
+
+def _changes(late: NDArray[np.float64], change: float) -> bool:
+    """Whether the second half of the last part clearly goes on from the first one.
+
+    Clearly: by more than _GOES_ON of the change, and twice the standard error of the difference.
+    """
+    half = len(late) // 2
+    if half == 0:
+        return False
+    first, second = late[:half], late[-half:]
+    error = math.sqrt((float(np.var(first)) + float(np.var(second))) / half)
+    difference = abs(float(np.mean(second) - np.mean(first)))
+    return difference > max(_GOES_ON * abs(change), 2.0 * error)
 
 
 def _first(times: NDArray[np.float64], way: NDArray[np.float64], part: float) -> float:

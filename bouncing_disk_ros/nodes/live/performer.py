@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -38,6 +39,11 @@ def answered(values: Sequence[Any]) -> list[Value] | None:
         return [TABLE[name].checked(one) for name, one in zip(ASKED, given, strict=True)]
     except (RuntimeError, ValueError):  # an unknown type; a wrong value, another number of them
         return None
+
+
+def cancelling(topic: str) -> str:
+    """The command line that cancels the motions of a programme that have not begun."""
+    return f"ros2 topic pub --once {topic} trajectory_msgs/msg/JointTrajectory '{{}}'"
 
 
 class Performer(Node):
@@ -90,7 +96,15 @@ class Performer(Node):
             )
         if done:
             print(f"{self.programme.name}: in force", flush=True)
-        return ExitCode.DONE if done else ExitCode.INTERRUPTED
+            return ExitCode.DONE
+        topic = self._publisher.topic_name
+        print(
+            f"perform: interrupted; the simulator goes on with {self.programme.name}. A programme "
+            f"without points cancels what has not begun: {cancelling(topic)}",
+            file=sys.stderr,
+            flush=True,
+        )
+        return ExitCode.INTERRUPTED
 
     def _find(self, stop: Stop) -> None:
         """Wait for a simulator that listens and shows its motion."""

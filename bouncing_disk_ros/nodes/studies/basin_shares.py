@@ -55,7 +55,7 @@ def lines(result: xr.Dataset) -> list[str]:
             at = int(share.argmax())
             value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
             known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
-            rows.append(f"  {name:16} at most {100 * share.max():7.3f} %, at {value:.5g}{known}")
+            rows.append(f"  {name:16} at most {100 * share.max():.3f} %, at {value:.5g}{known}")
     return rows + _missed_lines(result)
 
 

@@ -62,10 +62,10 @@ def lines(result: xr.Dataset) -> list[str]:
     kind, period = result["kind"], result["period"]
     rows = kind_shares(result)
     single = 100.0 * float(((kind == 2) & (period == 1)).mean())
-    rows.append(f"  period 1     at {single:7.3f} %")
+    rows.append(f"  period 1     {single:7.3f} %")
     rare = 100.0 * float(((kind == 1) & (period == 0)).mean())
     if rare > 0.0:
-        rows.append(f"  contact at {rare:7.3f} % of the points is so rare that rounding decides "
+        rows.append(f"  contact at {rare:.3f} % of the points is so rare that rounding decides "
                     "when it comes: its period is not known")  # fmt: skip
     rows += largest(result, "mean_speed", "mean speed", " ωΦ", ".4f")
     rows += largest(result, "lyapunov_exponent", "Lyapunov exponent", "", ".4f")

@@ -17,7 +17,7 @@ def kind_shares(result: xr.Dataset) -> list[str]:
                             strict=True):  # fmt: skip
         share = 100.0 * float((kind == number).mean())
         if share > 0.0:
-            rows.append(f"  {name:12} at {share:7.3f} % of the points")
+            rows.append(f"  {name:12} {share:7.3f} % of the points")
     return rows
 
 
