@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -32,8 +33,8 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
 )
 from bouncing_disk_ros.core.offset import Segment, hold
-from bouncing_disk_ros.core.offset_kernels import compile_for_offsets
 from bouncing_disk_ros.core.offset_record import with_offset
+from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
@@ -191,7 +192,7 @@ class Engine:
     def _join_motions(self) -> None:
         self.m = with_offset(self.base, *self.segments, knot_ahead=self._knot_ahead)
         if self.m is not self.base:
-            compile_for_offsets()
+            _load_offset_kernels()
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
@@ -305,6 +306,13 @@ class Engine:
         engine._ledger = checkpoint.table("books", ledger, 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine
+
+
+@cache
+def _load_offset_kernels() -> None:
+    """Compile what motions with an offset need, on all cores, or load it."""
+    compile_offset_kernels()
+    from bouncing_disk_ros.core import offset_kernels  # noqa: F401
 
 
 def _with_loads(values: Any, engine: Engine) -> Any:
