@@ -36,6 +36,7 @@ TABLES = {
     "safe_path",
     "parsing",
     "regular_file",
+    "sliders",
     "study_tables",
     "topics",
     "units",
@@ -126,7 +127,7 @@ NOT_IN_CORE = {
 
 #: what the core may use of libraries of numbers: nothing whose last digits are the library's choice
 EXACT = {
-    "math": {"ceil", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
+    "math": {"ceil", "comb", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
     "np": {"arange", "array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo",
            "flatnonzero", "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique",
            "void", "zeros"},
