@@ -18,6 +18,7 @@ from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MO
 from bouncing_disk_ros.workbench.page import Page
 from support.page_link import change, click, model
 
+
 class Bench(NamedTuple):
     """A simulator, the link to it, and a page."""
 
