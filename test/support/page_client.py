@@ -64,6 +64,7 @@ class PageClient:
         while (message := await self._next()).msgtype != "PULL-DOC-REPLY":
             pass
         message.push_to_document(self.document)
+        self.document.models.flush_synced()  # the server knows these models: they go by their id
 
     async def _send(self, message: Any) -> None:
         await message.send(WebSocketClientConnectionWrapper(self._socket))
