@@ -22,9 +22,9 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "test"))
-WIDTH, HEIGHT = 1500, 905
+WIDTH, HEIGHT = 1500, 1000
 SHOWN_WIDTH = 960
-BEGIN, SECONDS, FRAMES_A_SECOND = 2.8, 5.5, 10.0
+SECONDS, FRAMES_A_SECOND = 6.5, 10.0
 """Of simulated time: the animation runs in real time."""
 SLOWER = 0.1
 """The run is slower while it is recorded: a picture takes some tenths of a second."""
@@ -67,9 +67,8 @@ def recorded(url: str, profile: Path) -> list[Image.Image]:
         button(browser, "First toss").click()
         wait(lambda: shown_time(page_text(browser)) > 1.0 and "sticking" in page_text(browser))
         button(browser, f"×{SLOWER:g}").click()
-        pictures, begun = [], 0.0
-        wait(lambda: "axial_amplitude" in page_text(browser))
-        wait(lambda: shown_time(page_text(browser)) > BEGIN)
+        pictures: list[Image.Image] = []
+        wait(lambda: "· flight ·" in page_text(browser))
         begun = time.monotonic()
         while (passed := time.monotonic() - begun) < SECONDS / SLOWER:
             wanted = len(pictures) / (FRAMES_A_SECOND * SLOWER)
@@ -98,7 +97,7 @@ def shown_time(text: str) -> float:
 
 def picture(browser: Any) -> Image.Image:
     """What the page looks like now, in the size of the animation."""
-    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "jpeg", "quality": 92})
+    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
     image = Image.open(io.BytesIO(base64.b64decode(shot["data"])))
     size = (SHOWN_WIDTH, round(image.height * SHOWN_WIDTH / image.width))
     return image.convert("RGB").resize(size, Image.Resampling.LANCZOS)

@@ -16,13 +16,17 @@ from bouncing_disk_ros.analysis.dynamics.attractor_search import (
     find_attractors,
     missed_attractors,
 )
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    Attractors,
+    refuse_conservative,
+)
 from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 SEARCHED = 16

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.motor_points import (
     KINDS,
     UNKNOWN_KIND,
@@ -24,7 +25,6 @@ from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.motor_numbers import derived
 

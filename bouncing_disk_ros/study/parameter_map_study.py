@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
+from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
     UNRESOLVED,
@@ -21,7 +21,6 @@ from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)

@@ -13,20 +13,11 @@ from bokeh.layouts import column, row
 from bokeh.models import Button, Div
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.workbench.basin_figures import WIDTH, MapFigure, PathFigure, legend
-from bouncing_disk_ros.workbench.basin_view import (
-    COARSE,
-    FULL,
-    Section,
-    View,
-    Window,
-    label_of,
-    pixel_centre,
-    section_of,
-    view,
-)
+from bouncing_disk_ros.workbench.basin_figures import WIDE, MapFigure, PathFigure, legend
+from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
 from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
+from bouncing_disk_ros.workbench.start_plane import Section, View, Window, pixel_centre, section_of
 
 SAME_START = 0.012
 """A click so near the one before, as a part of the window, is on the same start."""
@@ -53,19 +44,20 @@ class BasinPane:
         self._values, self._send = values, send_start
         self._map, self._path = MapFigure(), PathFigure()
         self._legend, self._status, self._under, self._message = (
-            Div(text=text, width=WIDTH - 20) for text in ("", "", "&nbsp;", _HINT)
+            Div(text=text, **WIDE) for text in ("", "", "&nbsp;", _HINT)
         )
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
         self._section: Section | None = None
         self._shown: View | None = None
+        self._wanted: tuple[Section, Window] | None = None  # what was asked for last
         self._orbit: Orbit | None = None
         self._asked = False
         self._connect()
-        left = column(self._map.figure, self._under, self._status)
+        left = column(self._map.figure, self._under, self._status, **WIDE)
         right = column(self._legend, self._path.figure, self._message, self._button,
-                       Div(text=_PLANE, width=WIDTH - 20))  # fmt: skip
-        self.layout = row(left, right)
+                       Div(text=_PLANE, **WIDE), **WIDE)  # fmt: skip
+        self.layout = row(left, right, sizing_mode="stretch_width")
 
     def _connect(self) -> None:
         plot = self._map.figure
@@ -76,6 +68,11 @@ class BasinPane:
         plot.on_event(Tap, self._on_tap)
         plot.on_event(MouseMove, self._on_move)
         self._button.on_click(self._send_start)
+
+    @property
+    def plot(self) -> Any:
+        """The Bokeh figure of the map, whose ranges are the window."""
+        return self._map.figure
 
     def parameters_changed(self) -> None:
         """Compute anew if the plane is another one."""
@@ -107,7 +104,8 @@ class BasinPane:
         self._map.set_ticks(window)
         if self._orbit is not None:
             self._map.show_orbit(self._orbit)
-        if _is_open(window):
+        if _is_open(window) and (section, window) != self._wanted:
+            self._wanted = section, window
             self._views.ask(lambda is_obsolete: self._compute(section, window, is_obsolete))
 
     def _change_section(self, section: Section, values: Mapping[str, float]) -> None:
@@ -117,13 +115,14 @@ class BasinPane:
             f"Basins of attraction at axial forcing Γ = {section.axial_forcing:.6g}, "
             f"restitution ε = {section.restitution:g}"
         )
+        self._status.text = "Looking for the attractors."
         self._forget_orbit()
         if first:  # what is compiled is loaded now, so that the first click is as fast as others
             self._orbits.ask(lambda _: _load(values))
 
     def _refuse(self, error: Exception) -> None:
-        """Say in one line why there is no map; what is shown stays, if it is of this section."""
-        self._section = self._shown = None
+        """Say in one line why there is no map."""
+        self._section = self._shown = self._wanted = None
         self._forget_orbit()
         self._map.hide()
         self._legend.text = ""
@@ -154,6 +153,9 @@ class BasinPane:
     def _show(self, section: Section, found: View, spent: float) -> None:
         if section != self._section:
             return  # of parameters that are no longer in force
+        before = self._shown
+        if before and before.window == found.window and len(before.labels) > len(found.labels):
+            return
         self._shown = found
         self._map.show(found)
         self._legend.text = legend(found)

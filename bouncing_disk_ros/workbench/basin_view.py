@@ -1,110 +1,50 @@
-"""Basins of attraction in a window of starts, for a picture that is zoomed: no Bokeh here."""
+"""Labels of a window of starts, for a picture that is zoomed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.analysis.dynamics.absorbing_region import AbsorbingRegion, absorbing_regions
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    Attractors,
+    numbered,
+)
+from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED as UNDECIDED
 from bouncing_disk_ros.analysis.dynamics.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.scales import (
-    acceleration,
-    angular_forcing_of,
-    axial_forcing_of,
-    velocity_scale,
-)
-from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import DEFAULTS, Value
-from bouncing_disk_ros.run.session import disk_of, motion_of
-from bouncing_disk_ros.study.basin_study import (
-    Basins,
-    from_arrays,
-    numbered,
-    refuse_conservative,
-)
-from bouncing_disk_ros.study.definition import Arrays
+from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.workbench.start_plane import (
+    UNRESOLVED,
+    View,
+    Window,
+    centres,
+    is_distinct,
+    whole_window,
+)
 
 COARSE, FULL = 128, 512
 """Pixels along each side of a view: what is shown at first, and in the end."""
-UNRESOLVED = "unresolved"
-"""Name of the label −1."""
-MOST_POINTS = 1500
-"""Points of an attractor that are drawn; a chaotic one has more."""
+SEARCHED = 24
+"""Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
+EARLY = 64, 256
+"""Impacts after which starts are looked for in a region about a chaotic attractor."""
+_ROWS = 64
+"""Rows labelled between two questions whether the view is still wanted: 20 to 60 ms."""
 _KEPT = 64
 
-
-class Window(NamedTuple):
-    """A part of the plane of starts: forcing phase in rad, w_A in πg/ω."""
-
-    phase_begin: float
-    phase_end: float
-    velocity_begin: float
-    velocity_end: float
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether it holds each forcing phase once."""
-        return abs(self.phase_end - self.phase_begin - math.tau) < 1e-9
-
-
-def whole_window() -> Window:
-    """The window of the study `basins` by default."""
-    table = STUDY_TABLES["basins"]
-    return Window(*(float(table[name].default) for name in Window._fields))
-
-
-class Section(NamedTuple):
-    """The next-collision map that the parameters of a simulator amount to, and its units."""
-
-    axial_forcing: float  # Γ
-    restitution: float  # ε
-    phase_lag: float  # θ, rad
-    angular_forcing: float  # Γ_T; inf without friction, nan without rotation besides
-    velocity_scale: float  # πg/ω in m/s, preload included
-
-    def amplitude(self, axial_forcing: float, frequency: float) -> float:
-        """The axial amplitude of another Γ at this frequency (Hz), m: A = Γπg/ω²."""
-        return axial_forcing * self.velocity_scale / (math.tau * frequency)
-
-
-class View(NamedTuple):
-    """Labels of a window; rows by rising velocity, columns by rising phase."""
-
-    window: Window
-    labels: NDArray[np.int32]  # (side, side) index of the attractor, −1: unresolved
-    attractors: tuple[Attractor, ...]
-    names: tuple[str, ...]
-    distinct: bool  # False: double precision ends here, several pixels are one start
-
-    @property
-    def shares(self) -> list[float]:
-        """Part of the pixels of each attractor, and of unresolved ones at the end."""
-        counts = np.bincount(self.labels.ravel() + 1, minlength=len(self.names) + 1)
-        return [float(count) / self.labels.size for count in (*counts[1:], counts[0])]
-
-
-def section_of(values: Mapping[str, float]) -> Section:
-    """The section of a simulator's parameters. InputError where it has no such plane."""
-    whole = {**DEFAULTS, **values}
-    motion, disk = motion_of(whole), disk_of(whole)
-    if not acceleration(disk) > 0.0:
-        hint = "Nothing brings the disk back to the platform: there are no impacts to map."
-        raise InputError("gravity", disk.gravity, "gravity + preload/mass > 0", hint)
-    forcing = axial_forcing_of(motion, disk)
-    most = STUDY_TABLES["basins"]["axial_forcing"].high
-    if most is not None and forcing > most:
-        raise InputError("axial_amplitude", motion.axial_amplitude, f"Γ <= {most:g}",
-                         f"It amounts to Γ = {forcing:g}.")  # fmt: skip
-    refuse_conservative(disk.restitution)
-    lag, angular = motion.phase_lag, angular_forcing_of(motion, disk)
-    return Section(forcing, disk.restitution, lag, angular, velocity_scale(motion, disk))
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int32]
+States = tuple[Floats, Floats]
+Regions = dict[int, AbsorbingRegion]
 
 
 def view(
@@ -117,93 +57,101 @@ def view(
     """Labels of side × side starts of a window; None if it becomes obsolete meanwhile.
 
     The labels are those of the study `basins` over this window where that finds the same
-    attractors: here they are looked for once at each Γ and ε, from the study's whole window, so
-    that a label means the same in every zoom. Raises InputError.
+    attractors: here they are looked for once at each Γ and ε, over the whole window, so that a
+    label means the same in every zoom. Raises InputError.
     """
-    found = _context(axial_forcing, restitution)
-    study = _study(axial_forcing, restitution, window, side)
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    # looking for them takes longer than a coarse view
+    regions = _regions(axial_forcing, restitution) if side > COARSE else {}
+    speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
     labels = np.empty((side, side), np.int32)
-    for region in study.regions():
+    for first in range(0, side, _ROWS):
         if is_obsolete():
             return None
-        part = study.compute(region, found, None)["label"]
-        labels[region.select(("velocity", "forcing_phase"))] = part
-    attractors = from_arrays(found).found
-    names = tuple(numbered([one.name for one in attractors]))
-    return View(window, labels, attractors, names, is_distinct(window, side))
+        rows = slice(first, first + _ROWS)
+        w, tau = np.meshgrid(speeds[rows], phases, indexing="ij")
+        labels[rows] = _labels(found, regions, section, tau.ravel(), w.ravel()).reshape(w.shape)
+    names = tuple(numbered([one.name for one in found.found]))
+    return View(window, labels, found.found, names, is_distinct(window, side))
+
+
+def _labels(
+    found: Attractors, regions: Regions, section: NextCollisionMap, tau: Floats, w: Floats
+) -> Labels:
+    """Labels (n,) of starts, those of the study; whoever is in a region about chaos is known.
+
+    The study follows these for hundreds of impacts more, to see that they do not leave. Each start
+    is followed from its beginning, as in the study: in pieces it would have other roundings, and
+    where it comes near to contact it might end elsewhere.
+    """
+    labels = np.full(len(tau), UNDECIDED, np.int32)
+    # chaotic attractors are the last: without them all other labels are the same
+    others = tuple(one for one in found.found if one.kind is not AttractorKind.CHAOTIC)
+    left = np.arange(len(tau))
+    for impacts in EARLY if regions else ():
+        rule = _rule()._replace(cap=impacts)
+        early = label_starts(found._replace(found=others), section, tau[left], w[left], rule)
+        labels[left] = early.label
+        left = left[early.label == UNDECIDED]
+        states = _iterated(section, tau[left], w[left], impacts)
+        for label, region in regions.items():
+            labels[left[region.hold(*states)]] = label
+        left = left[labels[left] == UNDECIDED]
+    labels[left] = label_starts(found, section, tau[left], w[left], _rule()).label
+    return labels
+
+
+def _iterated(section: NextCollisionMap, tau: Floats, w: Floats, impacts: int) -> States:
+    """States after some impacts."""
+    states = tau.copy(), w.copy()
+    forcings, restitutions = (
+        np.full(len(tau), float(value)) for value in (section.axial_forcing, section.restitution)
+    )
+    iterate_axial(*states, forcings, restitutions, impacts, np.zeros((len(tau), 2), np.int64))
+    return states
 
 
 def attractors_at(axial_forcing: float, restitution: float) -> tuple[Attractor, ...]:
     """The attractors that labels of views stand for, in their order. Raises InputError."""
-    return from_arrays(_context(axial_forcing, restitution)).found
+    return found_attractors(axial_forcing, restitution).found
 
 
 def label_of(axial_forcing: float, restitution: float, phase: float, velocity: float) -> str:
     """Name of the attractor that one start goes to."""
-    found = from_arrays(_context(axial_forcing, restitution))
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
     start = np.array([phase % math.tau]), np.array([velocity])
-    rule = LabelRule(float(STUDY_TABLES["basins"]["tolerance"].default))
-    section = NextCollisionMap(axial_forcing, restitution)
-    label = int(label_starts(found, section, *start, rule).label[0])
+    label = int(label_starts(found, section, *start, _rule()).label[0])
     return numbered([one.name for one in found.found])[label] if label >= 0 else UNRESOLVED
 
 
-def pixel_centre(window: Window, side: int, phase: float, velocity: float) -> tuple[float, float]:
-    """The start (τ, w_A) whose pixel holds a point of the window."""
-    return (
-        _centre(*window[:2], side, phase),
-        _centre(*window[2:], side, velocity),
-    )
+def _map(axial_forcing: float, restitution: float) -> NextCollisionMap:
+    return NextCollisionMap(axial_forcing, restitution)
 
 
-def _centre(begin: float, end: float, side: int, value: float) -> float:
-    """As the study places its pixels."""
-    place = min(max(math.floor((value - begin) / (end - begin) * side), 0), side - 1)
-    return begin + (end - begin) * (place + 0.5) / side
-
-
-def is_distinct(window: Window, side: int) -> bool:
-    """Whether the centres of a window's pixels are different doubles."""
-    places = (np.arange(side) + 0.5) / side
-    return all(
-        len(np.unique(begin + (end - begin) * places)) == side
-        for begin, end in (window[:2], window[2:])
-    )
-
-
-def points_of(one: Attractor) -> NDArray[np.float64]:
-    """Points (n, 2) τ and w_A of an attractor, of a chaotic one some; (0, 2) for rest."""
-    points = np.stack((one.forcing_phases, one.velocities), axis=1)
-    return points[:: max(1, -(-len(points) // MOST_POINTS))]
-
-
-def described(one: Attractor, name: str) -> str:
-    """A line on an attractor: its name, with what tells how strongly it draws."""
-    if one.kind is AttractorKind.PERIODIC:
-        return f"{name}, multiplier {one.multiplier:.4g}"
-    if one.kind is AttractorKind.CHAOTIC:
-        return f"{name}, Lyapunov exponent {math.log(one.multiplier):.4g} per impact"
-    return name
-
-
-def _study(axial_forcing: float, restitution: float, window: Window, side: int) -> Basins:
-    given: dict[str, Value] = {name: s.default for name, s in STUDY_TABLES["basins"].items()}
-    given |= {"axial_forcing": axial_forcing, "restitution": restitution}
-    given |= {"width": side, "height": side, **window._asdict()}
-    return Basins(given)
+def _rule() -> LabelRule:
+    """That of the study by default."""
+    return LabelRule(float(STUDY_TABLES["basins"]["tolerance"].default))
 
 
 @lru_cache(maxsize=_KEPT)
-def _context(axial_forcing: float, restitution: float) -> Arrays:
-    """The attractors at Γ and ε, once for all sessions and zooms."""
+def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
+    """The attractors at Γ and ε, looked for once for all sessions and zooms."""
     table = STUDY_TABLES["basins"]
-    given = {name: spec.default for name, spec in table.items()}
-    given |= {"axial_forcing": axial_forcing, "restitution": restitution}
-    return Basins(given).context()
+    phases, speeds = (
+        _some(centres(*ends, int(table[count].default)))
+        for ends, count in zip(
+            (whole_window()[:2], whole_window()[2:]), ("width", "height"), strict=True
+        )
+    )
+    starts = [(float(tau), float(w)) for w in speeds for tau in phases]
+    return find_attractors(_map(axial_forcing, restitution), starts)
 
 
-def map_of(section: Section) -> NextCollisionMap:
-    """The section as the map that analysis computes with; no friction where Γ_T is not known."""
-    angular = section.angular_forcing
-    known = angular if angular > 0.0 else math.inf
-    return NextCollisionMap(section.axial_forcing, section.restitution, section.phase_lag, known)
+@lru_cache(maxsize=_KEPT)
+def _regions(axial_forcing: float, restitution: float) -> Regions:
+    section = _map(axial_forcing, restitution)
+    return absorbing_regions(section, found_attractors(axial_forcing, restitution))
+
+
+def _some(values: Floats) -> Floats:
+    return values[np.unique(np.linspace(0, len(values) - 1, SEARCHED).astype(int))]

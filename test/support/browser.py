@@ -12,7 +12,10 @@ FLAGS = (
 )  # fmt: skip
 _FIND = """
 function all(root, out) {
-  root.querySelectorAll('*').forEach(e => { out.push(e); if (e.shadowRoot) all(e.shadowRoot, out) });
+  for (const e of root.querySelectorAll('*')) {
+    out.push(e);
+    if (e.shadowRoot) all(e.shadowRoot, out)
+  }
   return out
 }
 const found = all(document, []).filter(e => %s);
@@ -42,7 +45,7 @@ def new_browser(profile: Path, width: int = 1500, height: int = 1120) -> Any:
 def button(browser: Any, label: str) -> Any:
     """The button or tab with a label, within the shadow trees that Bokeh makes; None: no such."""
     test = (
-        "(e.tagName == 'BUTTON' || e.classList.contains('bk-tab') || e.classList.contains('bk-btn'))"
+        "(e.tagName == 'BUTTON' || ['bk-tab', 'bk-btn'].some(c => e.classList.contains(c)))"
         " && e.textContent.trim() == arguments[0]"
     )
     return browser.execute_script(_FIND % test, label)
@@ -78,5 +81,5 @@ def complaints(browser: Any) -> list[str]:
     return [
         row["message"]
         for row in browser.get_log("browser")
-        if row["level"] in ("SEVERE",) and "favicon" not in row["message"]
+        if row["level"] == "SEVERE" and "favicon" not in row["message"]
     ]

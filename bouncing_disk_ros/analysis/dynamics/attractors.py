@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.collision_map.map_tangent import flight_tangents, log_growth
+from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -135,3 +136,20 @@ class Cells:
         """Which states (τ, w) lie on visited cells."""
         visited: NDArray[np.bool_] = self._visited[self._place(tau, w)]
         return visited
+
+
+def refuse_conservative(restitution: float) -> None:
+    """InputError at ε = 1: the map keeps areas there and has no attractors."""
+    if restitution == 1.0:
+        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
+        raise InputError("restitution", restitution, "less than 1", hint)
+
+
+def numbered(names: list[str]) -> list[str]:
+    """The names, those that occur more than once with a number."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
+    return found
