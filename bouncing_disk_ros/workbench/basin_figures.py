@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from typing import Any
 
 import numpy as np
 from bokeh.models import (
@@ -26,8 +27,8 @@ FINEST = 2e-13
 """Least width of a window: there a browser's own arithmetic ends too."""
 WIDEST_PHASE, FASTEST = 4.0 * math.pi, 100.0
 """Bounds of what can be shown: forcing phase to both sides of 0, and w_A."""
-WIDTH = 620
-"""Of the figures, pixels of the screen."""
+WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 400, "max_width": 760}
+"""How figures and texts take the room that the page has."""
 NUMBERED = 4
 """Impacts of an orbit after its start that show their number."""
 _LONG_LABELS = 1e-4
@@ -46,7 +47,7 @@ class MapFigure:
     def __init__(self) -> None:
         whole = whole_window()
         self.figure = figure(
-            width=WIDTH, height=520, tools="pan,wheel_zoom,box_zoom,reset",
+            height=520, **WIDE, tools="pan,wheel_zoom,box_zoom,reset",
             active_scroll="wheel_zoom", toolbar_location="right",
             x_range=Range1d(*whole[:2], bounds=(-WIDEST_PHASE, WIDEST_PHASE), min_interval=FINEST),
             y_range=Range1d(*whole[2:], bounds=(-FASTEST, 0.0), min_interval=FINEST),
@@ -166,7 +167,7 @@ class PathFigure:
 
     def __init__(self) -> None:
         self.figure = figure(
-            width=WIDTH, height=280, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
+            height=280, **WIDE, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
             x_axis_label="time from the first impact (s)", y_axis_label="height (m)",
             x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), title="Path of an orbit",
         )  # fmt: skip

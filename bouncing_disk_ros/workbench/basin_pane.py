@@ -13,7 +13,7 @@ from bokeh.layouts import column, row
 from bokeh.models import Button, Div
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.workbench.basin_figures import WIDTH, MapFigure, PathFigure, legend
+from bouncing_disk_ros.workbench.basin_figures import WIDE, MapFigure, PathFigure, legend
 from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
 from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
@@ -44,19 +44,20 @@ class BasinPane:
         self._values, self._send = values, send_start
         self._map, self._path = MapFigure(), PathFigure()
         self._legend, self._status, self._under, self._message = (
-            Div(text=text, width=WIDTH - 20) for text in ("", "", "&nbsp;", _HINT)
+            Div(text=text, **WIDE) for text in ("", "", "&nbsp;", _HINT)
         )
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
         self._section: Section | None = None
         self._shown: View | None = None
+        self._wanted: tuple[Section, Window] | None = None  # what was asked for last
         self._orbit: Orbit | None = None
         self._asked = False
         self._connect()
-        left = column(self._map.figure, self._under, self._status)
+        left = column(self._map.figure, self._under, self._status, **WIDE)
         right = column(self._legend, self._path.figure, self._message, self._button,
-                       Div(text=_PLANE, width=WIDTH - 20))  # fmt: skip
-        self.layout = row(left, right)
+                       Div(text=_PLANE, **WIDE), **WIDE)  # fmt: skip
+        self.layout = row(left, right, sizing_mode="stretch_width")
 
     def _connect(self) -> None:
         plot = self._map.figure
@@ -103,7 +104,8 @@ class BasinPane:
         self._map.set_ticks(window)
         if self._orbit is not None:
             self._map.show_orbit(self._orbit)
-        if _is_open(window):
+        if _is_open(window) and (section, window) != self._wanted:
+            self._wanted = section, window
             self._views.ask(lambda is_obsolete: self._compute(section, window, is_obsolete))
 
     def _change_section(self, section: Section, values: Mapping[str, float]) -> None:
@@ -113,13 +115,14 @@ class BasinPane:
             f"Basins of attraction at axial forcing Γ = {section.axial_forcing:.6g}, "
             f"restitution ε = {section.restitution:g}"
         )
+        self._status.text = "Looking for the attractors."
         self._forget_orbit()
         if first:  # what is compiled is loaded now, so that the first click is as fast as others
             self._orbits.ask(lambda _: _load(values))
 
     def _refuse(self, error: Exception) -> None:
-        """Say in one line why there is no map; what is shown stays, if it is of this section."""
-        self._section = self._shown = None
+        """Say in one line why there is no map."""
+        self._section = self._shown = self._wanted = None
         self._forget_orbit()
         self._map.hide()
         self._legend.text = ""

@@ -35,11 +35,16 @@ COARSE, FULL = 128, 512
 """Pixels along each side of a view: what is shown at first, and in the end."""
 SEARCHED = 24
 """Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
-EARLY = 64
-"""Impacts after which a start is looked for in a region about a chaotic attractor."""
+EARLY = 64, 256
+"""Impacts after which starts are looked for in a region about a chaotic attractor."""
 _ROWS = 64
 """Rows labelled between two questions whether the view is still wanted: 20 to 60 ms."""
 _KEPT = 64
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int32]
+States = tuple[Floats, Floats]
+Regions = dict[int, AbsorbingRegion]
 
 
 def view(
@@ -71,32 +76,39 @@ def view(
 
 
 def _labels(
-    found: Attractors,
-    regions: dict[int, AbsorbingRegion],
-    section: NextCollisionMap,
-    tau: NDArray[np.float64],
-    w: NDArray[np.float64],
-) -> NDArray[np.int32]:
-    """Labels (n,) of starts; those that are early in a region about chaos are not followed on.
+    found: Attractors, regions: Regions, section: NextCollisionMap, tau: Floats, w: Floats
+) -> Labels:
+    """Labels (n,) of starts, those of the study; whoever is in a region about chaos is known.
 
-    The study follows these for hundreds of impacts more, to see that they do not leave.
+    The study follows these for hundreds of impacts more, to see that they do not leave. Each start
+    is followed from its beginning, as in the study: in pieces it would have other roundings, and
+    where it comes near to contact it might end elsewhere.
     """
-    if not regions:
-        return label_starts(found, section, tau, w, _rule()).label
+    labels = np.full(len(tau), UNDECIDED, np.int32)
     # chaotic attractors are the last: without them all other labels are the same
     others = tuple(one for one in found.found if one.kind is not AttractorKind.CHAOTIC)
-    early = _rule()._replace(cap=EARLY)
-    labels = label_starts(found._replace(found=others), section, tau, w, early).label
-    open_ = np.flatnonzero(labels == UNDECIDED)
-    states = tau[open_], w[open_]
-    ones = np.ones(len(open_))
-    platform = section.axial_forcing * ones, section.restitution * ones
-    iterate_axial(*states, *platform, EARLY, np.zeros((len(open_), 2), np.int64))
-    for label, region in regions.items():
-        labels[open_[region.hold(*states)]] = label
-    late = np.flatnonzero(labels == UNDECIDED)
-    labels[late] = label_starts(found, section, tau[late], w[late], _rule()).label
+    left = np.arange(len(tau))
+    for impacts in EARLY if regions else ():
+        rule = _rule()._replace(cap=impacts)
+        early = label_starts(found._replace(found=others), section, tau[left], w[left], rule)
+        labels[left] = early.label
+        left = left[early.label == UNDECIDED]
+        states = _iterated(section, tau[left], w[left], impacts)
+        for label, region in regions.items():
+            labels[left[region.hold(*states)]] = label
+        left = left[labels[left] == UNDECIDED]
+    labels[left] = label_starts(found, section, tau[left], w[left], _rule()).label
     return labels
+
+
+def _iterated(section: NextCollisionMap, tau: Floats, w: Floats, impacts: int) -> States:
+    """States after some impacts."""
+    states = tau.copy(), w.copy()
+    forcings, restitutions = (
+        np.full(len(tau), float(value)) for value in (section.axial_forcing, section.restitution)
+    )
+    iterate_axial(*states, forcings, restitutions, impacts, np.zeros((len(tau), 2), np.int64))
+    return states
 
 
 def attractors_at(axial_forcing: float, restitution: float) -> tuple[Attractor, ...]:
@@ -136,10 +148,10 @@ def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
 
 
 @lru_cache(maxsize=_KEPT)
-def _regions(axial_forcing: float, restitution: float) -> dict[int, AbsorbingRegion]:
+def _regions(axial_forcing: float, restitution: float) -> Regions:
     section = _map(axial_forcing, restitution)
     return absorbing_regions(section, found_attractors(axial_forcing, restitution))
 
 
-def _some(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _some(values: Floats) -> Floats:
     return values[np.unique(np.linspace(0, len(values) - 1, SEARCHED).astype(int))]

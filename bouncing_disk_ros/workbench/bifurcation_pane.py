@@ -49,6 +49,7 @@ REST_FORCING = 1.0 / math.pi
 """Up to this Γ the disk comes to rest on the platform."""
 SEND_MS = 100
 """The run is sent at most one value in so many milliseconds."""
+_WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 500, "max_width": 1200}
 _SHADES = 64
 _ABOUT = (
     "Phases of the impacts on all attractors that were found, darker where they are denser; "
@@ -74,25 +75,28 @@ class BifurcationPane:
         self._values, self._set = values, set_values
         self._section: Section | None = None
         self._shown: tuple[tuple[float, ...], int] | None = None  # what, of how many columns
+        self._wanted: tuple[float, ...] | None = None  # what was asked for last
         self._diagrams, self._attractors = LatestWork(), LatestWork()
         self._asked = self._moved = self._placing = False
-        self._status, self._about = Div(text="&nbsp;"), Div(text=_ABOUT, width=900)
-        self._at_cursor = Div(text="&nbsp;", width=900)
+        self._status, self._about = Div(text="&nbsp;", **_WIDE), Div(text=_ABOUT, **_WIDE)
+        self._at_cursor = Div(text="&nbsp;", **_WIDE)
         self._images = [
             ColumnDataSource(data={"image": [], "x": [], "y": [], "dw": [], "dh": []})
             for _ in range(2)
         ]
         self._figure = self._drawn()
         self._slider = Slider(
-            start=BEGIN, end=END, value=BEGIN, step=1e-4, format="0.0000", width=900,
+            start=BEGIN, end=END, value=BEGIN, step=1e-4, format="0.0000", **_WIDE,
             title="Γ of the cursor",
         )  # fmt: skip
         self._connect()
-        self.layout = column(self._about, self._figure, self._slider, self._at_cursor, self._status)
+        self.layout = column(
+            self._about, self._figure, self._slider, self._at_cursor, self._status, **_WIDE
+        )
 
     def _drawn(self) -> figure:
         plot = figure(
-            width=920, height=460, tools="pan,wheel_zoom,box_zoom,reset",
+            height=460, **_WIDE, tools="pan,wheel_zoom,box_zoom,reset",
             active_scroll="wheel_zoom", toolbar_location="above",
             x_range=Range1d(BEGIN, END, bounds=(LEAST, MOST), min_interval=1e-12),
             y_range=Range1d(0.0, math.tau, bounds=(0.0, math.tau), min_interval=1e-9),
@@ -163,8 +167,9 @@ class BifurcationPane:
         across, up = self._figure.x_range, self._figure.y_range
         self._place_cursor(float(self._cursor.location))
         window = (across.start, across.end, up.start, up.end)
-        if window[0] < window[1] and window[2] < window[3]:
-            given = section.restitution, *window
+        given = section.restitution, *window
+        if window[0] < window[1] and window[2] < window[3] and given != self._wanted:
+            self._wanted = given
             self._diagrams.ask(lambda is_obsolete: self._compute(*given, is_obsolete))
 
     def _begin(self, axial_forcing: float) -> None:
@@ -190,7 +195,7 @@ class BifurcationPane:
             self._placing = False
 
     def _refuse(self, error: Exception) -> None:
-        self._section = self._shown = None
+        self._section = self._shown = self._wanted = None
         for source in self._images:
             source.data = {name: [] for name in source.data}
         self._status.text = html.escape(f"No diagram here: {error}")

@@ -62,7 +62,9 @@ def run_figures() -> RunFigures:
         figure(
             height=SIDE_HEIGHT + 75, sizing_mode="stretch_width", title="path", y_range=heights,
             tools="save", x_axis_label="simulated time (s)",
-            x_range=DataRange1d(follow="end", follow_interval=4.0, range_padding=0.0, name="shown_time"),
+            x_range=DataRange1d(
+                follow="end", follow_interval=4.0, range_padding=0.0, name="shown_time"
+            ),
         )
     )  # fmt: skip
     path.line("time", "platform", source=path_rows, color=PLATFORM, line_width=2,
@@ -118,7 +120,7 @@ def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
         figure(
             width=LOWER + 160, height=LOWER + 70, title="section: each impact a point",
             tools="save", x_range=Range1d(0.0, 2.0),
-            y_range=DataRange1d(range_padding=0.15, min_interval=1.0),
+            y_range=Range1d(-2.0, -0.6),
             x_axis_label="phase of the forcing τ (rad)", y_axis_label="w_A / (πg/ω)",
         )
     )  # fmt: skip

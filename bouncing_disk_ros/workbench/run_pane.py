@@ -123,7 +123,7 @@ class RunPane:
         self._view.path_seconds = PATH_SECONDS * self._factor
         figures.path.x_range.follow_interval = PATH_SECONDS * self._factor
         figures.speed.x_range.follow_interval = SPEED_SECONDS * self._factor
-        self._least_speed = 0.2 * math.tau * motion.frequency * motion.angular_amplitude
+        self._least_speed = 0.2 * math.tau * motion.frequency * motion.angular_amplitude or 1.0
         orbit = period_one(motion, disk)
         forcing = axial_forcing_of(motion, disk)
         if orbit is None:
@@ -200,10 +200,7 @@ class RunPane:
         found = [*shown, *([] if self._predicted is None else [self._predicted])]
         if not found:
             return
-        axis = self._figures.speed.y_range
-        low, high = fitted(min(found), max(found), self._least_speed, axis.start, axis.end)
-        if (low, high) != (axis.start, axis.end):
-            axis.update(start=low, end=high)
+        _fit(self._figures.speed.y_range, min(found), max(found), self._least_speed)
 
     # --- drawing
     def _draw(self, frame: Frame) -> None:
@@ -224,6 +221,9 @@ class RunPane:
             "velocity": points["velocity"] / self._scale,
         }
         _put(figures.points, section, frame.clear_section, KEPT_POINTS)
+        shown = np.append(figures.points.data["velocity"], figures.theory.data["velocity"])
+        if len(section["velocity"]):
+            _fit(figures.section.y_range, shown.min(), shown.max(), 1.0)
         assert frame.pose is not None
         self._draw_pose(frame.pose)
 
@@ -263,6 +263,13 @@ def marks_at(angle: float) -> dict[str, list[float]]:
         "y1": [1.4 * math.sin(a) for a in directions],
         "width": [6.0] + [2.0] * (MARKS - 1),
     }
+
+
+def _fit(axis: Any, low: float, high: float, least: float) -> None:
+    """Let an axis show values from `low` to `high`, where it does not yet."""
+    start, end = fitted(float(low), float(high), least, axis.start, axis.end)
+    if (start, end) != (axis.start, axis.end):
+        axis.update(start=start, end=end)
 
 
 def _put(source: Any, rows: Mapping[str, NDArray[np.float64]], clear: bool, keep: int) -> None:

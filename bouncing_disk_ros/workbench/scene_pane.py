@@ -34,8 +34,12 @@ class ScenePane:
         }
         for name, button in self.buttons.items():
             button.on_click(partial(self.begin, name))
-        self.text = Div(text="<i>Scenes: small experiments, each with a number to find.</i>",
-                        sizing_mode="stretch_width", name="scene_text", styles={"font-size": "14px"})  # fmt: skip
+        self.text = Div(
+            text="<i>Scenes: small experiments, each with a number to find.</i>",
+            sizing_mode="stretch_width",
+            name="scene_text",
+            styles={"font-size": "14px"},
+        )
         self.answer = Button(label="Show the number", width=140, visible=False, name="show_number")
         self.answer.on_click(self.show)
         self.layout = column(

@@ -100,8 +100,8 @@ _SCENES = (
     ),
     Scene(
         "period_1", "Period 1",
-        "One impact in each period, always at the same phase: one point on the section, and a closed "
-        "form for the speed, dashed. The phase lag θ is 0 here, and that is not the best.",
+        "One impact in each period, always at the same phase: one point on the section, and a "
+        "closed form for the speed, dashed. The phase lag θ is 0 here, and that is not the best.",
         "the phase lag θ that turns the disk fastest", "rad",
         values={"phase_lag": 0.0},
     ),

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 MARGIN = 1.15
 """The picture is so much wider than the disk."""
+STILL = 1e-6
+"""A motion of less than this part of the disk's diameter is none: nothing is magnified."""
 LEAST_SHARE = 0.08
 """Of the window's height the motion fills this at least; below, heights are magnified."""
 
@@ -40,7 +42,7 @@ def side_window(diameter: float, low: float, high: float, aspect: float) -> Side
         width, magnification = height / aspect, 1.0
     else:
         magnification = 1.0
-        if needed < LEAST_SHARE * width * aspect:
+        if STILL * diameter < needed < LEAST_SHARE * width * aspect:
             magnification = nice_above(0.35 * width * aspect / needed) / 2.0
         height = width * aspect / magnification
     middle = 0.5 * (low + high)

@@ -121,6 +121,21 @@ def test_several_changes_make_one_view(opened: Opened) -> None:
     assert len(opened.page.document.session_callbacks) == 1
 
 
+def test_what_is_in_view_already_is_not_computed_again(
+    opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[object] = []
+    monkeypatch.setattr(opened.pane._views, "ask", asked.append)
+    opened.values["phase_lag"] = 0.3  # the plane is the same
+    opened.pane.parameters_changed()
+    opened.page.settle()
+    assert asked == []
+    opened.values["restitution"] = 0.6
+    opened.pane.parameters_changed()
+    opened.page.settle()
+    assert len(asked) == 1
+
+
 def test_the_start_under_the_pointer_is_named(opened: Opened) -> None:
     opened.move(1.0, -1.3)
     assert "w_A = -1.3 πg/ω: period-1" in opened.texts

@@ -17,6 +17,7 @@ from tornado.websocket import websocket_connect
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.workbench.page import Pages
 from bouncing_disk_ros.workbench.page_server import COOKIE, PageServer
+from support.page_client import token_of
 from support.page_link import ListLink
 
 Run = Callable[[Coroutine[Any, Any, Any]], Any]
@@ -63,13 +64,6 @@ def status(run: Run, url: str, **options: Any) -> int:
         return int(run(get(url, **options)).code)
     except HTTPClientError as error:
         return int(error.code)
-
-
-def token_of(page: bytes) -> str:
-    """The token of the session that a page brings, for its websocket."""
-    found = re.search(r'"token":"([^"]+)"', page.decode())
-    assert found is not None
-    return found[1]
 
 
 async def open_session(server: PageServer, token: str, origin: str | None, cookie: str = "") -> Any:

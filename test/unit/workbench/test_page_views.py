@@ -63,6 +63,7 @@ def test_a_window_holds_disk_and_motion(diameter: float, low: float, high: float
 def test_a_pizza_is_to_scale_and_a_motor_is_magnified() -> None:
     assert side_window(0.3, -0.04, 0.17, 1.2).magnification == 1.0
     assert side_window(8e-3, -1e-6, 4e-6, 1.2).magnification >= 100.0
+    assert side_window(0.3, 0.0, 1e-16, 1.2).magnification == 1.0, "at rest, but for rounding"
 
 
 def test_numbers_of_axes() -> None:
