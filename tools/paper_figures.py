@@ -168,12 +168,12 @@ BASINS = (
     "platform; grey: there is no such time, because the attractor is chaotic."
 )
 SHARES = (
-    "Top: the parts of the plane of starts that go to each kind of attractor, stacked to 100 %. "
-    "Where a single value has no chattering attractor between values that have one, the orbit that "
-    "leaves contact ends on a periodic or chaotic attractor there, and takes all starts that come "
-    "to contact with it. Middle and bottom: the phase lag at which the largest attractor that is "
-    "neither rest nor chattering turns the disk fastest, and the mean speed there, in ωΦ; they "
-    "jump where another attractor becomes the largest."
+    "Top: the parts of the plane of starts that come to contact (black), and those that reach each "
+    "other attractor without contact before; an attractor has one line, matched from value to "
+    "value. All starts that come to contact go on as one orbit: where that ends on another "
+    "attractor, the black line has a dot in its colour. Middle and bottom: the phase lag at which "
+    "the largest attractor that is neither rest nor chattering turns the disk fastest, and the "
+    "mean speed there, in ωΦ; they jump where another attractor becomes the largest."
 )
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",

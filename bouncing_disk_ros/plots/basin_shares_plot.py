@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.plots.resilience_plot import draw_shares, line_colors, line_legend
 from bouncing_disk_ros.plots.style import (
     BLUE,
     CONTACT,
@@ -25,28 +27,18 @@ COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
 
 
 def basin_shares_picture(result: xr.Dataset) -> Figure:
-    """Figure of the shares of basins, stacked, with the best phase lag and its mean speed below."""
+    """Figure of the shares of basins as lines, with the best phase lag and its mean speed below."""
     figure = new_figure(8.0, 8.2)
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
     x = result["value"].values
-    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
-    shares = 100.0 * result["fraction"].values.T
-    top.stackplot(
-        x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4, step="mid"
-    )
-    top.set_ylim(0.0, 100.0)
-    top.set_ylabel("share of the plane of starts (%)")
-    present = shares.max(axis=1) > 0.0
-    handles, labels = top.get_legend_handles_labels()
-    kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
-            if there]  # fmt: skip
-    top.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
-               frameon=False, fontsize=9)  # fmt: skip
+    if "line_share" in result:
+        _draw_lines(figure, top, result)
+    else:
+        _draw_stack(figure, top, result)
     middle.set_title("of the largest attractor that is neither rest nor chattering: a jump means "
                      "that it is another one", fontsize=9)  # fmt: skip
     middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
     middle.set_ylabel(r"best phase lag $\theta/\pi$")
-    _explain_spikes(figure, result)
     bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
     bottom.set_ylabel(r"mean speed there ($\omega\Phi$)")
     symbol = str(result["value"].attrs.get("symbol", ""))
@@ -58,6 +50,33 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     if len(np.unique(x)) > 1:
         bottom.set_xlim(x.min(), x.max())
     return figure
+
+
+def _draw_lines(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    """One line for each attractor, and one for the starts that come to contact."""
+    colors = line_colors(result)
+    draw_shares(axes, result, result["value"].values, colors)
+    line_legend(figure, result, colors)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+
+
+def _draw_stack(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    """Shares of the classes of attractors stacked, for results of version 0.1.0."""
+    x = result["value"].values
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    shares = 100.0 * result["fraction"].values.T
+    axes.stackplot(
+        x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4, step="mid"
+    )
+    axes.set_ylim(0.0, 100.0)
+    axes.set_ylabel("share of the plane of starts (%)")
+    present = shares.max(axis=1) > 0.0
+    handles, labels = axes.get_legend_handles_labels()
+    kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
+            if there]  # fmt: skip
+    axes.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
+                frameon=False, fontsize=9)  # fmt: skip
+    _explain_spikes(figure, result)
 
 
 def _explain_spikes(figure: Figure, result: xr.Dataset) -> None:

@@ -48,7 +48,7 @@ def resilience_picture(result: xr.Dataset) -> Figure:
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.2, 1.2, 1.0, 1.0])
     x = result["value"].values
     colors = line_colors(result)
-    _draw_shares(panels[0], result, x, colors)
+    draw_shares(panels[0], result, x, colors)
     _draw_pairs(panels[1], x, result["line_least_fatal_impulse"].values, colors)
     panels[1].set_ylabel(r"fatal impulse ($m\,\pi g/\omega$)")
     _second_scale(panels[1], impulse_unit(result), "N·s")
@@ -67,7 +67,7 @@ def resilience_picture(result: xr.Dataset) -> Figure:
         axes.set_axisbelow(True)
     if len(np.unique(x)) > 1:
         panels[3].set_xlim(x.min(), x.max())
-    _add_legend(figure, result, colors)
+    line_legend(figure, result, colors)
     figure.suptitle(_title(result), fontsize=11)
     return figure
 
@@ -84,7 +84,8 @@ def time_unit(result: xr.Dataset) -> float:
     return 1.0 / (math.tau * float(result.attrs["parameter_frequency"]))
 
 
-def _draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
+def draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: list[str]) -> None:
+    """Shares without contact of each line, and of the starts that come to contact."""
     for i, color in enumerate(colors):
         if color == BLACK:
             continue
@@ -147,7 +148,8 @@ def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
                    fontsize=9)  # fmt: skip
 
 
-def _add_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
+def line_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
+    """What the colours are, beneath the panels."""
     names = [str(name) for name in result["line_name"].values]
     handles = [
         Line2D([], [], color=color, label=name)

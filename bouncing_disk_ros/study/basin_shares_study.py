@@ -11,26 +11,31 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
+import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import (
-    find_attractors,
-    missed_attractors,
-)
+from bouncing_disk_ros.analysis.dynamics.attractor_matching import THRESHOLD
 from bouncing_disk_ros.analysis.dynamics.attractors import (
     Attractor,
     AttractorKind,
     Attractors,
     refuse_conservative,
 )
-from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts, shares
+from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.resilience import (
+    IN_CONTACT,
+    Labelled,
+    label_window,
+    window_starts,
+)
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
-SEARCHED = 16
-"""Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
+MOST_ATTRACTORS = 12
+"""Attractors at each value that are kept for their lines, those with the largest shares."""
 CLASSES = ("rest", "chattering", "period-1", "other periodic", "chaotic", "unresolved")
 AXES = {"axial_forcing": "Γ", "restitution": "ε", "angular_forcing": "Γ_T"}
 
@@ -40,7 +45,7 @@ class BasinShares(Study):
 
     name: ClassVar[str] = "basin_shares"
     title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
-    revision: ClassVar[int] = 2
+    revision: ClassVar[int] = 3
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -68,12 +73,14 @@ class BasinShares(Study):
         return {
             "value": Axis(values, "1", label.replace("_", " "), AXES[label]),
             "kind": Axis(np.arange(len(CLASSES)), "1", ", ".join(CLASSES)),
+            "attractor": Axis(np.arange(MOST_ATTRACTORS), "1", "attractors at one value"),
+            "point": Axis(np.arange(MOST_POINTS), "1", "points of an attractor"),
         }
 
     @property
     def fields(self) -> Mapping[str, Field]:
         """Shares with their standard errors; best phase lag and speed of the main attractor."""
-        both, line = ("value", "kind"), ("value",)
+        both, line, one = ("value", "kind"), ("value",), ("value", "attractor")
         main = "of the largest attractor that is neither rest nor chattering"
         return {
             "fraction": Field(both, "float64", "1", "share of the window"),
@@ -85,6 +92,16 @@ class BasinShares(Study):
             ),
             "best_phase_lag": Field(line, "float64", "rad", f"best phase lag {main}", "θ"),
             "best_speed": Field(line, "float64", "omega Phi", f"mean speed there {main}"),
+            "share_in_contact": Field(line, "float64", "1", "share that comes to contact"),
+            "kind_of_attractor": Field(one, "int32", "1", "its kind", fill=-1, flags=FLAGS),
+            "impacts_of_attractor": Field(one, "int32", "1", "impacts in one repetition", fill=0),
+            "cycles_of_attractor": Field(one, "int32", "1", "periods in one repetition", fill=0),
+            "share_of_attractor": Field(one, "float64", "1", "share of the window"),
+            "share_without_contact": Field(
+                one, "float64", "1", "share that reaches it without contact before"
+            ),
+            "point_forcing_phase": Field((*one, "point"), "float64", "rad", "its impacts", "τ"),
+            "point_velocity": Field((*one, "point"), "float64", "pi g/omega", "its impacts", "w_A"),
         }  # fmt: skip
 
     @property
@@ -98,19 +115,10 @@ class BasinShares(Study):
         value = float(self.axes["value"].values[region.slices["value"]][0])
         own = {name: float(given[name]) for name in AXES} | {str(given["along"]): value}
         section = NextCollisionMap(**own)
-        found = find_attractors(section, self._starts(SEARCHED))
-        n = int(given["samples"])
-        tau, w = np.array(self._starts(n)).T.copy()
-        labels = label_starts(found, section, tau, w).label
-        open_ = np.flatnonzero(labels == UNRESOLVED)
-        missed: list[Attractor] = []
-        if len(open_):
-            left = np.stack((tau[open_], w[open_]), axis=1)
-            missed = missed_attractors(section, found, left)
-        if missed:
-            found = found._replace(found=(*found.found, *missed))
-            labels[open_] = label_starts(found, section, tau[open_], w[open_]).label
-        labels = labels.reshape(n, n)
+        n, lowest = int(given["samples"]), float(given["velocity_begin"])
+        window = label_window(section, window_starts(n, lowest), lowest)
+        found, missed = window.known, window.missed
+        labels = window.ends().reshape(n, n)
         kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])
         merged = kinds[np.where(labels == UNRESOLVED, len(kinds) - 1, labels)].astype(np.int32)
         parts = shares(merged, len(CLASSES))
@@ -119,16 +127,41 @@ class BasinShares(Study):
             "fraction": np.array([[part.fraction for part in parts]]),
             "fraction_uncertainty": np.array([[part.uncertainty for part in parts]]),
             "attractors": np.array([len(found.found)], np.int32),
-            "missed": np.array([len(missed)], np.int32),
+            "missed": np.array([missed], np.int32),
             "best_phase_lag": np.array([lag[0]]),
             "best_speed": np.array([lag[1]]),
+            **self._attractors(window),
         }
 
-    def _starts(self, n: int) -> list[tuple[float, float]]:
-        """Centres of n × n pixels of the window, rows of equal w_A."""
-        low = float(self.parameters["velocity_begin"])
-        centres = (np.arange(n) + 0.5) / n
-        return [(math.tau * x, low * (1.0 - y)) for y in centres for x in centres]
+    def _attractors(self, window: Labelled) -> dict[str, np.ndarray]:
+        """Those with the largest shares, with their points, for their lines."""
+        shape = self.shape
+        arrays = {
+            name: np.full([1, *(shape[dim] for dim in field.dims[1:])], field.fill, field.dtype)
+            for name, field in self.fields.items()
+            if "attractor" in field.dims
+        }
+        found, ends = window.known.found, window.ends()
+        counts = np.bincount(ends[ends >= 0], minlength=len(found))
+        for slot, label in enumerate(np.argsort(-counts, kind="stable")[:MOST_ATTRACTORS]):
+            put_attractor(arrays, slot, found[int(label)], _ABOUT)
+            direct = np.count_nonzero(window.labels.label == label)
+            arrays["share_of_attractor"][0, slot] = counts[label] / ends.size
+            arrays["share_without_contact"][0, slot] = direct / ends.size
+        in_contact = np.count_nonzero(window.labels.label == IN_CONTACT) / ends.size
+        return {**arrays, "share_in_contact": np.array([in_contact])}
+
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
+        """Give each attractor its number along the axis: fields line_* over lines."""
+        if "kind_of_attractor" not in result:  # of version 0.1.0
+            return result
+        return result.assign(lines_of(result, _LINES, THRESHOLD))
+
+
+_ABOUT = {name: f"{name}_of_attractor" for name in ("kind", "impacts", "cycles")}
+_LINES = _ABOUT | {
+    "share": "share_of_attractor", "share_without_contact": "share_without_contact",
+}  # fmt: skip
 
 
 def class_of(attractor: Attractor) -> int:

@@ -143,7 +143,7 @@ def curve_variables(arrays: Arrays) -> dict[str, object]:
         "point_curve": "index of the curve of a point",
         "point_axial_forcing": "axial forcing",
         "point_restitution": "restitution",
-        "point_forcing_phase": "forcing phase of one impact of the orbit, rad",
+        "point_forcing_phase": "forcing phase of one impact of the orbit",
         "point_admissible": "1: the orbit is a motion of a disk, 0: a flight is cut short",
         "special_curve": "index of the curve of a special point",
         "special_axial_forcing": "axial forcing",
@@ -151,5 +151,6 @@ def curve_variables(arrays: Arrays) -> dict[str, object]:
     }
     for name, text in about.items():
         dim = "curve_point" if name.startswith("point") else name.split("_")[0]
-        found[name] = (dim, arrays[name], {"long_name": text})
+        units = "rad" if name.endswith("phase") else "1"
+        found[name] = (dim, arrays[name], {"long_name": text, "units": units})
     return found

@@ -85,8 +85,11 @@ class Manifolds(Basins):
         """As of basins, with the manifolds."""
         added = {name: context[name] for name in _VARIABLES if name in context}
         found = super().finish(result, context)
-        variables = {name: (_VARIABLES[name][0], value, {"long_name": _VARIABLES[name][1]})
-                     for name, value in added.items()}  # fmt: skip
+        variables = {}
+        for name, value in added.items():
+            dim, text = _VARIABLES[name]
+            units = {"phase": "rad", "velocity": "pi g/omega"}.get(name.split("_")[-1], "1")
+            variables[name] = (dim, value, {"long_name": text, "units": units})
         return found.assign(variables)
 
 
@@ -96,13 +99,13 @@ _VARIABLES = {
     "saddle_multiplier": ("saddle", "multiplier outside of the unit circle"),
     "saddle_share": ("saddle", "share of the window enclosed by its stable manifold; nan: open"),
     "saddle_point_saddle": ("saddle_point", "index of the saddle of a point"),
-    "saddle_point_forcing_phase": ("saddle_point", "forcing phase of its impacts, rad"),
-    "saddle_point_velocity": ("saddle_point", "w_A of its impacts, pi g/omega"),
+    "saddle_point_forcing_phase": ("saddle_point", "forcing phase of its impacts"),
+    "saddle_point_velocity": ("saddle_point", "w_A of its impacts"),
     "piece_saddle": ("piece", "index of the saddle of a piece of a manifold"),
     "piece_stability": ("piece", "0: stable manifold, 1: unstable manifold"),
     "manifold_piece": ("manifold_point", "index of the piece of a point; cuts lie between pieces"),
-    "manifold_forcing_phase": ("manifold_point", "forcing phase along a piece, not wrapped, rad"),
-    "manifold_velocity": ("manifold_point", "w_A, pi g/omega"),
+    "manifold_forcing_phase": ("manifold_point", "forcing phase along a piece, not wrapped"),
+    "manifold_velocity": ("manifold_point", "w_A"),
     "edge_pairs": ("edge_count", "pairs that edge tracking began with; those without a saddle"),
 }
 

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import (
-    Attractor,
-    AttractorKind,
-    numbered,
-    refuse_conservative,
-)
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.resilience import (
@@ -27,19 +20,10 @@ from bouncing_disk_ros.analysis.dynamics.resilience import (
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import (
-    Arrays,
-    Axis,
-    Field,
-    Region,
-    Study,
-)
+from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
-MOST_POINTS = 64
-"""Points of each attractor that are kept, for its line."""
-KINDS = list(AttractorKind)
-FLAGS = {-1: "none", **{i: str(kind) for i, kind in enumerate(KINDS)}}
 
 
 class ResilienceStudy(Study):
@@ -152,7 +136,7 @@ class ResilienceStudy(Study):
         found = window.known.found
         counts = np.bincount(ends[ends >= 0], minlength=len(found))
         for slot, label in enumerate(np.argsort(-counts, kind="stable")[: shape["attractor"]]):
-            self._put(arrays, slot, found[int(label)])
+            put_attractor(arrays, slot, found[int(label)], _ABOUT)
             measured = measure(
                 section, window, int(label), shape["instant"], self._after, self._rule
             )
@@ -163,22 +147,13 @@ class ResilienceStudy(Study):
         arrays["left_out"][0] = max(0, len(found) - shape["attractor"])
         return arrays
 
-    def _put(self, arrays: dict[str, np.ndarray], slot: int, attractor: Attractor) -> None:
-        n = len(attractor.forcing_phases)
-        chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
-        periodic = attractor.kind is AttractorKind.PERIODIC
-        arrays["kind"][0, slot] = KINDS.index(attractor.kind)
-        arrays["impacts"][0, slot] = n if periodic else 0
-        arrays["cycles"][0, slot] = attractor.cycles
-        arrays["multiplier"][0, slot] = attractor.multiplier
-        arrays["point_forcing_phase"][0, slot, : len(chosen)] = attractor.forcing_phases[chosen]
-        arrays["point_velocity"][0, slot, : len(chosen)] = attractor.velocities[chosen]
-
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Give each attractor its number: all fields are then over `line` too, by name line_*."""
-        return result.assign(lines_of(result, float(self.parameters["match"])))
+        fields = {name: name for name in ("kind", "impacts", "cycles", "multiplier", *_FIELDS_OF)}
+        return result.assign(lines_of(result, fields, float(self.parameters["match"])))
 
 
+_ABOUT = {"kind": "kind", "impacts": "impacts", "cycles": "cycles", "multiplier": "multiplier"}
 _FIELDS_OF = {
     "share": "share", "share_uncertainty": "share_error",
     "share_without_contact": "share_without_contact", "share_in_time": "share_in_time",
@@ -186,63 +161,3 @@ _FIELDS_OF = {
     "slow_time": "slow_time", "fatal_impulse": "impulses",
     "least_fatal_impulse": "least_impulses", "fatal_timing_error": "timing_errors",
 }  # fmt: skip
-
-
-def lines_of(result: xr.Dataset, threshold: float) -> dict[str, object]:
-    """Fields over lines of attractors instead of their places at each value."""
-    kinds = result["kind"].values
-    seen = [
-        [_seen(result, k, int(i)) for i in np.flatnonzero(row >= 0)] for k, row in enumerate(kinds)
-    ]
-    numbers = match_attractors(seen, threshold)
-    count = max((line + 1 for row in numbers for line in row), default=0)
-    found: dict[str, object] = {}
-    for name in ("kind", "impacts", "cycles", "multiplier", *_FIELDS_OF):
-        field = result[name]
-        values = np.full((count, *field.shape[:1], *field.shape[2:]), _fill(name), field.dtype)
-        for k, row in enumerate(numbers):
-            for i, line in zip(np.flatnonzero(kinds[k] >= 0), row, strict=True):
-                values[line, k] = field.values[k, i]
-        about = {key: text for key, text in field.attrs.items() if key != "_FillValue"}
-        found[f"line_{name}"] = (("line", "value", *field.dims[2:]), values, about)
-    about = {"long_name": "name of the attractor where its share is largest"}
-    found["line_name"] = ("line", numbered(_names(found, count)), about)
-    return found
-
-
-def _fill(name: str) -> float:
-    return {"kind": -1, "impacts": 0, "cycles": 0}.get(name, math.nan)
-
-
-def _seen(result: xr.Dataset, k: int, i: int) -> Seen:
-    points = np.stack(
-        [result[f"point_{name}"].values[k, i] for name in ("forcing_phase", "velocity")], axis=1
-    )
-    return Seen(KINDS[int(result["kind"].values[k, i])], points[~np.isnan(points[:, 0])])
-
-
-def _names(found: Mapping[str, object], count: int) -> list[str]:
-    """What each line is called: what it is first, and the last if that is something else."""
-    fields = {name: value[1] for name, value in found.items() if isinstance(value, tuple)}
-    names = []
-    for line in range(count):
-        places = np.flatnonzero(fields["line_kind"][line] >= 0)
-        ends = [
-            attractor_name(
-                *(int(fields[f"line_{name}"][line, k]) for name in ("kind", "impacts", "cycles"))
-            )
-            for k in (places[0], places[-1])
-        ]
-        names.append(ends[0] if ends[0] == ends[1] else f"{ends[0]} … {ends[1]}")
-    return names
-
-
-def attractor_name(kind: int, impacts: int, cycles: int) -> str:
-    """What an attractor is called, by the fields of the study."""
-    if KINDS[kind] is not AttractorKind.PERIODIC:
-        return str(KINDS[kind])
-    return (
-        f"period-{impacts}"
-        if impacts == cycles
-        else f"period-{impacts} in {cycles} cycle{'s' if cycles != 1 else ''}"
-    )

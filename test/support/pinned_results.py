@@ -43,7 +43,13 @@ Content = Any
 
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
-SINCE_PINNED = ("region_done", "attractor_kind", "attractor_period", "attractor_cycles")
+SINCE_PINNED = (
+    "region_done", "attractor_kind", "attractor_period", "attractor_cycles", "line_name",
+    "attractor", "point", "point_forcing_phase", "point_velocity", "share_in_contact",
+    "share_without_contact",
+    *(f"{one}_of_attractor" for one in ("kind", "impacts", "cycles", "share")),
+    *(f"line_{one}" for one in ("kind", "impacts", "cycles", "share", "share_without_contact")),
+)  # fmt: skip
 """Variables of a result that were not there when it was pinned, or say nothing of it; so is an axis
 by the name of its parameter."""
 
@@ -54,8 +60,9 @@ def studied(folder: Path, name: str, **given: Value) -> Content:
     made = study.named(name, **given)
     found = study.run(made, folder / "result.zarr")
     assert found is not None
-    first = [*made.axes, *made.fields]
-    later = {*SINCE_PINNED, str(made.parameters.get("along", ""))}
+    later = {*(SINCE_PINNED if name != "basins" else SINCE_PINNED[:4])}
+    later.add(str(made.parameters.get("along", "")))
+    first = [one for one in (*made.axes, *made.fields) if one not in later]
     derived = [str(one) for one in found.variables if one not in first and one not in later]
     result = {one: found[one].values for one in first}
     # what is derived is worked out by numpy and by Newton's method; a best value is flat

@@ -44,6 +44,7 @@ class Labelled(NamedTuple):
     known: Attractors
     labels: Basins  # of each start; IN_CONTACT where it comes to contact
     side: int
+    missed: int  # how many attractors the search missed, and open starts led to
 
     def ends(self) -> NDArray[np.int32]:
         """Label (n,) of the attractor that each start ends on."""
@@ -79,6 +80,7 @@ def label_window(section: NextCollisionMap, starts: WindowStarts, lowest: float)
     known = find_attractors(section, list(zip(few.tau.tolist(), few.w.tolist(), strict=True)))
     labels = _labels(known, section, starts.tau, starts.w)
     open_ = np.flatnonzero(labels.label == UNRESOLVED)
+    missed: list[Attractor] = []
     if len(open_):
         left = np.stack((starts.tau[open_], starts.w[open_]), axis=1)
         missed = missed_attractors(section, known, left)
@@ -86,7 +88,7 @@ def label_window(section: NextCollisionMap, starts: WindowStarts, lowest: float)
             known = known._replace(found=(*known.found, *missed))
             again = _labels(known, section, *left.T.copy())
             labels.label[open_], labels.impacts[open_], labels.time[open_] = again
-    return Labelled(known, labels, starts.side)
+    return Labelled(known, labels, starts.side, len(missed))
 
 
 def _labels(known: Attractors, section: NextCollisionMap, tau: Array, w: Array) -> Basins:

@@ -23,7 +23,7 @@ restitution: the smallest impulse and the smallest error in time after which it 
 again, how fast it is reached, and its share of the starts."""
 _EXAMPLE = "ros2 run bouncing_disk_ros resilience --ros-args -p begin:=0.34 -p end:=0.48"
 _NAMED = 5
-"""Attractors that lines tell of, those with the largest shares."""
+"""Attractors that lines tell of, those that are there for longest."""
 
 
 def make_view() -> StudyView[ResilienceStudy]:
@@ -74,8 +74,8 @@ def lines(result: xr.Dataset) -> list[str]:
 
 
 def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
-    """Name, line and places along the axis of each kind of attractor, the largest share first."""
-    from bouncing_disk_ros.study.resilience_study import attractor_name
+    """Name, line and places along the axis of each kind of attractor, the longest first."""
+    from bouncing_disk_ros.study.attractor_lines import attractor_name
 
     found: dict[tuple[str, int], list[int]] = {}
     fields = [result[f"line_{name}"].values for name in ("kind", "impacts", "cycles")]
@@ -86,12 +86,12 @@ def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
         found.setdefault((name, int(line)), []).append(int(k))
     share = result["line_share"].values
     rows = [(name, line, np.array(places)) for (name, line), places in found.items()]
-    return sorted(rows, key=lambda row: -float(share[row[1], row[2]].max()))
+    return sorted(rows, key=lambda row: (-len(row[2]), -float(share[row[1], row[2]].max())))
 
 
 def _warnings(result: xr.Dataset, count: int) -> list[str]:
     """What was left out."""
-    rows = [f"  and {count - _NAMED} others with smaller shares"] if count > _NAMED else []
+    rows = [f"  and {count - _NAMED} others at fewer values"] if count > _NAMED else []
     left = int((result["left_out"] > 0).sum())
     if left:
         rows.append(f"  attractors were left out at {left} values: most_attractors:=... keeps them")

@@ -22,7 +22,6 @@ from bouncing_disk_ros.analysis.dynamics.orbit_instants import (
     impact_limits,
     instants_of,
 )
-from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from reference.cases import examples
 
@@ -61,7 +60,7 @@ def ends_on_period_one(
         impulses=[(part / FREQUENCY, size * MASS * SPEED, 0.0)],
     )  # fmt: skip
     last = run.impacts[-1]
-    near = abs(wrap_to_pi(float(last["forcing_phase"]) - tau)) < 1e-3
+    near = abs(math.remainder(float(last["forcing_phase"]) - tau, math.tau)) < 1e-3
     return bool(near and abs(float(last["axial_impact_velocity"]) / SPEED - w) < 1e-3)
 
 

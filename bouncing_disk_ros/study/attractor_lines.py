@@ -1,0 +1,102 @@
+"""Attractors along the axis of a study: kept at each value, and matched into lines afterwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, numbered
+
+MOST_POINTS = 64
+"""Points of each attractor that are kept, for its line."""
+KINDS = list(AttractorKind)
+FLAGS = {-1: "none", **{i: str(kind) for i, kind in enumerate(KINDS)}}
+
+
+def put_attractor(
+    arrays: Mapping[str, np.ndarray], slot: int, attractor: Attractor, names: Mapping[str, str]
+) -> None:
+    """Write an attractor into a slot of arrays (1, slots …) of a study.
+
+    `names`: kind, impacts, cycles and, if it is kept, multiplier -> the fields they go to.
+    """
+    n = len(attractor.forcing_phases)
+    chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
+    periodic = attractor.kind is AttractorKind.PERIODIC
+    values = {
+        "kind": KINDS.index(attractor.kind), "impacts": n if periodic else 0,
+        "cycles": attractor.cycles, "multiplier": attractor.multiplier,
+    }  # fmt: skip
+    for key, name in names.items():
+        arrays[name][0, slot] = values[key]
+    arrays["point_forcing_phase"][0, slot, : len(chosen)] = attractor.forcing_phases[chosen]
+    arrays["point_velocity"][0, slot, : len(chosen)] = attractor.velocities[chosen]
+
+
+def lines_of(result: xr.Dataset, fields: Mapping[str, str], threshold: float) -> dict[str, object]:
+    """Fields over lines of attractors instead of their slots at each value, by name line_*.
+
+    `fields`: what follows line_ -> the field over (value, attractor …); kind, impacts, cycles are
+    among them.
+    """
+    kinds = result[fields["kind"]].values
+    seen = [
+        [_seen(result, kinds[k, i], k, int(i)) for i in np.flatnonzero(row >= 0)]
+        for k, row in enumerate(kinds)
+    ]
+    numbers = match_attractors(seen, threshold)
+    count = max((line + 1 for row in numbers for line in row), default=0)
+    found: dict[str, object] = {}
+    for key, name in fields.items():
+        field = result[name]
+        values = np.full((count, *field.shape[:1], *field.shape[2:]), _fill(key), field.dtype)
+        for k, row in enumerate(numbers):
+            for i, line in zip(np.flatnonzero(kinds[k] >= 0), row, strict=True):
+                values[line, k] = field.values[k, i]
+        about = {word: text for word, text in field.attrs.items() if word != "_FillValue"}
+        found[f"line_{key}"] = (("line", "value", *field.dims[2:]), values, about)
+    about = {"long_name": "name of the attractor, first and last"}
+    found["line_name"] = ("line", numbered(_names(found, count)), about)
+    return found
+
+
+def _fill(name: str) -> float:
+    return {"kind": -1, "impacts": 0, "cycles": 0}.get(name, math.nan)
+
+
+def _seen(result: xr.Dataset, kind: int, k: int, i: int) -> Seen:
+    points = np.stack(
+        [result[f"point_{name}"].values[k, i] for name in ("forcing_phase", "velocity")], axis=1
+    )
+    return Seen(KINDS[int(kind)], points[~np.isnan(points[:, 0])])
+
+
+def _names(found: Mapping[str, object], count: int) -> list[str]:
+    """What each line is called: what it is first, and the last if that is something else."""
+    fields = {name: value[1] for name, value in found.items() if isinstance(value, tuple)}
+    names = []
+    for line in range(count):
+        places = np.flatnonzero(fields["line_kind"][line] >= 0)
+        ends = [
+            attractor_name(
+                *(int(fields[f"line_{name}"][line, k]) for name in ("kind", "impacts", "cycles"))
+            )
+            for k in (places[0], places[-1])
+        ]
+        names.append(ends[0] if ends[0] == ends[1] else f"{ends[0]} … {ends[1]}")
+    return names
+
+
+def attractor_name(kind: int, impacts: int, cycles: int) -> str:
+    """What an attractor is called, by the fields of the study."""
+    if KINDS[kind] is not AttractorKind.PERIODIC:
+        return str(KINDS[kind])
+    return (
+        f"period-{impacts}"
+        if impacts == cycles
+        else f"period-{impacts} in {cycles} cycle{'s' if cycles != 1 else ''}"
+    )
