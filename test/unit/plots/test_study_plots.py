@@ -316,7 +316,9 @@ def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path:
     known = np.isfinite(result["efficiency"].transpose("preload", "load_torque").values)
     assert (known.sum(axis=1) > 1).all()
     assert known[0].sum() < known[1].sum(), "friction gives way at a smaller torque"
-    np.testing.assert_array_equal(~np.ma.getmaskarray(image.get_array()), known)
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(~np.ma.getmaskarray(drawn), known)
 
 
 def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
