@@ -102,7 +102,9 @@ def _draw_efficiency(
         levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
         drawn = axes.contourf(x, y, shown, levels, cmap="viridis", norm=norm)
     else:
-        drawn = axes.imshow(shown, cmap="viridis", norm=norm, **pixel_frame(x, y))
+        frame = pixel_frame(x, y)
+        drawn = axes.imshow(shown, cmap="viridis", norm=norm, **frame)
+        axes.set(xlim=frame["extent"][:2], ylim=frame["extent"][2:])
         if len(y) <= LINES:
             axes.set_yticks(y)
     figure.colorbar(drawn, ax=axes, label="efficiency η (1)")

@@ -15,9 +15,11 @@ LAST_PART = 0.2
 _CLEAR = 5.0
 """A change counts only if it is so many times the scatter at its end."""
 _LEAST = 8
-_GOES_ON = 0.02
-"""An exponential approach that is cut after three time constants changes so much in the last part,
-between its halves, of its whole change."""
+_STILL_CHANGES = 0.02
+"""Between the halves of the last part of an exponential approach cut after three time constants,
+of its whole change."""
+_DRIFT = 1.5
+"""Between the halves of a straight line, √3 standard deviations."""
 
 
 class RiseTime(NamedTuple):
@@ -50,25 +52,24 @@ def rise_time_of(
     final = float(np.mean(late))
     if abs(final - initial) <= _CLEAR * float(np.std(late)) or final == initial:
         return None
-    if _changes(late, final - initial):
+    if _goes_on(late, final - initial):
         return RiseTime(initial, float(speeds[-1]), math.nan, math.nan)
     at = np.concatenate([[begin], times[after]])
     way = (np.concatenate([[initial], speeds[after]]) - initial) / (final - initial)
     return RiseTime(initial, final, *(_first(at, way, part) - begin for part in PARTS))
 
 
-def _changes(late: NDArray[np.float64], change: float) -> bool:
-    """Whether the second half of the last part clearly goes on from the first one.
+def _goes_on(late: NDArray[np.float64], change: float) -> bool:
+    """Whether the speed in the last part still goes the way of the change.
 
-    Clearly: by more than _GOES_ON of the change, and twice the standard error of the difference.
+    Its second half is ahead of the first by more than _STILL_CHANGES of the change and _DRIFT
+    standard deviations: of a stationary speed, wandering too, that is seldom so.
     """
     half = len(late) // 2
     if half == 0:
         return False
-    first, second = late[:half], late[-half:]
-    error = math.sqrt((float(np.var(first)) + float(np.var(second))) / half)
-    difference = abs(float(np.mean(second) - np.mean(first)))
-    return difference > max(_GOES_ON * abs(change), 2.0 * error)
+    ahead = (float(np.mean(late[-half:])) - float(np.mean(late[:half]))) * math.copysign(1, change)
+    return ahead > max(_STILL_CHANGES * abs(change), _DRIFT * float(np.std(late)))
 
 
 def _first(times: NDArray[np.float64], way: NDArray[np.float64], part: float) -> float:

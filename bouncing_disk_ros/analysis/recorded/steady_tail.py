@@ -13,6 +13,8 @@ from bouncing_disk_ros.analysis.recorded.segments import Segment
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.core.model import Disk, ImpactKind
 
+LEAST_PERIODS = 3
+"""In contact the rotor speed changes within each period: a mean needs some of them."""
 _CONSTANTS = 7.0
 """An exponential approach is left out for so many time constants: a thousandth is left then."""
 _AFTER = 0.1
@@ -23,11 +25,14 @@ def tail_begin(segment: Segment, transient: Transient | None) -> float:
     """When the steady tail of a segment begins, simulated s.
 
     That is at most SETTLED_SECONDS before its end.
-    The transient is left out, but the last fifth of the segment is always in it. Where no transient
-    was looked for (None) or it has not finished, the tail is that fifth.
+    The transient is left out, but the last fifth of the segment and the last LEAST_PERIODS of the
+    platform are always in it. Where no transient was looked for (None) or it has not finished, the
+    tail is no longer than these.
     """
-    length = segment.end - segment.begin
-    latest = segment.end - LAST_PART * length
+    least, motion = LAST_PART * (segment.end - segment.begin), segment.motion
+    if motion is not None and (motion.axial_amplitude or motion.angular_amplitude):
+        least = max(least, LEAST_PERIODS / motion.frequency)
+    latest = max(segment.begin, segment.end - least)
     begin = segment.begin
     if transient is None:
         begin = latest

@@ -181,10 +181,10 @@ def rise_row(report: Report, place: int, rise: RiseTime) -> tuple[str, str]:
     path = path_text(rise.initial, rise.final)
     text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}"
     if not rise.ended:
-        why = "the segment ends"
-        if place == len(report.segments):
-            why = "--to cuts it" if report.source.is_cut_off else "the recording ends"
         end = report.segments[place - 1].segment.end
+        why = "the segment ends"
+        if end >= report.end:
+            why = "--to cuts it" if report.source.is_cut_off else "the recording ends"
         text = f"not over at {end:.{report.decimals}f} s, where {why}: {path} so far"
     return f"{'stop' if slower else 'rise'} time, segment {place}", text
 

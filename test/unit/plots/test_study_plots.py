@@ -312,11 +312,15 @@ def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path:
     figures, _, result = shown(
         tmp_path, motor.TOOL, x_count=12, y_begin=22.0, y_end=28.0, y_count=2
     )
-    (image,) = figures["speed_torque"].axes[1].images
+    right = figures["speed_torque"].axes[1]
+    (image,) = right.images
+    assert right.get_ylim() == (19.0, 31.0), "whole cells"
     known = np.isfinite(result["efficiency"].transpose("preload", "load_torque").values)
     assert (known.sum(axis=1) > 1).all()
     assert known[0].sum() < known[1].sum(), "friction gives way at a smaller torque"
-    np.testing.assert_array_equal(~np.ma.getmaskarray(image.get_array()), known)
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(~np.ma.getmaskarray(drawn), known)
 
 
 def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
