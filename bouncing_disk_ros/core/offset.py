@@ -92,6 +92,10 @@ class Segment(NamedTuple):
         acceleration = _horner(derivative(derivative(c)), x) / t**2
         return OffsetState(float(position), float(velocity), float(acceleration))
 
+    def velocity_after(self, ns: int) -> float:
+        """Velocity just after an instant within it, its begin included."""
+        return self.at(ns).velocity if ns > self.begin_ns else self.begin_velocity
+
     def velocity_before(self, ns: int) -> float:
         """Velocity just before an instant within it."""
         if ns >= self.end_ns:

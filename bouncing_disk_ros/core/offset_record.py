@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,23 +72,34 @@ def with_offset(
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]
     m["span"] = min(curved, default=math.inf) / _PARTS
     m["omega_max"] = max([float(m["omega_max"][0]), *(_DERIVATIVE_RATIO / t for t in curved)])
-    if is_nothing(axial):
-        return m
-    c = coefficients(axial)
-    beyond = float(PAST_END) * max(abs(float(v)) for v in derivative(c)) / _duration_ns(axial)
-    m["top"] = float(base["top"][0]) + highest(c) + OFFSET_DEGREE * beyond
-    m["top"] += (ROOM - 1.0) * (float(base["top"][0]) + max(abs(float(v)) for v in c))
+    if not is_nothing(axial):
+        top = float(base["top"][0])
+        m["top"] = top + _top(axial) + (ROOM - 1.0) * (top + abs(_top(axial)))
     return m
+
+
+@lru_cache(maxsize=64)
+def _prepared(segment: Segment) -> tuple[NDArray[np.float64], tuple[float, ...]]:
+    """The table of a segment, and bounds of its second to fourth derivatives."""
+    table, duration = _table(segment), _duration_ns(segment)
+    compute = getattr(offset_bounds, "py_func", offset_bounds)  # without compiling it
+    found = compute(table, duration, 0.0, (duration + PAST_END) * 1e-9)
+    return table, tuple(float(value) * ROOM for value in found)
+
+
+@lru_cache(maxsize=64)
+def _top(segment: Segment) -> float:
+    """A bound from above of a segment's position."""
+    c = coefficients(segment)
+    beyond = float(PAST_END) * max(abs(float(v)) for v in derivative(c)) / _duration_ns(segment)
+    return highest(c) + OFFSET_DEGREE * beyond + (ROOM - 1.0) * max(abs(float(v)) for v in c)
 
 
 def _enter(m: NDArray[np.void], joint: str, bounds: tuple[str, ...], segment: Segment) -> None:
     """Enter one joint's segment, and add its bounds to those of the sinusoid."""
-    duration = _duration_ns(segment)
-    table = _table(segment)
-    m[joint], m[f"{joint}_duration"] = table, duration
+    table, found = _prepared(segment)
+    m[joint], m[f"{joint}_duration"] = table, _duration_ns(segment)
     if segment.degree != HOLD:
         m[f"{joint}_lead"] = (int(m["origin_ns"][0]) - segment.begin_ns) * 1e-9
-    compute = getattr(offset_bounds, "py_func", offset_bounds)  # without compiling it
-    found = compute(table, duration, 0.0, (duration + PAST_END) * 1e-9)
     for name, value in zip(bounds, found, strict=True):
-        m[name] += float(value) * ROOM
+        m[name] += value
