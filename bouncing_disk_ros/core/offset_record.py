@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.layout import (
     OFFSET_DTYPE,
     STEADY,
 )
-from bouncing_disk_ros.core.offset import HOLD, LINE, Segment, coefficients, derivative, highest
+from bouncing_disk_ros.core.offset import CONSTANT, LINE, Segment, coefficients, derivative, highest
 from bouncing_disk_ros.core.offset_motion import PAST_END, offset_bounds
 from bouncing_disk_ros.core.platform import ROOM
 
@@ -41,12 +41,12 @@ def _table(segment: Segment) -> NDArray[np.float64]:
 
 
 def _duration_ns(segment: Segment) -> float:
-    return 1e9 if segment.degree == HOLD else float(segment.end_ns - segment.begin_ns)
+    return 1e9 if segment.degree == CONSTANT else float(segment.end_ns - segment.begin_ns)
 
 
 def is_nothing(segment: Segment) -> bool:
     """Whether a segment adds nothing to a motion: it holds 0."""
-    return segment.degree == HOLD and segment.start.position == 0.0
+    return segment.degree == CONSTANT and segment.start.position == 0.0
 
 
 def with_offset(
@@ -61,12 +61,12 @@ def with_offset(
     m = np.zeros(1, OFFSET_DTYPE)
     for name in MOTION_DTYPE.names or ():
         m[name] = base[name]
-    moving = [segment for segment in (axial, angular) if segment.degree != HOLD]
+    moving = [segment for segment in (axial, angular) if segment.degree != CONSTANT]
     m["origin_ns"] = m["begin_ns"]
     if moving and m["kind"][0] == STEADY:
         m["kind"], m["duration"] = MOVING, math.inf
         m["origin_ns"] = max(segment.begin_ns for segment in moving)
-    m["turning"] = int(angular.degree != HOLD)
+    m["turning"] = int(angular.degree != CONSTANT)
     _enter(m, "axial", ("s2", "s3", "s4"), axial)
     _enter(m, "angular", ("b2", "b3", "b4"), angular)
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]
@@ -99,7 +99,7 @@ def _enter(m: NDArray[np.void], joint: str, bounds: tuple[str, ...], segment: Se
     """Enter one joint's segment, and add its bounds to those of the sinusoid."""
     table, found = _prepared(segment)
     m[joint], m[f"{joint}_duration"] = table, _duration_ns(segment)
-    if segment.degree != HOLD:
+    if segment.degree != CONSTANT:
         m[f"{joint}_lead"] = (int(m["origin_ns"][0]) - segment.begin_ns) * 1e-9
     for name, value in zip(bounds, found, strict=True):
         m[name] += value
