@@ -177,8 +177,7 @@ _SPECS = (
          "initial_axial_velocity", group="start", source="chosen"),
     Spec("initial_axial_velocity", 0.0, "m/s", "absolute axial velocity of the disk at the start "
          "and after a reset; needs initial_with_platform false", "ẋ", low=-1e6, high=1e6,
-         group="start",
-         source="chosen"),
+         group="start", source="chosen"),
     Spec("initial_angular_velocity", 0.0, "rad/s", "absolute angular velocity of the disk at the "
          "start and after a reset", "α̇", low=-1e9, high=1e9, group="start", source=_PAPER),
     Spec("initial_angle", 0.0, "rad", "angle of the disk at the start and after a reset", "α",
@@ -201,14 +200,12 @@ _SPECS = (
     Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "
          "share one row of disk/impacts; the physics does not depend on it", low=0.0, high=1e6,
          source="chosen"),
-    Spec("offset_limit", 1e6, "1", "largest offset of a joint on platform/joint_trajectory (m or "
-         "rad); its largest value, or inf: no limit", low=0.0, high=1e6, unlimited=True,
-         source="chosen"),
-    Spec("offset_speed_limit", 1e9, "1", "largest speed of an offset (m/s or rad/s), as above",
-         low=0.0, high=1e9, unlimited=True, source="chosen"),
-    Spec("offset_acceleration_limit", 1e12, "1", "largest acceleration of an offset (m/s² or "
-         "rad/s²), as above; a limit refuses jumps of the velocity", low=0.0, high=1e12,
+    Spec("offset_limit", 1e6, "1", "largest offset of each joint, m or rad; its highest value, "
+         "or inf: none", low=0.0, high=1e6, unlimited=True, source="chosen"),
+    Spec("offset_speed_limit", 1e9, "1", "the same of its speed, m/s or rad/s", low=0.0, high=1e9,
          unlimited=True, source="chosen"),
+    Spec("offset_acceleration_limit", 1e12, "1", "the same of its acceleration; then velocities "
+         "cannot jump", low=0.0, high=1e12, unlimited=True, source="chosen"),
     Spec("step_periods", 1, "1", "how many periods of the platform one call of ~/step simulates",
          low=1, high=1_000_000, source="chosen"),
     Spec("step_until", "periods", "", "where one call of ~/step ends: periods (step_periods), "
@@ -335,17 +332,11 @@ def check_together(values: Mapping[str, Value]) -> None:
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform to false too (before, or in the same call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
-    _check_controllers(str(values["lockstep_controllers"]))
+    items = items_of(str(values["lockstep_controllers"]))
+    if not items or not all(one.isascii() and one.isdigit() and len(one) < 10 for one in items):
+        allowed = "whole numbers with blanks between them, such as 1 2"
+        raise InputError("lockstep_controllers", values["lockstep_controllers"], allowed)
     _check_frames(values)
-
-
-def _check_controllers(given: str) -> None:
-    """InputError unless these are numbers of controllers, at least one, each once."""
-    items = items_of(given)
-    numbers = {int(item) for item in items if item.isascii() and item.isdigit() and len(item) < 10}
-    if not items or len(numbers) < len(items):
-        allowed = "whole numbers >= 0 with blanks between them, each once, such as 1 2"
-        raise InputError("lockstep_controllers", given, allowed)
 
 
 _FRAMES = ("world_frame", "platform_frame", "disk_frame", "impacts_frame")

@@ -173,7 +173,7 @@ class Engine:
         """
         now = int(self.state["ns"][0])
         axial, angular = (
-            0.0 if after == before else after.begin_velocity - before.velocity_before(now)
+            0.0 if after == before else after.velocity_after(now) - before.velocity_before(now)
             for before, after in zip(self.segments, segments, strict=True)
         )
         self.segments = segments

@@ -9,7 +9,7 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
+from bouncing_disk_ros.core.arithmetic import chosen_by_motion, entry, kernel
 from bouncing_disk_ros.core.contact_event import after_contact
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.flight_event import after_flight
@@ -34,7 +34,6 @@ from bouncing_disk_ros.core.layout import (
     STATE,
     STEADY,
 )
-from bouncing_disk_ros.core.offset_motion import rounding_at_knot
 from bouncing_disk_ros.core.platform import Record
 
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
@@ -60,6 +59,12 @@ def _store(state: Record, motion: Record, disk: Record, kind: int, d: float, val
     state.event_sub = sub
     state.event_cycles = cycles
     state.event_tau = tau
+
+
+@chosen_by_motion
+def rounding_at_knot(_motion: Record, _time: float) -> float:
+    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
+    return 0.0
 
 
 @kernel

@@ -9,7 +9,6 @@ held. All is immutable: a splice makes a new lane and leaves the old one.
 from __future__ import annotations
 
 import itertools
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from fractions import Fraction
@@ -20,7 +19,7 @@ from bouncing_disk_ros.core.layout import NEVER
 
 _NEVER = int(NEVER)
 _GIGA = 10**9
-HOLD, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
+CONSTANT, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
 """Degrees of a segment."""
 DEGREES = (LINE, CUBIC, QUINTIC)
 """Degrees of the way to a knot."""
@@ -63,7 +62,7 @@ class Segment(NamedTuple):
     @property
     def duration(self) -> Fraction:
         """Seconds, exactly; 1 for a hold, which has no end."""
-        if self.degree == HOLD:
+        if self.degree == CONSTANT:
             return Fraction(1)
         return Fraction(self.end_ns - self.begin_ns, _GIGA)
 
@@ -72,16 +71,16 @@ class Segment(NamedTuple):
         """Velocity just after its begin."""
         if self.degree == LINE:
             return float(coefficients(self)[1] / self.duration)
-        return 0.0 if self.degree == HOLD else self.start.velocity
+        return 0.0 if self.degree == CONSTANT else self.start.velocity
 
     @property
     def end_velocity(self) -> float:
         """Velocity just before its end."""
-        return self.begin_velocity if self.degree in (HOLD, LINE) else self.end.velocity
+        return self.begin_velocity if self.degree in (CONSTANT, LINE) else self.end.velocity
 
     def at(self, ns: int) -> OffsetState:
         """The state at an instant within it, rounded once; at its begin and end what is stated."""
-        if ns <= self.begin_ns or self.degree == HOLD:
+        if ns <= self.begin_ns or self.degree == CONSTANT:
             return self.start
         if ns >= self.end_ns:
             return self.end
@@ -91,6 +90,10 @@ class Segment(NamedTuple):
         velocity = _horner(derivative(c), x) / t
         acceleration = _horner(derivative(derivative(c)), x) / t**2
         return OffsetState(float(position), float(velocity), float(acceleration))
+
+    def velocity_after(self, ns: int) -> float:
+        """Velocity just after an instant within it, its begin included."""
+        return self.at(ns).velocity if ns > self.begin_ns else self.begin_velocity
 
     def velocity_before(self, ns: int) -> float:
         """Velocity just before an instant within it."""
@@ -122,7 +125,7 @@ def coefficients(segment: Segment) -> Coefficients:
     p1, v1, a1 = (Fraction(value) for value in segment.end)
     rise = p1 - p0
     zero = Fraction(0)
-    if segment.degree == HOLD:
+    if segment.degree == CONSTANT:
         return (p0, zero, zero, zero, zero, zero)
     if segment.degree == LINE:
         return (p0, rise, zero, zero, zero, zero)
@@ -179,12 +182,15 @@ def largest(c: Sequence[Fraction]) -> float:
     return max([abs(exact[0]), abs(float(sum(c, Fraction(0)))), *inner])
 
 
+_PASCAL = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1), (1, 5, 10, 10, 5, 1))
+
+
 def highest(c: Sequence[Fraction]) -> float:
     """A bound from above of a polynomial on [0, 1]: the largest of its Bernstein coefficients."""
-    n = len(c) - 1
+    most = _PASCAL[len(c) - 1]
     sums = (
-        sum((Fraction(math.comb(i, k), math.comb(n, k)) * c[k] for k in range(i + 1)), Fraction(0))
-        for i in range(n + 1)
+        sum((Fraction(row[k], most[k]) * c[k] for k in range(len(row))), Fraction(0))
+        for row in _PASCAL[: len(c)]
     )
     return float(max(sums))
 
@@ -224,7 +230,7 @@ def _extremes(segment: Segment) -> tuple[float, float, float]:
 def hold(begin_ns: int, position: float) -> Segment:
     """A segment that holds a position."""
     state = OffsetState(position)
-    return Segment(begin_ns, _NEVER, state, state, HOLD)
+    return Segment(begin_ns, _NEVER, state, state, CONSTANT)
 
 
 class Lane(NamedTuple):
