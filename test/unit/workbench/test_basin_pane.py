@@ -151,9 +151,8 @@ def test_a_click_shows_the_orbit_that_simulate_gives(opened: Opened) -> None:
     assert start is not None
     assert abs(start.forcing_phase - 1.0) <= math.pi / FULL
     assert abs(start.velocity + 1.3) <= 2.5 / FULL * (1.0 + 1e-9)
-    result = simulate(
-        PATH_PERIODS / 3.0, sample_rate=3.0 * SAMPLES, **{**opened.values, **start.parameters}
-    )
+    whole: dict[str, Any] = {**opened.values, **start.parameters}
+    result = simulate(PATH_PERIODS / 3.0, sample_rate=3.0 * SAMPLES, **whole)
     data = opened.path
     np.testing.assert_array_equal(data["height"], result.samples["axial_position"])
     assert "goes to: period-1" in opened.texts
