@@ -201,17 +201,19 @@ class Run:
             self._node.get_logger().error(f"the run has ended: {self.session.fault}")
 
     # --- inputs -----------------------------------------------------------------------------------
-    def open(self, field: str) -> tuple[Session, Instant]:
-        """The session and the instant at which an input arrives; InputError unless active."""
+    def open(self, field: str, *, by_stamps: bool = False) -> tuple[Session, Instant]:
+        """The session and the instant at which an input arrives; InputError unless active.
+
+        `by_stamps`: while paused too, stamps are on the line of those that were published.
+        """
         if not self._active:
             raise inactive(self._node, field, "inactive")
         if self.session.fault:
             raise ended(self._node, field)
         self.loop.finish_samples()
         session, times = self.session, self._times
-        if (
-            session.paused and not times.clock_is_simulated
-        ):  # real time passes, simulated time stands
+        if session.paused and not times.clock_is_simulated and not by_stamps:
+            # real time passes, simulated time stands
             times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
         tolerance = nanoseconds(float(self._values["command_tolerance"]))
         return session, Instant(session.input_ns, times, tolerance)
