@@ -22,12 +22,14 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     RESTED,
     RESTS,
     SINCE,
+    UNKNOWN,
     VELOCITY,
     apart,
     next_event,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
+    COLUMNS,
     ROWS,
     Array,
     clear_plan,
@@ -41,13 +43,18 @@ from bouncing_disk_ros.juggling.kernels.strategies import (
     MEMORY,
     hear,
 )
-from bouncing_disk_ros.juggling.kernels.flights import UNKNOWN
-from bouncing_disk_ros.juggling.kernels.toss_planner import FORCING, RESTITUTION, T_2
+from bouncing_disk_ros.juggling.kernels.toss_planner import (
+    ACCELERATION_LIMIT,
+    FORCING,
+    RESTITUTION,
+    T_2,
+)
 
-P_RESTITUTION, DELAY, JITTER, MISSED, HEARS_VELOCITY, IMPULSE, IMPULSE_AT, DEADLINE, WARM = range(9)
+P_RESTITUTION, DELAY, JITTER, MISSED, HEARS_VELOCITY, IMPULSE, IMPULSE_AT, DEADLINE = range(8)
 """Of the plant and the sensor: ε, delay and jitter (rad), part of impacts unheard, whether the
-velocity is heard, change of velocity by an impulse and its instant, end (rad)."""
-PLANT = 9
+velocity is heard, change of velocity by an impulse, the begin of the period in which it acts, end
+(rad)."""
+PLANT = 8
 NEVER, CAPTURED, LOST = 0, 1, 2
 """Verdicts."""
 R_VERDICT, R_IMPACTS, R_TIME, R_POSITION, R_ACCELERATION, R_COMMANDS, R_EVENTS = range(7)
@@ -55,6 +62,7 @@ R_VERDICT, R_IMPACTS, R_TIME, R_POSITION, R_ACCELERATION, R_COMMANDS, R_EVENTS =
 RESULTS = 7
 
 _WAITING = 64  # impacts on their way to the controller; the oldest is lost beyond
+_IMPULSE_DRAW = 1 << 40  # number of the draw that an impulse's instant comes from
 _BUDGET = 100_000  # impacts of one run
 
 
@@ -88,14 +96,16 @@ def run_loop(
     seed: int, number: int, result: Array, trace: Array,
 ) -> None:  # fmt: skip
     """One start: see `run_loops`."""
-    forcing, e, bound = settings[FORCING], plant[P_RESTITUTION], settings[3]
-    plan, memory, waiting = np.empty((ROWS, 11)), np.zeros(MEMORY), np.empty((_WAITING, 4))
+    forcing, e, bound = settings[FORCING], plant[P_RESTITUTION], settings[ACCELERATION_LIMIT]
+    plan, memory, waiting = np.empty((ROWS, COLUMNS)), np.zeros(MEMORY), np.empty((_WAITING, 4))
     clear_plan(plan)
     memory[BELIEF + KIND], memory[EPSILON] = UNKNOWN, settings[RESTITUTION]
     memory[AIM + T_2] = -math.inf
     targets, state = orbit.copy(), start.copy()
     queued = impacts = near = drawn = 0
-    impulse_at = plant[IMPULSE_AT] if plant[IMPULSE] != 0.0 else math.inf
+    impulse_at = math.inf
+    if plant[IMPULSE] != 0.0:
+        impulse_at = plant[IMPULSE_AT] + TWO_PI * draw(seed, number, _IMPULSE_DRAW)
     result[:] = 0.0
     had = False
     if state[KIND] == FLIES:
