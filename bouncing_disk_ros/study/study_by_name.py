@@ -13,6 +13,7 @@ _MODULES = {
     "basin_shares": ("basin_shares_study", "BasinShares"),
     "basins": ("basin_study", "Basins"),
     "bifurcation": ("bifurcation_study", "Bifurcation"),
+    "juggling": ("juggling_study", "Juggling"),
     "motor": ("motor_study", "Motor"),
     "parameter_map": ("parameter_map_study", "ParameterMap"),
     "toss_map": ("toss_map_study", "TossMap"),
