@@ -125,7 +125,7 @@ def next_event(
         return LAUNCHED, t, 0.0
     s, w, a = platform_state(forcing, plan, begin)
     leaves = v - w
-    start = begin + 2.0 * leaves / (GRAVITY + forcing + bound) * (1.0 - 1e-9)
+    start = begin + max(2.0 * leaves / (GRAVITY + forcing + bound) * (1.0 - 1e-9), 0.0)
     if leaves <= REST_SPEED and GRAVITY + a <= 1e-3:
         start = begin + _PAST_LAUNCH
     t = landing(forcing, bound, plan, begin, x, v, start, until)
