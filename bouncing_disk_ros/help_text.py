@@ -14,7 +14,7 @@ from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
 from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
-from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, SERVICES, TOPICS, TRANSFORM_TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.help_text docs` -->"
 END = "<!-- end of tables -->"
@@ -65,7 +65,7 @@ def parameter_lines() -> list[str]:
 def topic_lines() -> list[str]:
     """One entry for each topic, for a terminal."""
     lines: list[str] = []
-    for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values()):
+    for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values(), *LOCKSTEP_TOPICS.values()):
         lines += _wrapped(f"{topic.direction:3} {topic.name}  {topic.type}", topic.meaning)
     lines.append(f" Example: {TOPICS['platform/axial_amplitude'].example}")
     return lines
@@ -144,7 +144,7 @@ def topics_table() -> str:
     """The topics and services as Markdown tables."""
     rows = [
         f"| {topic.direction} | `{topic.name}` | {topic.type} | {topic.qos} | {topic.meaning} |"
-        for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values())
+        for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values(), *LOCKSTEP_TOPICS.values())
     ]
     calls = [f"| `{row.name}` | {row.type} | {row.meaning} |" for row in SERVICES.values()]
     codes = [f"| {code.value} | {EXIT_MEANINGS[code]} |" for code in ExitCode]

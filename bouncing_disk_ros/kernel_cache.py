@@ -30,6 +30,7 @@ UNUSED_DAYS = 30
 _PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
 """Modules whose kernels take longest to compile, in shares of the same size; the rest takes less
 than one share."""
+_OFFSETS = (("core.offset_contact_kernels",), ("core.offset_flight_kernels",))
 _STUDIES = (
     ("collision_map.lanes.attractor_lanes", "collision_map.single_toss"),
     (
@@ -176,7 +177,14 @@ def compile_kernels(*, studies: bool = False) -> None:
     """
     _compile("the physics", "some 15 s", _PARTS, (("core.stepper",),))
     if studies:
+        compile_offset_kernels()
         _compile("the maps of the studies", "about a minute", _STUDIES)
+
+
+def compile_offset_kernels() -> None:
+    """The same for the kernels that only motions with an offset need."""
+    if os.environ.get("NUMBA_CACHE_DIR"):  # else nothing that a process compiles lasts
+        _compile("the physics of trajectories", "some 20 s", _OFFSETS, (("core.offset_kernels",),))
 
 
 def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:

@@ -39,6 +39,10 @@ class Spec:
     """Whether it is a list of texts: an array of strings on a node, here what `joined` makes."""
     angle: bool = False
     """Whether it can be an angle though its unit is not rad."""
+    words: tuple[str, ...] = ()
+    """The texts that are allowed, where only some are."""
+    unlimited: bool = False
+    """Whether inf stands for its highest value, which is no limit."""
 
     @property
     def type(self) -> type[Value]:
@@ -55,6 +59,8 @@ class Spec:
         """What is accepted, in words."""
         if self.type is bool:
             return "true or false"
+        if self.words:
+            return ", ".join(self.words[:-1]) + " or " + self.words[-1]
         if self.listed:
             return "texts, or one text with blanks or commas between them"
         if self.type is str:
@@ -89,6 +95,8 @@ class Spec:
         given = plain(given)
         if self.listed and isinstance(given, (list, tuple)):
             return joined(given) if all(isinstance(one, str) for one in given) else given
+        if given is False and "off" in self.words:  # as YAML reads it
+            return "off"
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
@@ -97,10 +105,14 @@ class Spec:
     def checked(self, given: object) -> Value:
         """The value to use, cast, or InputError."""
         value = self.cast(given)
+        if self.unlimited and value == math.inf:
+            value = self.high
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)
         assert isinstance(value, (bool, int, float, str))
+        if isinstance(value, str) and self.words and value not in self.words:
+            raise InputError(self.name, given, self.allowed, closest(value, self.words))
         if isinstance(value, (bool, str)):
             return value
         if not math.isfinite(value) or self._is_outside(value):
@@ -165,8 +177,7 @@ _SPECS = (
          "initial_axial_velocity", group="start", source="chosen"),
     Spec("initial_axial_velocity", 0.0, "m/s", "absolute axial velocity of the disk at the start "
          "and after a reset; needs initial_with_platform false", "ẋ", low=-1e6, high=1e6,
-         group="start",
-         source="chosen"),
+         group="start", source="chosen"),
     Spec("initial_angular_velocity", 0.0, "rad/s", "absolute angular velocity of the disk at the "
          "start and after a reset", "α̇", low=-1e9, high=1e9, group="start", source=_PAPER),
     Spec("initial_angle", 0.0, "rad", "angle of the disk at the start and after a reset", "α",
@@ -189,8 +200,26 @@ _SPECS = (
     Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "
          "share one row of disk/impacts; the physics does not depend on it", low=0.0, high=1e6,
          source="chosen"),
+    Spec("offset_limit", 1e6, "1", "largest offset of each joint, m or rad; its highest value, "
+         "or inf: none", low=0.0, high=1e6, unlimited=True, source="chosen"),
+    Spec("offset_speed_limit", 1e9, "1", "the same of its speed, m/s or rad/s", low=0.0, high=1e9,
+         unlimited=True, source="chosen"),
+    Spec("offset_acceleration_limit", 1e12, "1", "the same of its acceleration; then velocities "
+         "cannot jump", low=0.0, high=1e12, unlimited=True, source="chosen"),
     Spec("step_periods", 1, "1", "how many periods of the platform one call of ~/step simulates",
          low=1, high=1_000_000, source="chosen"),
+    Spec("step_until", "periods", "", "where one call of ~/step ends: periods (step_periods), "
+         "impact (after the next row of disk/impacts), nanoseconds (step_nanoseconds)",
+         words=("periods", "impact", "nanoseconds"), source="chosen"),
+    Spec("step_nanoseconds", 1_000_000, "ns", "how much simulated time one call of ~/step takes "
+         "with step_until nanoseconds", low=1, high=10**18, source="chosen"),
+    Spec("lockstep", "off", "", "tick: simulated time stands after each sample of joint_states, "
+         "impact: after each row of disk/impacts, until the controllers have answered on ~/proceed",
+         words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
+    Spec("lockstep_controllers", "1", "", "numbers of the controllers that answer each gate, with "
+         "blanks between them", while_unconfigured=True, source="chosen"),
+    Spec("lockstep_timeout", 0.5, "s", "a controller that says nothing for so long (wall time) is "
+         "reported, and waited for", low=1e-3, high=1e6, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
@@ -281,7 +310,10 @@ _SLIDERS = {
     "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
     "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),
     "crossfade_duration": (0.0, 5.0), "command_tolerance": (0.0, 1.0),
-    "chatter_report_speed": (0.0, 0.1), "step_periods": (1, 100), "snapshot_period": (0.1, 60.0),
+    "chatter_report_speed": (0.0, 0.1), "offset_limit": (0.0, 1.0),
+    "offset_speed_limit": (0.0, 10.0), "offset_acceleration_limit": (0.0, 100.0),
+    "step_periods": (1, 100), "step_nanoseconds": (1, 1_000_000_000),
+    "lockstep_timeout": (0.1, 10.0), "snapshot_period": (0.1, 60.0),
 }  # fmt: skip
 
 
@@ -331,6 +363,10 @@ def check_together(values: Mapping[str, Value]) -> None:
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform false too (before, or in one atomic call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+    items = items_of(str(values["lockstep_controllers"]))
+    if not items or not all(one.isascii() and one.isdigit() and len(one) < 10 for one in items):
+        allowed = "whole numbers with blanks between them, such as 1 2"
+        raise InputError("lockstep_controllers", values["lockstep_controllers"], allowed)
     _check_frames(values)
 
 

@@ -17,7 +17,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True)
 class Qos:
-    """Quality of service: history depth, reliable or best effort, latched or volatile."""
+    """Quality of service: history depth (0: all), reliable or best effort, latched or volatile."""
 
     depth: int
     reliable: bool = True
@@ -26,7 +26,7 @@ class Qos:
     def __str__(self) -> str:
         words = ["reliable" if self.reliable else "best effort"]
         words += ["transient local"] if self.latched else []
-        return ", ".join([*words, f"depth {self.depth}"])
+        return ", ".join([*words, f"depth {self.depth}" if self.depth else "keep all"])
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,8 @@ class Service:
 MOTION_NAMES = ("axial_amplitude", "angular_amplitude", "frequency", "phase_lag")
 """Names of the four numbers of a platform motion, in the order of `core.model.Motion`."""
 MOTION_UNITS = MappingProxyType(dict(zip(MOTION_NAMES, ("m", "rad", "Hz", "rad"), strict=True)))
+OFFSET_JOINTS = ("platform_axial", "platform_rotation")
+"""Joints of platform/joint_trajectory: the axial offset, m, and the angular one, rad."""
 JOINT_NAMES = ("disk_axial", "disk_rotation", "platform_axial", "platform_rotation")
 MAX_ROWS = 1000
 """Largest number of impact rows in one message."""
@@ -94,6 +96,14 @@ _TOPICS = (
           "'{joint_names: [axial_amplitude, frequency], "
           "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
     *(_value_topic(name) for name in MOTION_NAMES),
+    Topic("platform/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", _COMMAND_QOS,
+          Direction.IN, "an offset on top of the sinusoid: joint_names any of platform_axial (m), "
+          "platform_rotation (rad); positions: lines, with velocities: cubics, with accelerations: "
+          "quintics; spliced at header.stamp (0: now), the last position is held; no points: "
+          "cancels what has not begun",
+          "ros2 topic pub --once /platform/joint_trajectory trajectory_msgs/msg/JointTrajectory "
+          "'{joint_names: [platform_axial], "
+          "points: [{positions: [0.02], velocities: [0.0], time_from_start: {sec: 1}}]}'"),
     Topic("disk/impulse", "geometry_msgs/msg/WrenchStamped", _COMMAND_QOS, Direction.IN,
           "an impulse at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
           "angular impulse (N·m·s), the others 0",
@@ -103,6 +113,10 @@ _TOPICS = (
           Direction.OUT, "the motion in force: points[0] where the cross-fade began, points[1] "
           "where it ends (equal when steady)",
           "ros2 topic echo /platform/motion"),
+    Topic("platform/offset", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
+          Direction.OUT, "the offset in force, from the first trajectory on: points[0] where its "
+          "newest segment began, points[1] where the next one begins (equal when it is held)",
+          "ros2 topic echo /platform/offset"),
     Topic("disk/inputs", "std_msgs/msg/String", Qos(1000, latched=True), Direction.OUT,
           "the exact record of what drove the run: one JSON object for each accepted input, "
           "the first and one every few seconds a full snapshot; replay reads this topic alone",
@@ -149,10 +163,25 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 )
 """Topics for viewers, with publish_tf only; the type of /tf is not on every machine."""
 
+_LOCKSTEP_TOPICS = (
+    Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
+          "with lockstep: simulated time stands at a gate; its number, the simulated time (ns) and "
+          "the number of rows of disk/impacts published until then",
+          "ros2 topic echo /bouncing_disk/gate"),
+    Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
+          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and "
+          "how many inputs it has published at this gate (refused ones count)",
+          "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
+          "'{data: [1, 0, 0]}'"),
+)  # fmt: skip
+LOCKSTEP_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row in _LOCKSTEP_TOPICS})
+"""Topics with the parameter lockstep only (private names)."""
+
 _SERVICES = (
     Service("~/pause", "std_srvs/srv/SetBool", "pause (true) or resume (false)",
             "ros2 service call /bouncing_disk/pause std_srvs/srv/SetBool '{data: true}'"),
-    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods",
+    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods, "
+            "or as step_until says",
             "ros2 service call /bouncing_disk/step std_srvs/srv/Trigger"),
     Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time goes on",
             "ros2 service call /bouncing_disk/reset std_srvs/srv/Trigger"),

@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, chosen_by_motion, kernel
 from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.offset_motion import bounds_of_offset, span_within_offset
 from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds
 
 _FEWEST_PANELS = 16.0
@@ -29,6 +28,20 @@ class Bounds(NamedTuple):
     b3: float
     b4: float
     until: float
+
+
+@chosen_by_motion
+def bounds_of_offset(
+    _motion: Record, _begin: float, _end: float
+) -> tuple[float, float, float, float, float, float]:
+    """Bounds of |p̈|, |p⃛|, |p⁗| and |q̈|, |q⃛|, |q⁗| between two values of `elapsed`."""
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@chosen_by_motion
+def span_within_offset(_motion: Record, span: float) -> float:
+    """A span of time, s, of which no segment of an offset has more than a few."""
+    return span
 
 
 @kernel

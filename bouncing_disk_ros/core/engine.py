@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -32,8 +33,8 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
 )
 from bouncing_disk_ros.core.offset import Segment, hold
-from bouncing_disk_ros.core.offset_kernels import compile_for_offsets
 from bouncing_disk_ros.core.offset_record import with_offset
+from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
@@ -52,6 +53,7 @@ class Engine:
         self.base = np.zeros(1, MOTION_DTYPE)  # the sinusoid
         self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
         self.m = self.base  # both: what the kernels read
+        self._knot_ahead = False
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
@@ -171,7 +173,7 @@ class Engine:
         """
         now = int(self.state["ns"][0])
         axial, angular = (
-            0.0 if after == before else after.begin_velocity - before.velocity_before(now)
+            0.0 if after == before else after.velocity_after(now) - before.velocity_before(now)
             for before, after in zip(self.segments, segments, strict=True)
         )
         self.segments = segments
@@ -181,10 +183,16 @@ class Engine:
         if angular == 0.0:
             stepper.keep_sticking(self.state, self.m)
 
+    def expect_knot(self, ahead: bool) -> None:
+        """Whether a segment of the offset is to begin."""
+        if ahead != self._knot_ahead:
+            self._knot_ahead = ahead
+            self._join_motions()
+
     def _join_motions(self) -> None:
-        self.m = with_offset(self.base, *self.segments)
+        self.m = with_offset(self.base, *self.segments, knot_ahead=self._knot_ahead)
         if self.m is not self.base:
-            compile_for_offsets()
+            _load_offset_kernels()
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
@@ -298,6 +306,13 @@ class Engine:
         engine._ledger = checkpoint.table("books", ledger, 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine
+
+
+@cache
+def _load_offset_kernels() -> None:
+    """Compile what motions with an offset need, on all cores, or load it."""
+    compile_offset_kernels()
+    from bouncing_disk_ros.core import offset_kernels  # noqa: F401
 
 
 def _with_loads(values: Any, engine: Engine) -> Any:

@@ -9,10 +9,15 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, arcsine, kernel, sincos_excess
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    arcsine,
+    chosen_by_motion,
+    kernel,
+    sincos_excess,
+)
 from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
 from bouncing_disk_ros.core.layout import FADE, STEADY
-from bouncing_disk_ros.core.offset_motion import gap_with_offset
 from bouncing_disk_ros.core.platform import Jet, Record, blend_jet, relative_blend, sinusoid_jet
 from bouncing_disk_ros.core.roots import (
     ROUNDING,
@@ -96,6 +101,12 @@ def fading_gap(
     )
     jet = sinusoid_jet(motion, sine, cosine, elapsed + d)
     return gap + (u - 0.5 * g * d) * d - rise, u - g * d - fall, -g - jet[2], -jet[3], -jet[4]
+
+
+@chosen_by_motion
+def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
+    """The jet of a gap d seconds after `elapsed`: that over the sinusoid, less the offset's."""
+    return jet
 
 
 @kernel

@@ -12,6 +12,7 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
+    chosen_by_motion,
     kernel,
     pair_product,
     pair_quotient,
@@ -21,7 +22,6 @@ from bouncing_disk_ros.core.arithmetic import (
     wrapped,
 )
 from bouncing_disk_ros.core.layout import FADE, STEADY
-from bouncing_disk_ros.core.offset_motion import origin_of
 from bouncing_disk_ros.core.platform import Record, phase_advance
 
 _GIGA = 1e9
@@ -104,6 +104,12 @@ def later(ns: int, sub: float, d: float) -> tuple[int, float]:
 def seconds_between(ns0: int, sub0: float, ns1: int, sub1: float) -> float:
     """Seconds from the first instant to the second."""
     return (float(ns1 - ns0) + (sub1 - sub0)) / _GIGA
+
+
+@chosen_by_motion
+def origin_of(motion: Record) -> int:
+    """The instant, ns, from which `elapsed` counts."""
+    return motion.begin_ns
 
 
 @kernel

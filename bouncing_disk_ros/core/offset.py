@@ -9,7 +9,6 @@ held. All is immutable: a splice makes a new lane and leaves the old one.
 from __future__ import annotations
 
 import itertools
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from fractions import Fraction
@@ -20,9 +19,10 @@ from bouncing_disk_ros.core.layout import NEVER
 
 _NEVER = int(NEVER)
 _GIGA = 10**9
-HOLD, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
+CONSTANT, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
 """Degrees of a segment."""
-DEGREE = 5
+DEGREES = (LINE, CUBIC, QUINTIC)
+"""Degrees of the way to a knot."""
 
 
 class OffsetState(NamedTuple):
@@ -62,7 +62,7 @@ class Segment(NamedTuple):
     @property
     def duration(self) -> Fraction:
         """Seconds, exactly; 1 for a hold, which has no end."""
-        if self.degree == HOLD:
+        if self.degree == CONSTANT:
             return Fraction(1)
         return Fraction(self.end_ns - self.begin_ns, _GIGA)
 
@@ -71,16 +71,16 @@ class Segment(NamedTuple):
         """Velocity just after its begin."""
         if self.degree == LINE:
             return float(coefficients(self)[1] / self.duration)
-        return 0.0 if self.degree == HOLD else self.start.velocity
+        return 0.0 if self.degree == CONSTANT else self.start.velocity
 
     @property
     def end_velocity(self) -> float:
         """Velocity just before its end."""
-        return self.begin_velocity if self.degree in (HOLD, LINE) else self.end.velocity
+        return self.begin_velocity if self.degree in (CONSTANT, LINE) else self.end.velocity
 
     def at(self, ns: int) -> OffsetState:
         """The state at an instant within it, rounded once; at its begin and end what is stated."""
-        if ns <= self.begin_ns or self.degree == HOLD:
+        if ns <= self.begin_ns or self.degree == CONSTANT:
             return self.start
         if ns >= self.end_ns:
             return self.end
@@ -90,6 +90,10 @@ class Segment(NamedTuple):
         velocity = _horner(derivative(c), x) / t
         acceleration = _horner(derivative(derivative(c)), x) / t**2
         return OffsetState(float(position), float(velocity), float(acceleration))
+
+    def velocity_after(self, ns: int) -> float:
+        """Velocity just after an instant within it, its begin included."""
+        return self.at(ns).velocity if ns > self.begin_ns else self.begin_velocity
 
     def velocity_before(self, ns: int) -> float:
         """Velocity just before an instant within it."""
@@ -121,7 +125,7 @@ def coefficients(segment: Segment) -> Coefficients:
     p1, v1, a1 = (Fraction(value) for value in segment.end)
     rise = p1 - p0
     zero = Fraction(0)
-    if segment.degree == HOLD:
+    if segment.degree == CONSTANT:
         return (p0, zero, zero, zero, zero, zero)
     if segment.degree == LINE:
         return (p0, rise, zero, zero, zero, zero)
@@ -178,12 +182,15 @@ def largest(c: Sequence[Fraction]) -> float:
     return max([abs(exact[0]), abs(float(sum(c, Fraction(0)))), *inner])
 
 
+_PASCAL = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1), (1, 5, 10, 10, 5, 1))
+
+
 def highest(c: Sequence[Fraction]) -> float:
     """A bound from above of a polynomial on [0, 1]: the largest of its Bernstein coefficients."""
-    n = len(c) - 1
+    most = _PASCAL[len(c) - 1]
     sums = (
-        sum((Fraction(math.comb(i, k), math.comb(n, k)) * c[k] for k in range(i + 1)), Fraction(0))
-        for i in range(n + 1)
+        sum((Fraction(row[k], most[k]) * c[k] for k in range(len(row))), Fraction(0))
+        for row in _PASCAL[: len(c)]
     )
     return float(max(sums))
 
@@ -210,9 +217,8 @@ class Plan(NamedTuple):
         before = (segment.end_velocity for segment in self.segments[:-1])
         after = (segment.begin_velocity for segment in self.segments[1:])
         jumps = [abs(w - v) for v, w in zip(before, after, strict=True)]
-        return Extremes(
-            *(max(values) for values in zip(*parts, strict=True)), jump=max(jumps, default=0.0)
-        )
+        position, velocity, acceleration = (max(values) for values in zip(*parts, strict=True))
+        return Extremes(position, velocity, acceleration, max(jumps, default=0.0))
 
 
 def _extremes(segment: Segment) -> tuple[float, float, float]:
@@ -224,7 +230,7 @@ def _extremes(segment: Segment) -> tuple[float, float, float]:
 def hold(begin_ns: int, position: float) -> Segment:
     """A segment that holds a position."""
     state = OffsetState(position)
-    return Segment(begin_ns, _NEVER, state, state, HOLD)
+    return Segment(begin_ns, _NEVER, state, state, CONSTANT)
 
 
 class Lane(NamedTuple):
@@ -252,17 +258,25 @@ class Lane(NamedTuple):
 
     def spliced(self, begin_ns: int, knots: Sequence[Knot]) -> Lane:
         """A lane that follows this one up to begin_ns, and then the knots (rising, later)."""
-        earlier = tuple(plan for plan in self.plans if plan.begin_ns < begin_ns)
-        kept = Lane(earlier or self.plans[:1])
+        kept = self._up_to(begin_ns)
         segments = []
-        start, since = kept._state_before(begin_ns), begin_ns
+        start, since = kept.state_before(begin_ns), begin_ns
         for knot in knots:
             segments.append(Segment(since, knot.at_ns, start, knot.state, knot.degree))
             start, since = knot.state, knot.at_ns
         segments.append(hold(since, start.position))
         return Lane((*kept.plans, Plan(tuple(segments))))
 
-    def _state_before(self, ns: int) -> OffsetState:
+    def _up_to(self, begin_ns: int) -> Lane:
+        """What leads up to a splice."""
+        earlier = tuple(plan for plan in self.plans if plan.begin_ns < begin_ns)
+        return Lane(earlier or self.plans[:1])
+
+    def spliced_state(self, begin_ns: int) -> OffsetState:
+        """The state from which a trajectory spliced at begin_ns would start."""
+        return self._up_to(begin_ns).state_before(begin_ns)
+
+    def state_before(self, ns: int) -> OffsetState:
         """The state at an instant of what leads up to it; a knot has what is stated there."""
         plan = self.plans[-1]
         segment = plan.segment_at(ns)

@@ -9,8 +9,8 @@ from typing import Any
 from bouncing_disk_ros.core import checkpoint
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.offset import (
+    CONSTANT,
     CUBIC,
-    HOLD,
     LINE,
     QUINTIC,
     Lane,
@@ -64,10 +64,10 @@ def offset(values: Any) -> tuple[Offset, tuple[Segment, Segment], int]:
 
 def _plan(name: str, values: Any) -> Plan:
     segments = tuple(checkpoint.items(name, values, _segment))
-    if not segments or segments[-1].degree != HOLD:
+    if not segments or segments[-1].degree != CONSTANT:
         raise checkpoint.refusal(name, values, "segments, the last of them a hold")
     for before, after in itertools.pairwise(segments):
-        if before.degree == HOLD or before.end_ns != after.begin_ns:
+        if before.degree == CONSTANT or before.end_ns != after.begin_ns:
             raise checkpoint.refusal(name, list(after[:2]), "segments without a break")
     return Plan(segments)
 
@@ -77,7 +77,7 @@ def _segment(name: str, values: Any) -> Segment:
         raise checkpoint.refusal(name, values, f"{_NUMBERS} numbers")
     begin = checkpoint.instant(f"{name} begin", values[0])
     degree = checkpoint.whole(f"{name} degree", values[8], 0)
-    if degree not in (HOLD, LINE, CUBIC, QUINTIC):
+    if degree not in (CONSTANT, LINE, CUBIC, QUINTIC):
         raise checkpoint.refusal(f"{name} degree", degree, "0, 1, 3 or 5")
     start, end = (
         OffsetState(*(
@@ -86,7 +86,7 @@ def _segment(name: str, values: Any) -> Segment:
         ))
         for part in (values[2:5], values[5:8])
     )  # fmt: skip
-    if degree == HOLD:
+    if degree == CONSTANT:
         if values[1] != int(NEVER) or start != OffsetState(start.position) or end != start:
             raise checkpoint.refusal(name, values, "a hold without end and motion")
         return hold(begin, start.position)

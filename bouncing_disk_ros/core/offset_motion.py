@@ -1,8 +1,8 @@
 """What an offset adds to the platform's motion, for kernels.
 
 A kernel is compiled for a motion without an offset (layout.MOTION) and, where one is used for the
-first time, once more for a motion with one (OFFSET_MOTION). The functions here add nothing to the
-former: they are chosen by the record's type, while compiling.
+first time, once more for a motion with one (OFFSET_MOTION): then the functions here stand in place
+of those of the same name that add nothing.
 """
 
 from __future__ import annotations
@@ -10,12 +10,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numba import types
-from numba.extending import overload
-
-from bouncing_disk_ros.core.arithmetic import Kernel, kernel, pair_sum, rare_kernel, two_product
+from bouncing_disk_ros.core.arithmetic import kernel, pair_sum, rare_kernel, two_product
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
+from bouncing_disk_ros.core.roots import ROUNDING
 
 Record = Any
 Table = Any  # float64 (6, 6, 2)
@@ -26,7 +23,6 @@ _GIGA = 1e9
 PAST_END = 4.0
 """ns: how far past its end a segment is followed (events are searched a little past a boundary)."""
 _SLACK = 2e-15  # of the sum of a polynomial's coefficients: the rounding of its bounds
-_INLINED = {"error_model": "numpy", "forceinline": True}
 
 
 @rare_kernel
@@ -107,49 +103,31 @@ def offset_bounds(
     return s2, s3, s4
 
 
-# --- chosen by the type of the motion -------------------------------------------------------------
-def _plain_jet(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
-    return jet
-
-
-def _axial_jet(motion: Record, elapsed: float, jet: Jet) -> Jet:
+# --- in place of what adds nothing (see arithmetic.chosen_by_motion) ------------------------------
+def with_axial_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
+    """See `platform`."""
     return added(jet, offset_at(motion.axial, motion.axial_duration, elapsed + motion.axial_lead))
 
 
-def _angular_jet(motion: Record, elapsed: float, jet: Jet) -> Jet:
+def with_angular_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
+    """See `platform`."""
     time = elapsed + motion.angular_lead
     return added(jet, offset_at(motion.angular, motion.angular_duration, time))
 
 
-def with_axial_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
-    """The jet of s: that of the sinusoid, with the offset's."""
-    return (_axial_jet if has_offset(motion) else _plain_jet)(motion, elapsed, jet)
+def offset_turns(motion: Record) -> bool:
+    """See `platform`."""
+    return bool(motion.turning != 0)
 
 
-def with_angular_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
-    """The jet of β: that of the sinusoid, with the offset's."""
-    return (_angular_jet if has_offset(motion) else _plain_jet)(motion, elapsed, jet)
-
-
-def _plain_gap(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
-    return jet
-
-
-def _offset_gap(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
+def gap_with_offset(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
+    """See `flight`."""
     p = offset_at(motion.axial, motion.axial_duration, elapsed + motion.axial_lead)
     return gap_less(jet, p, d)
 
 
-def gap_with_offset(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
-    """The jet of a gap d seconds after `elapsed`: that over the sinusoid, less the offset's."""
-    return (_offset_gap if has_offset(motion) else _plain_gap)(motion, elapsed, d, jet)
-
-
-def _plain_bounds(_motion: Record, _begin: float, _end: float) -> Six:
-    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-
-
-def _offset_bounds(motion: Record, begin: float, end: float) -> Six:
+def bounds_of_offset(motion: Record, begin: float, end: float) -> Six:
+    """See `bounds`."""
     lead = motion.axial_lead
     s2, s3, s4 = offset_bounds(motion.axial, motion.axial_duration, begin + lead, end + lead)
     lead = motion.angular_lead
@@ -157,69 +135,16 @@ def _offset_bounds(motion: Record, begin: float, end: float) -> Six:
     return s2, s3, s4, b2, b3, b4
 
 
-def bounds_of_offset(motion: Record, begin: float, end: float) -> Six:
-    """Bounds of |p̈|, |p⃛|, |p⁗| and |q̈|, |q⃛|, |q⁗| between two values of `elapsed`."""
-    return (_offset_bounds if has_offset(motion) else _plain_bounds)(motion, begin, end)
-
-
-def _plain_span(_motion: Record, span: float) -> float:
-    return span
-
-
-def _offset_span(motion: Record, span: float) -> float:
+def span_within_offset(motion: Record, span: float) -> float:
+    """See `bounds`."""
     return min(span, motion.span)
 
 
-def span_within_offset(motion: Record, span: float) -> float:
-    """A span of time, s, of which no offset's segment has more than a few."""
-    return (_offset_span if has_offset(motion) else _plain_span)(motion, span)
-
-
-def _never_turns(_motion: Record) -> bool:
-    return False
-
-
-def _turns(motion: Record) -> bool:
-    return bool(motion.turning != 0)
-
-
-def offset_turns(motion: Record) -> bool:
-    """Whether the angular offset changes."""
-    return (_turns if has_offset(motion) else _never_turns)(motion)
-
-
-def _plain_origin(motion: Record) -> int:
-    return motion.begin_ns  # type: ignore[no-any-return]
-
-
-def _offset_origin(motion: Record) -> int:
-    return motion.origin_ns  # type: ignore[no-any-return]
-
-
 def origin_of(motion: Record) -> int:
-    """The instant, ns, from which `elapsed` counts."""
-    return (_offset_origin if has_offset(motion) else _plain_origin)(motion)
+    """See `forcing_clock`."""
+    return motion.origin_ns
 
 
-def has_offset(motion: Record) -> bool:
-    """Whether the record of a motion is one with an offset."""
-    return isinstance(motion, np.void) and "axial_duration" in (motion.dtype.names or ())
-
-
-def _chosen(function: Kernel, plain: Kernel, offset: Kernel) -> None:
-    """Let compiled code call `offset` for motions with an offset and `plain` for all others."""
-
-    def choose(motion: Any, *_: Any) -> Kernel:
-        with_one = isinstance(motion, types.Record) and "axial_duration" in motion.fields
-        return offset if with_one else plain
-
-    overload(function, jit_options=_INLINED, strict=False)(choose)
-
-
-_chosen(with_axial_offset, _plain_jet, _axial_jet)
-_chosen(with_angular_offset, _plain_jet, _angular_jet)
-_chosen(gap_with_offset, _plain_gap, _offset_gap)
-_chosen(bounds_of_offset, _plain_bounds, _offset_bounds)
-_chosen(span_within_offset, _plain_span, _offset_span)
-_chosen(offset_turns, _never_turns, _turns)
-_chosen(origin_of, _plain_origin, _offset_origin)
+def rounding_at_knot(_motion: Record, time: float) -> float:
+    """See `next_event`."""
+    return 16.0 * ROUNDING * time

@@ -13,14 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, sine_and_cosine, wrapped
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    chosen_by_motion,
+    kernel,
+    sincos,
+    sine_and_cosine,
+    wrapped,
+)
 from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.core.offset_motion import (
-    offset_turns,
-    with_angular_offset,
-    with_axial_offset,
-)
 
 Record = Any  # a numba record: one element of an array with a dtype of `layout`
 Jet = tuple[float, float, float, float, float]
@@ -69,6 +71,24 @@ def _steady_jet(amplitude: float, sine: float, cosine: float, w: float) -> Jet:
     z1 = amplitude * w * cosine
     w2 = w * w
     return z0, z1, -w2 * z0, -w2 * z1, w2 * w2 * z0
+
+
+@chosen_by_motion
+def with_axial_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
+    """The jet of s: that of the sinusoid, with the offset's."""
+    return jet
+
+
+@chosen_by_motion
+def with_angular_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
+    """The jet of β: that of the sinusoid, with the offset's."""
+    return jet
+
+
+@chosen_by_motion
+def offset_turns(_motion: Record) -> bool:
+    """Whether the angular offset changes."""
+    return False
 
 
 @kernel

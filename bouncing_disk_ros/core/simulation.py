@@ -109,6 +109,17 @@ class Simulation:
         return self._engine.segments
 
     @property
+    def offset_begin_ns(self) -> int:
+        """When the newest segment of the offset in force has begun."""
+        return max(segment.begin_ns for segment in self._engine.segments)
+
+    @property
+    def offset_end_ns(self) -> int | None:
+        """When the next segment of the offset begins; None: what is in force is held."""
+        end = self._offset_boundary_ns
+        return None if end == int(NEVER) else end
+
+    @property
     def offset_index(self) -> int:
         """Grows each time a segment of the offset begins."""
         return self._offset_index
@@ -213,6 +224,7 @@ class Simulation:
         self._engine.change_offset((offset.axial.segment_at(now), offset.angular.segment_at(now)))
         self._offset = offset.since(now)
         self._offset_boundary_ns = self._offset.boundary_after(now)
+        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
         self._offset_index += 1
 
     def _note_motion(self, start: Motion, target: Motion) -> None:
@@ -263,6 +275,7 @@ class Simulation:
         self._offset_boundary_ns = offset.boundary_after(now)
         if self._engine.segments != (offset.axial.segment_at(now), offset.angular.segment_at(now)):
             self._offset_boundary_ns = now
+        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
@@ -287,6 +300,7 @@ class Simulation:
         self._initial_motion = motion or self._initial_motion
         self._pending, self._impulses = [], []
         self._offset, self._offset_boundary_ns = Offset(), int(NEVER)
+        self._engine.expect_knot(False)
         self._offset_index += 1 if self._offset_index else 0
         self._engine.place(self._time_ns, self._initial, self._initial_motion)
         self._note_motion(self._initial_motion, self._initial_motion)

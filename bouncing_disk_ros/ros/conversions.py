@@ -20,10 +20,12 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, MotionInForce, Sample
+from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import MOTION_COLUMNS, impact_fields
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
-from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, WORLD_FRAME
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
+from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, OFFSET_JOINTS, WORLD_FRAME
 from bouncing_disk_ros.units import NS
 
 LAST_STAMP_NS = 2**31 * NS - 1
@@ -54,6 +56,21 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     points = [
         JointTrajectoryPoint(
             positions=array("d", point.positions), time_from_start=ns_to_duration(point.after_ns)
+        )
+        for point in request.points
+    ]
+    header = Header(stamp=ns_to_time(request.stamp_ns))
+    return JointTrajectory(header=header, joint_names=list(request.names), points=points)
+
+
+def trajectory_to_msg(request: TrajectoryRequest) -> JointTrajectory:
+    """An offset trajectory as the message of platform/joint_trajectory."""
+    points = [
+        JointTrajectoryPoint(
+            positions=array("d", point.positions),
+            velocities=array("d", point.velocities),
+            accelerations=array("d", point.accelerations),
+            time_from_start=ns_to_duration(point.after_ns),
         )
         for point in request.points
     ]
@@ -114,6 +131,27 @@ def motion_to_msg(
     ]
     header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
     return JointTrajectory(header=header, joint_names=list(MOTION_COLUMNS), points=points)
+
+
+def offset_to_msg(
+    simulation: Simulation, stamp_ns: int, frame: str = WORLD_FRAME
+) -> JointTrajectory:
+    """The offset in force as the message of platform/offset; the stamp is that of its beginning."""
+    begin, end = simulation.offset_begin_ns, simulation.offset_end_ns
+    lanes = simulation.offset
+    first = [segment.at(begin) for segment in simulation.offset_in_force]
+    last = first if end is None else [lane.spliced_state(end) for lane in lanes]
+    points = [
+        JointTrajectoryPoint(
+            positions=array("d", [state.position for state in states]),
+            velocities=array("d", [state.velocity for state in states]),
+            accelerations=array("d", [state.acceleration for state in states]),
+            time_from_start=ns_to_duration(after),
+        )
+        for states, after in ((first, 0), (last, 0 if end is None else end - begin))
+    ]
+    header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
+    return JointTrajectory(header=header, joint_names=list(OFFSET_JOINTS), points=points)
 
 
 def new_joint_state() -> JointState:

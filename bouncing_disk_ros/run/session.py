@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 import bouncing_disk_ros
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
+from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
 from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.time_map import nanoseconds
+from bouncing_disk_ros.run.trajectory_validation import Splice, as_record
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""
@@ -35,6 +37,7 @@ class WaitingInput(NamedTuple):
     act: Callable[[], None]
     cuts_chatter: bool  # it changes the state itself: see Simulation.settle
     target: Motion | None  # the newest accepted motion after it; None: as before
+    offset: Offset | None = None  # the offsets accepted with it; None: as before
 
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
@@ -122,6 +125,12 @@ class Session:
         targets = [item.target for item in self._waiting if item.target is not None]
         return targets[-1] if targets else self.simulation.latest_target
 
+    @property
+    def latest_offset(self) -> Offset:
+        """The offset with all accepted trajectories, waiting ones too."""
+        offsets = [item.offset for item in self._waiting if item.offset is not None]
+        return offsets[-1] if offsets else self.simulation.offset
+
     def advance(self, until_ns: int, max_events: int = 1_000_000) -> bool:
         """Simulate up to an instant; True when the event budget ran out before it.
 
@@ -158,9 +167,13 @@ class Session:
             return False
 
     def _submit(
-        self, act: Callable[[], None], cuts_chatter: bool = False, target: Motion | None = None
+        self,
+        act: Callable[[], None],
+        cuts_chatter: bool = False,
+        target: Motion | None = None,
+        offset: Offset | None = None,
     ) -> None:
-        self._waiting.append(WaitingInput(act, cuts_chatter, target))
+        self._waiting.append(WaitingInput(act, cuts_chatter, target, offset))
         self.resolve_waiting()
 
     def _gather(self, rows: NDArray[Any]) -> None:
@@ -185,6 +198,19 @@ class Session:
             self._note("motion", now, points=shown, crossfade_ns=crossfade_ns)
 
         self._submit(act, target=target)
+
+    def trajectory(self, splice: Splice) -> None:
+        """An accepted offset trajectory, from an instant not before `input_ns` on."""
+        _, *knots = splice
+        offset = self.latest_offset.spliced(splice.begin_ns, self.input_ns, *knots)
+
+        def act() -> None:
+            now = self.time_ns
+            begin = max(splice.begin_ns, now)
+            self.simulation.trajectory(begin, splice.axial, splice.angular)
+            self._note("trajectory", now, begin_ns=begin, joints=as_record(splice))
+
+        self._submit(act, offset=offset)
 
     def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """An accepted impulse at an instant not before `input_ns`."""
@@ -229,7 +255,7 @@ class Session:
             self.simulation.reset(initial, motion)
             self._note("reset", self.time_ns, initial=initial._asdict(), motion=motion._asdict())
 
-        self._submit(act, cuts_chatter=True, target=motion)
+        self._submit(act, cuts_chatter=True, target=motion, offset=Offset())
 
     def snapshot(self) -> None:
         """Put the full state on record."""

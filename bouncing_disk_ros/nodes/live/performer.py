@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
-from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
@@ -50,6 +50,8 @@ class Performer(Node):
         self._lead, self._timeout = float(values["lead"]), float(values["timeout"])
         command = TOPICS["platform/command"]
         self._publisher = self.create_publisher(JointTrajectory, command.name, profile_of(command))
+        offsets = TOPICS["platform/joint_trajectory"]
+        self._offsets = self.create_publisher(JointTrajectory, offsets.name, profile_of(offsets))
         self._motion: MotionInForce | None = None
         self._stamp_ns = 0  # of the beginning of that motion, ROS time
         self._phase = ""
@@ -96,7 +98,9 @@ class Performer(Node):
 
         def ready() -> bool:
             heard = self._motion is not None and self._phase and self.get_clock().now().nanoseconds
-            return bool(heard and self._publisher.get_subscription_count())
+            listeners = [self._publisher]
+            listeners += [self._offsets] if self.programme.trajectory is not None else []
+            return bool(heard and all(one.get_subscription_count() for one in listeners))
 
         if wait_for(self, stop, ready, self._timeout) or stop.asked:
             return
@@ -174,6 +178,15 @@ class Performer(Node):
         self._publisher.publish(
             programme_to_msg(request._replace(points=points, stamp_ns=stamp_ns))
         )
+        trajectory = self.programme.trajectory
+        if trajectory is not None:
+            knots = tuple(
+                point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
+                for point in trajectory.points
+            )
+            self._offsets.publish(
+                trajectory_to_msg(trajectory._replace(points=knots, stamp_ns=stamp_ns))
+            )
         after_ns, target = self.programme.targets(self._motion.target)[-1]
         end_ns = start_ns + after_ns
         wait = (start_ns - line.to_simulated(now_ns)) / NS / factor

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -205,3 +206,31 @@ def test_a_result_sums_up_speed_work_and_efficiency() -> None:
     assert parameters["brake_torque"] == 2e-3
     assert inputs[0]["kind"] == "snapshot"
     assert len(samples) == 2001
+
+
+def test_a_trajectory_moves_the_platform() -> None:
+    way = [(0.2, {"platform_axial": (0.02, 0.0)}), (0.4, {"platform_axial": (0.0, 0.0)})]
+    still: dict[str, Any] = {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
+    result = simulate(1.0, trajectory=way, sample_rate=100.0, **still)
+    positions = result.samples["platform_position"]
+    assert positions[20] == 0.02
+    assert positions[40:].tolist() == [0.0] * 61
+    assert [one["kind"] for one in result.inputs] == ["snapshot", "trajectory"]
+    again = simulate(1.0, trajectory=way, sample_rate=100.0, **still)
+    assert again.samples.tobytes() == result.samples.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("way", "said"),
+    [
+        ([(0.1, {"axial": 1.0})], "platform_axial"),
+        ([(0.1, {"platform_axial": "up"})], "position"),
+        ([(0.1, {"platform_axial": (0, 0, 0, 0)})], "position"),
+        ([(-0.1, {"platform_axial": 0.0})], "seconds"),
+        ([(0.1, {"platform_axial": 0.0}), (0.2, {"platform_rotation": 0.0})], "first point"),
+        ([(0.2, {"platform_axial": 0.0}), (0.1, {"platform_axial": 0.0})], "increasing"),
+    ],
+)
+def test_a_wrong_trajectory_is_refused(way: list[Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        simulate(1.0, trajectory=way)
