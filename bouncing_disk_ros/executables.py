@@ -15,6 +15,7 @@ PACKAGES: dict[str, dict[str, str]] = {
     "live": {
         "perform": "publish a programme of platform motions on the command topic",
         "echo_impacts": "print the impacts of disk/impacts as readable rows",
+        "juggle": "keep a multiple toss going: impacts in, offset trajectories of the platform out",
     },
     "recorder": {
         "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
@@ -34,6 +35,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "motor": "speed, torque, efficiency and stall of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
         "basin_shares": "shares of the basins over a parameter, with the best phase lag",
+        "juggling": "which starts each strategy of control captures, under which errors",
     },
     "demo": {
         "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",

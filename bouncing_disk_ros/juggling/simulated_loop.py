@@ -58,6 +58,21 @@ def heard_of(row: NDArray[np.void] | np.void) -> HeardImpact:
     return HeardImpact(float(row["time"]), float(row["axial_velocity"]), rests)
 
 
+def hear_row(
+    row: NDArray[np.void] | np.void, sensor: Sensor, frequency: float, start: int, number: int
+) -> tuple[int, HeardImpact] | None:
+    """When a row is known, ns of simulated time, and what is heard of it; None: it is missed.
+
+    `number`: of the row in its run; with the seed and the number of the run it decides the draws.
+    """
+    if sensor.missed > 0.0 and draw(sensor.seed, start, 2 * number) < sensor.missed:
+        return None
+    impact = heard_of(row)
+    off = sensor.jitter * (2.0 * draw(sensor.seed, start, 2 * number + 1) - 1.0)
+    known_ns = math.ceil((impact.time + (sensor.delay + sensor.jitter) / frequency) * _GIGA)
+    return known_ns, impact._replace(time=impact.time + off / frequency)
+
+
 def run_loop(
     simulation: Simulation, controller: Controller | None, *, periods: float = 50.0,
     sensor: Sensor | None = None, orbit: Array | None = None, start: int = 0,
@@ -79,20 +94,15 @@ def run_loop(
         until = min(waiting[0][0] if waiting else end_ns, end_ns)
         rows, behind = simulation.advance(until, 1 if controller else 1_000_000)
         parts.append(rows.copy())
-        for row in rows:
-            missed = sensor.missed > 0.0 and draw(sensor.seed, start, 2 * drawn) < sensor.missed
-            off = sensor.jitter * (2.0 * draw(sensor.seed, start, 2 * drawn + 1) - 1.0)
+        for row in rows if controller is not None else ():
+            heard = hear_row(row, sensor, motion.frequency, start, drawn)
             drawn += 1
-            if not missed and controller is not None:
-                impact = heard_of(row)
-                late = (sensor.delay + sensor.jitter) / motion.frequency
-                known_ns = max(math.ceil((impact.time + late) * _GIGA), simulation.time_ns)
-                heard = impact._replace(time=impact.time + off / motion.frequency)
-                waiting.append((known_ns, heard))
+            if heard is not None:
+                waiting.append(heard)
         if behind or not waiting or simulation.time_ns < waiting[0][0]:
             continue
-        _, heard = waiting.popleft()
-        answer = controller.on_impact(heard, simulation.time_ns) if controller else None
+        known_ns, impact = waiting.popleft()
+        answer = controller.on_impact(impact, known_ns) if controller else None
         if answer is not None:
             commands.append(answer)
             simulation.trajectory(answer.begin_ns, axial=knots_of(answer))
