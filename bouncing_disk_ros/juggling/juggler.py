@@ -102,7 +102,7 @@ class Juggler:
 
     @property
     def arrives(self) -> float | None:
-        """Simulated time, s, at which the plan in force has the disk on the orbit; None: no plan."""
+        """Simulated time, s, at which the plan has the disk on the orbit; None: no plan."""
         at = float(self._memory[AIM])
         return (at - self._phase) / self._omega if math.isfinite(at) else None
 

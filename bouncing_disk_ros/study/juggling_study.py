@@ -68,8 +68,8 @@ class Juggling(Study):
         if not self.strategies or len(set(self.strategies)) < len(self.strategies):
             allowed = "some of " + ", ".join(STRATEGIES) + ", each once"
             raise InputError("strategies", given["strategies"], allowed)
-        for one in self.strategies:
-            check_strategy(one)
+        for name in self.strategies:
+            check_strategy(name)
         self.conditions = [self._condition(one) for one in str(given["conditions"]).split(";")]
         for one in self.conditions:
             if one.target == OWN or one.start == OWN:
@@ -215,7 +215,7 @@ class Juggling(Study):
         starts[:, 2] = one.axial_forcing * np.sin(starts[:, 1])
         return starts
 
-    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
+    def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Part of the starts that was captured, lost and never captured, for each case."""
         over = ("velocity", "forcing_phase")
         verdict = result["verdict"]

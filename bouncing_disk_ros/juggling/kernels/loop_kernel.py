@@ -119,30 +119,27 @@ def run_loop(
             if impacts < len(trace):
                 trace[impacts] = t, state[VELOCITY]
             impacts += 1
-            if found == IMPACT and is_on(orbit, state, tolerance):
-                near += 1
-                if near == 1:
-                    result[R_IMPACTS], result[R_TIME] = impacts, t - start[SINCE]
-                had = had or near >= streak
-            else:
-                near = 0
+            near = near + 1 if found == IMPACT and is_on(orbit, state, tolerance) else 0
+            if near == 1:
+                result[R_IMPACTS], result[R_TIME] = impacts, t - start[SINCE]
+            had = had or near >= streak
             queued = report(plant, waiting, queued, state, found == RESTED, seed, number, drawn)
             drawn += 1
         elif found == NOTHING and until == impulse_at:
             give_impulse(state, plant[IMPULSE], until)
             impulse_at = math.inf
         elif found == NOTHING and until == heard_at:
-            row = waiting[0].copy()
-            for k in range(1, queued):
-                waiting[k - 1] = waiting[k]
-            queued -= 1
-            if hear(settings, targets, memory, plan, row[1], row[2], row[3] == 1.0, heard_at):
-                result[R_COMMANDS] += 1.0
-                note_use(plan, result, heard_at)
+            queued = deliver(settings, targets, memory, plan, waiting, queued, result)
         elif found == NOTHING:
             break
-    captured = near >= streak
     result[R_EVENTS] = impacts
+    note_verdict(result, near >= streak, had)
+
+
+@rare_kernel
+def note_verdict(result: Array, captured: bool, had: bool) -> None:
+    """Keep how a run ended."""
+    impacts = result[R_EVENTS]
     result[R_VERDICT] = CAPTURED if captured else LOST if had else NEVER
     if not captured:
         result[R_IMPACTS], result[R_TIME] = impacts, math.nan
@@ -175,6 +172,21 @@ def report(
     waiting[queued, 2] = state[VELOCITY] if plant[HEARS_VELOCITY] != 0.0 else math.nan
     waiting[queued, 3] = 1.0 if rests else 0.0
     return queued + 1
+
+
+@rare_kernel
+def deliver(
+    settings: Array, targets: Array, memory: Array, plan: Array, waiting: Array, queued: int,
+    result: Array,
+) -> int:  # fmt: skip
+    """Let the controller hear of the oldest impact under way; how many are left."""
+    now, at, velocity, rests = waiting[0]
+    for k in range(1, queued):
+        waiting[k - 1] = waiting[k]
+    if hear(settings, targets, memory, plan, at, velocity, rests == 1.0, now):
+        result[R_COMMANDS] += 1.0
+        note_use(plan, result, now)
+    return queued - 1
 
 
 @rare_kernel

@@ -67,6 +67,10 @@ _WEAK = 0.1  # impacts slower than this teach nothing
 _GAIN = 0.5  # of what one impact teaches about ε
 _FARTHEST_GUESS = 0.3  # of ε from the one given
 _SAME = 1e-9  # rad and πg/ω: where no new plan is needed
+_SLOW, _ROUGHLY = 0.1, 0.01
+"""After a rest or a bounce slower than this, a plan is kept that leads so near to its aim: the end of
+a chatter is not predicted to the last digit, and a throw that has begun cannot begin again."""
+_MOST = 200  # impacts until a plan arrives
 _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 """How near to the orbit small-parameter feedback acts: rad and πg/ω."""
 
@@ -152,8 +156,9 @@ def learn(settings: Array, memory: Array, solid: bool, before: float, after: flo
 def on_course(settings: Array, targets: Array, memory: Array, plan: Array, now: float) -> bool:
     """Whether the plan in force does all that is needed: the disk comes, or is, onto the orbit."""
     state = memory[BELIEF : BELIEF + 4].copy()
-    if state[KIND] != FLIES:
-        return False
+    _, speed, _ = platform_state(settings[FORCING], plan, state[SINCE])
+    slow = state[KIND] != FLIES or state[VELOCITY] - speed < _SLOW
+    tolerance = _ROUGHLY if slow else _SAME
     if is_still(offset_state(plan, now)) and is_still(offset_state(plan, now + 1.5 * TWO_PI)):
         for target in targets:
             off = apart(state[SINCE], target[0])
@@ -162,20 +167,23 @@ def on_course(settings: Array, targets: Array, memory: Array, plan: Array, now: 
     arrives = memory[AIM + T_2]
     if not arrives > state[SINCE]:
         return False
-    while True:
+    for _ in range(_MOST):
         found, t, _ = next_event(
             settings[FORCING], memory[EPSILON], settings[ACCELERATION_LIMIT], plan, state,
-            arrives + _SAME,
+            arrives + tolerance,
         )  # fmt: skip
-        if found != IMPACT:
+        if found == NOTHING:
             return False
-        if abs(t - arrives) < _SAME:
-            return abs(state[VELOCITY] - memory[AIM + V_2]) < _SAME
+        if found == IMPACT and abs(t - arrives) < tolerance:
+            return abs(state[VELOCITY] - memory[AIM + V_2]) < tolerance
+    return False
 
 
 # --- small-parameter feedback ---------------------------------------------------------------------
 @rare_kernel
-def small_speed(settings: Array, restitution: float, target: Array, off: float, fast: float) -> float:
+def small_speed(
+    settings: Array, restitution: float, target: Array, off: float, fast: float
+) -> float:
     """Velocity of the platform at the next impact, from the deviations of phase and velocity.
 
     Linear: both multipliers of the period-1 orbit are then 0.

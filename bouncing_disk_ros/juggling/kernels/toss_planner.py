@@ -260,17 +260,14 @@ def plan_toss(
     for _ in range(_EVENTS):
         here = flight.copy()
         found, lands, _ = next_event(forcing, restitution, bound, base, flight, now + 8.0 * TWO_PI)
-        if here[KIND] != FLIES:
-            rest[:] = here
+        rest[:] = here if here[KIND] != FLIES else rest
         if found == NOTHING or tried == _FLIGHTS:
             break
-        if here[KIND] != FLIES or lands <= now:
-            continue
         first = here[SINCE] <= now
         begin = now if first else max(here[SINCE], free)
-        if first and free > now:
+        if first and free > now and here[KIND] == FLIES and lands > now:
             lands = natural_landing(settings, here, now)
-        if lands < begin + _SHORTEST:
+        if here[KIND] != FLIES or lands < begin + _SHORTEST:
             continue
         tried += 1
         score = best_toss(
@@ -309,9 +306,7 @@ def plan_throw(
         if found != LAUNCHED:
             continue
         flown = flight.copy()
-        found, lands, _ = next_event(
-            forcing, restitution, bound, throw, flown, at + 8.0 * TWO_PI
-        )
+        found, lands, _ = next_event(forcing, restitution, bound, throw, flown, at + 8.0 * TWO_PI)
         if found == NOTHING or lands < at + span + _SHORTEST:
             continue
         score = best_toss(
@@ -333,5 +328,3 @@ def natural_landing(settings: Array, flight: Array, now: float) -> float:
         return -math.inf
     at: float = meeting(settings, flight, now, 0.0, now)
     return at
-
-

@@ -46,9 +46,8 @@ class JuggleNode(Node):
         self._values = values
         self._strategy, self._file = str(values["strategy"]), str(values["controller"])
         check_strategy(self._strategy)
-        self._sensor = Sensor(
-            *(float(values[name]) for name in ("delay", "jitter", "missed")), int(values["seed"])
-        )
+        delay, jitter, missed = (float(values[name]) for name in ("delay", "jitter", "missed"))
+        self._sensor = Sensor(delay, jitter, missed, int(values["seed"]))
         self.sent = 0
         self.status = ""
         self._controller: Controller | None = None
