@@ -68,8 +68,8 @@ _GAIN = 0.5  # of what one impact teaches about ε
 _FARTHEST_GUESS = 0.3  # of ε from the one given
 _SAME = 1e-9  # rad and πg/ω: where no new plan is needed
 _SLOW, _ROUGHLY = 0.1, 0.01
-"""After a rest or a bounce slower than this, a plan is kept that leads so near to its aim: the end of
-a chatter is not predicted to the last digit, and a throw that has begun cannot begin again."""
+"""After a rest or a bounce slower than this, a plan is kept that leads so near to its aim: the end
+of a chatter is not predicted to the last digit, and a throw cannot begin twice."""
 _MOST = 200  # impacts until a plan arrives
 _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 """How near to the orbit small-parameter feedback acts: rad and πg/ω."""
