@@ -19,7 +19,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study.parameter_map_study import ParameterMap
+from bouncing_disk_ros.study.study_by_name import named
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 
@@ -42,7 +42,7 @@ class Curves(Study):
             if not low <= value <= high:
                 raise InputError(name, value, f"within the window, {low:g} to {high:g}")
         self._section = NextCollisionMap(*place)
-        self._behind = ParameterMap(_map_parameters(given))
+        self._behind = named("parameter_map", **_map_parameters(given))
 
     @property
     def window(self) -> Window:
