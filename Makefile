@@ -18,7 +18,7 @@ unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BU
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
-.PHONY: help demo test docs figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
+.PHONY: help demo workbench test docs figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
 .DEFAULT_GOAL := help
 
 help:   ## list the targets
@@ -26,6 +26,9 @@ help:   ## list the targets
 
 demo: run-environment   ## set up (minutes, once), then run the demonstration (half a minute)
 	@$(BIN)/python -m bouncing_disk_ros demo
+
+workbench: run-environment   ## set up, start a simulator and serve the workbench, a page in the browser
+	@$(BIN)/python -m bouncing_disk_ros workbench
 
 test: lint types   ## set up, then run every check and the whole test suite, on all cores
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal

@@ -65,6 +65,7 @@ setup(
         # must not ask for them. Always ros-jazzy-*: ros-* carries other distributions' versions.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
+            "bokeh>=3.4",  # the page of the workbench, without a browser
             "distributed",  # studies on many machines, tried on this one
             "hypothesis",
             "mcap-ros2-support",  # reads our bags, as a tool that is not ours
@@ -89,13 +90,14 @@ setup(
         "prove": [
             "python-flint"
         ],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
+        "workbench": ["bokeh>=3.4", "tornado"],  # the page in a browser, and its server
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [
             "heyoka",  # Taylor integration with events
             "jax",  # the algorithm of the lanes on arrays, compiled for them
         ],
-        "interop": ["cyclonedds", "rerun-sdk"],
+        "interop": ["cyclonedds", "rerun-sdk", "selenium"],  # selenium drives a browser
     },
     entry_points={
         "console_scripts": [

@@ -15,6 +15,7 @@ The packages, from the top; imports point down only:
 | `nodes` | the executables, one package for each kind | all below |
 | `testing` | a pytest fixture with a stepped simulator, for tests of one's own | all below |
 | `ros` | conversions between messages and numbers, QoS, parameters | `run`, `core` |
+| `workbench` | the page in the browser | `plots`, `study`, `run`, `analysis`, `core` |
 | `plots` | results in, figures out | `analysis`, `core` |
 | `run` | one run without ROS: clocks, validation of commands, the record of inputs | `core` |
 | `study` | long work in chunks: stored as it grows, resumed, on many cores | `analysis`, `core` |
@@ -95,7 +96,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.errors import FailedError, InputError
     from bouncing_disk_ros.nodes.bags.bag_run import read_run
-    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
     from bouncing_disk_ros.nodes.studies.figures import figures
     from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.presets import load_preset, preset_names
@@ -155,7 +156,7 @@ _PUBLIC = {
 }
 _MODULES = ("bag", "plots", "study")
 NEED_ROS = ("SimulatorNode",)
-"""Public names that cannot be had where ROS 2 is not installed."""
+"""Public names that cannot be had where ROS 2 is not installed: not in __all__."""
 #: public name -> the module that has it
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 _RENAMED = {"run_study": "run"}
@@ -165,7 +166,7 @@ __all__ = [
     "Attractor", "AttractorKind", "Attractors", "Curve", "EdgeState", "Estimate", "FailedError",
     "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
     "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
-    "SimulatorNode", "TossSetting", "Window", "__version__", "bag", "basin_entropy",
+    "TossSetting", "Window", "__version__", "bag", "basin_entropy",
     "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension", "curve_family",
     "curves", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors", "figures",
     "find_attractors", "fixed_point", "friction_of", "impacts_from_msg", "instants_of",
@@ -190,7 +191,7 @@ def __getattr__(name: str) -> object:
     else:
         from bouncing_disk_ros.errors import closest
 
-        hint = closest(name, __all__)
+        hint = closest(name, [*__all__, *NEED_ROS])
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}. {hint}".rstrip(". "))
     globals()[name] = value
     return value
@@ -214,12 +215,12 @@ def _announce_compilation() -> None:
     """Let the first compilation of a kernel say on stderr what it is; once."""
     from bouncing_disk_ros.kernel_cache import announce_compilation
 
-    announce_compilation(__name__)
+    announce_compilation(__name__, own_process=False)
 
 
 def __dir__() -> list[str]:
     """List the public names, loaded or not."""
-    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+    return sorted({*__all__, *NEED_ROS, *(name for name in globals() if name.startswith("__"))})
 
 
 def _version() -> str:

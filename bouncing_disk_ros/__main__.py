@@ -17,14 +17,14 @@ def overview() -> str:
     """Return the usage and the table of executables."""
     width = max(map(len, EXECUTABLES))
     rows = [f"  {name:{width}}  {summary}" for name, summary in EXECUTABLES.items()]
-    ending = "Each explains itself: python -m bouncing_disk_ros <executable> --help"
+    ending = "Help on each: python -m bouncing_disk_ros <executable> --help"
     return "\n".join([USAGE, "", "executables:", *rows, "", ending])
 
 
 def run(name: str, arguments: Sequence[str]) -> int | None:
     """Run the executable `name` as its console script would; return its exit code."""
     if name not in EXECUTABLES:
-        hint = closest(name, EXECUTABLES) or "Run it bare to see what each does"
+        hint = closest(name, EXECUTABLES) or "Without a name, all executables are listed"
         raise InputError("executable", name, ", ".join(EXECUTABLES), hint)
     module, function = entry_point(name).split(":")
     sys.argv = [name, *arguments]

@@ -1,4 +1,4 @@
-"""Errors a person can act on, and the exit codes of every executable.
+"""Errors with a line for the user, and the exit codes of every executable.
 
 An `InputError` is one clear line: what was given, what is allowed, what to do.
 """
@@ -23,7 +23,7 @@ class ExitCode(IntEnum):
 
 
 class InputError(ValueError):
-    """Something given from outside that cannot be used; nothing was changed by it.
+    """Error of input that cannot be used; nothing was changed by the input.
 
     `field` names what was given, `given` is the value, `allowed` says what would be accepted and
     `hint` what to do about it (may be empty, or a function that gives it). The line is made only
@@ -58,8 +58,24 @@ class InputError(ValueError):
         return self.line
 
 
+class MissingLibraryError(InputError):
+    """Error of an option whose library is not installed."""
+
+    def __init__(self, option: str, library: str) -> None:
+        super().__init__(option, f"no {library}", library, f"pip install {library}")
+        self.library = library
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
+        return type(self), (self.field, self.library)
+
+    @property
+    def line(self) -> str:
+        """The whole message, one line."""
+        return f"{self.field} needs {self.library}, which is not installed: {self.hint}"
+
+
 class FailedError(Exception):
-    """One line for the user about what went wrong that is not the input; exit code FAILED."""
+    """Error that is not one of the input, as one line for the user; exit code FAILED."""
 
 
 LONGEST = 2000

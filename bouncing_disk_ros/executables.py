@@ -9,8 +9,8 @@ from __future__ import annotations
 #: package in `nodes` -> name of the executable -> what it does, in one line
 PACKAGES: dict[str, dict[str, str]] = {
     "simulator": {
-        "simulator": "simulate the disk in real time: platform commands in, disk state and "
-        "impacts out",
+        "simulator": "simulate the disk in real time: take platform commands, publish disk "
+        "state and impacts",
     },
     "live": {
         "perform": "publish a programme of platform motions on the command topic",
@@ -20,26 +20,29 @@ PACKAGES: dict[str, dict[str, str]] = {
         "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
     },
     "replay": {
-        "replay": "simulate a recorded run again from its inputs: bit-identical, or with a what-if",
+        "replay": "simulate a recorded run again from its inputs: bit-identical, or changed",
     },
     "bags": {
-        "bag_recover": "make a whole bag of one that was cut off or damaged",
+        "bag_recover": "repair a bag that is incomplete or damaged",
         "bag_report": "report on a recorded run from its bag: summary, figures, a page of plots",
     },
     "studies": {
         "toss_paths": "draw the paths of the tossing hand (Fig. 1 of the paper)",
-        "toss_map": "single tosses over phase lag and amplitude angle: speed, efficiency (Fig. 2)",
+        "toss_map": "map single tosses over phase lag and amplitude angle: airborne speed (Fig. 2)",
         "bifurcation": "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
         "parameter_map": "map attractors over two parameters: period, Lyapunov exponent, speed",
-        "curves": "folds, doublings, grazes and onset of contact of orbits over two parameters",
-        "motor": "speed, torque, efficiency and stall of an ultrasonic motor over two parameters",
+        "curves": "follow folds, doublings, grazes and onset of contact over two parameters",
+        "motor": "map speed, torque and efficiency of an ultrasonic motor over two parameters",
         "basins": "map which attractor each start goes to: basins of attraction (Fig. 4)",
-        "manifolds": "saddles between the basins with their manifolds, over the basins",
-        "basin_shares": "shares of the basins over a parameter, with the best phase lag",
-        "resilience": "fatal impulses and timing errors, convergence and shares of attractors",
+        "manifolds": "draw the saddles between basins and their manifolds over the basins",
+        "basin_shares": "map the shares of the basins over a parameter, with the best phase lag",
+        "resilience": "measure fatal impulses and timing errors, times and shares of attractors",
+    },
+    "workbench": {
+        "workbench": "see a run and touch it on a page in the browser: live, or of a bag",
     },
     "demo": {
-        "demo": "the paper's story in half a minute: a helical toss into the period-1 orbit",
+        "demo": "show the paper's main result: a helical toss leads into the period-1 orbit",
     },
 }
 #: name of the executable -> what it does, in one line

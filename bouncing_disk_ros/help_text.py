@@ -14,7 +14,7 @@ from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
 from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
-from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, SERVICES, TOPICS, TRANSFORM_TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.help_text docs` -->"
 END = "<!-- end of tables -->"
@@ -65,7 +65,7 @@ def parameter_lines() -> list[str]:
 def topic_lines() -> list[str]:
     """One entry for each topic, for a terminal."""
     lines: list[str] = []
-    for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values()):
+    for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values(), *LOCKSTEP_TOPICS.values()):
         lines += _wrapped(f"{topic.direction:3} {topic.name}  {topic.type}", topic.meaning)
     lines.append(f" Example: {TOPICS['platform/axial_amplitude'].example}")
     return lines
@@ -82,18 +82,18 @@ def service_lines() -> list[str]:
 
 _PAGE_HEAD = """# Parameters
 
-Of the simulator first, then of [the studies](studies.md).
+First the parameters of the simulator, then those of [the studies](studies.md).
 
 <!-- Written by `python -m bouncing_disk_ros.help_text docs` from the tables of the package. -->
 
-Given at start with `--ros-args -p name:=value`, in a preset or a parameter file under `/**:`, or
-changed while it runs with `ros2 param set /bouncing_disk name value` (not those marked *start*;
-those marked *unconfigured* only before the node is configured, or after it is cleaned up).
-The ranges that graphical tools get for their sliders are narrower than what is allowed here, and
-grow with the value. A wrong value changes nothing and is refused with one line. An integer given
-for a double is taken, and so is a part of π for an angle: `-p phase_lag:=0.25pi`.
-Parameters of the platform's motion and of the initial state act at the next `~/reset` (the answer
-to a change says so); to change the motion now, command the platform."""
+A parameter is given at start with `--ros-args -p name:=value`, in a preset, or in a parameter file
+under `/**:`. While the node runs it is changed with `ros2 param set /bouncing_disk name value`.
+Parameters marked *start* cannot be changed then; those marked *unconfigured* only before the node
+is configured, or after it is cleaned up. A wrong value is refused with one line and changes
+nothing. An integer is accepted for a double, and a part of π for an angle: `-p phase_lag:=0.25pi`.
+The ranges of sliders in graphical tools are narrower than the allowed ranges, and grow with the
+value. Parameters of the platform's motion and of the initial state act at the next `~/reset` (the
+answer to a change says so); to change the motion now, command the platform."""
 
 
 def parameters_page() -> str:
@@ -108,13 +108,13 @@ def parameters_page() -> str:
     parts.append(
         "Rules between parameters: `preload` > −`mass` × `gravity`; `initial_axial_velocity` other "
         "than 0 needs `initial_with_platform` false; `real_time_factor` is 0 or at least "
-        f"{SLOWEST:g}. Frames have names of their own, without spaces and without / at the "
-        "beginning; those of platform and disk have another each, with `_carriage` behind."
+        f"{SLOWEST:g}. No two frames have the same name. Names have no spaces and do not begin "
+        "with /. Platform and disk each have a second frame, whose name ends in `_carriage`."
     )
     for name, table in STUDY_TABLES.items():
         parts += [f"## The study {name}", _HEAD + "\n".join(map(_row, table.values()))]
     parts += [
-        "## Of all studies",
+        "## All studies",
         _STUDIES_NOTE,
         _HEAD + "\n".join(map(_row, COMMON.values())),
     ]
@@ -122,8 +122,8 @@ def parameters_page() -> str:
 
 
 _STUDIES_NOTE = (
-    "Where and how, not what: results do not depend on these, except that a bag or a preset "
-    "stands for the numbers found in it. Only `bifurcation`, `parameter_map`, `motor`, `basins` "
+    "Results do not depend on these parameters, except that a bag or a preset provides values of "
+    "the parameters above. Only `bifurcation`, `parameter_map`, `motor`, `basins` "
     "and `basin_shares` take a bag, only `motor` a preset."
 )
 _HEAD = (
@@ -144,7 +144,7 @@ def topics_table() -> str:
     """The topics and services as Markdown tables."""
     rows = [
         f"| {topic.direction} | `{topic.name}` | {topic.type} | {topic.qos} | {topic.meaning} |"
-        for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values())
+        for topic in (*TOPICS.values(), *TRANSFORM_TOPICS.values(), *LOCKSTEP_TOPICS.values())
     ]
     calls = [f"| `{row.name}` | {row.type} | {row.meaning} |" for row in SERVICES.values()]
     codes = [f"| {code.value} | {EXIT_MEANINGS[code]} |" for code in ExitCode]

@@ -30,6 +30,7 @@ UNUSED_DAYS = 30
 _PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
 """Modules whose kernels take longest to compile, in shares of the same size; the rest takes less
 than one share."""
+_OFFSETS = (("core.offset_contact_kernels",), ("core.offset_flight_kernels",))
 _STUDIES = (
     ("collision_map.lanes.attractor_lanes", "collision_map.single_toss"),
     (
@@ -73,8 +74,8 @@ def use_numba_cache() -> None:
     folder = numba_cache_directory()
     if folder is None:
         warnings.warn(
-            "no folder for compiled kernels can be written: every start compiles them anew. "
-            "Set NUMBA_CACHE_DIR to a folder that can",
+            "no folder for compiled kernels can be written: every start compiles them again. "
+            "Set NUMBA_CACHE_DIR to a folder that can be written",
             RuntimeWarning,
             stacklevel=2,
         )
@@ -86,11 +87,14 @@ def use_numba_cache() -> None:
         os.environ["NUMBA_CACHE_DIR"] = str(folder)
 
 
-def announce_compilation(name: str) -> None:
+def announce_compilation(name: str, *, own_process: bool = True) -> None:
     """Say on stderr, as executable `name`, when the first kernel is compiled: a start waits for it.
 
     Loading a compiled kernel is no compilation. Imports numba, but none of the kernels.
+    `own_process`: no code but this package's runs here.
     """
+    if own_process:
+        _load_numba_without_blas()
     from numba.core import event
 
     class Announcement(event.Listener):
@@ -105,6 +109,21 @@ def announce_compilation(name: str) -> None:
             """Nothing is to be said at the end."""
 
     event.register("numba:compile", Announcement())
+
+
+def _load_numba_without_blas() -> None:
+    """Load the part of numba that looks for SciPy's BLAS, without it: 0.2 s, and no kernel uses it.
+
+    Compiled functions of this process cannot use numpy.linalg afterwards: not for a user's process.
+    """
+    absent = "scipy.linalg.cython_blas"
+    if absent in sys.modules:
+        return
+    sys.modules[absent] = None  # type: ignore[assignment] # an import of it fails at once
+    try:
+        from numba.np import arraymath  # noqa: F401
+    finally:
+        del sys.modules[absent]
 
 
 def hold(folder: Path) -> None:
@@ -174,9 +193,16 @@ def compile_kernels(*, studies: bool = False) -> None:
     `studies`: those of the studies too. What fails here is compiled again, and raises its error,
     where it is imported.
     """
-    _compile("the physics", "some 15 s", _PARTS, (("core.stepper",),))
+    _compile("the physics", "some 25 s", _PARTS, (("core.stepper",),))
     if studies:
+        compile_offset_kernels()
         _compile("the maps of the studies", "about a minute", _STUDIES)
+
+
+def compile_offset_kernels() -> None:
+    """The same for the kernels that only motions with an offset need."""
+    if os.environ.get("NUMBA_CACHE_DIR"):  # else nothing that a process compiles lasts
+        _compile("the physics of trajectories", "some 20 s", _OFFSETS, (("core.offset_kernels",),))
 
 
 def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:

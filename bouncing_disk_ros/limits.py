@@ -36,9 +36,9 @@ def _limit(what: str, most: int, unit: str = "", beyond: str = "") -> int:
 
 
 # --- .mcap files ----------------------------------------------------------------------------------
-CHUNK = _limit("a chunk, as stored and decompressed; so also a message in one", 128, "MiB")
+CHUNK = _limit("a chunk, stored and decompressed; therefore also a message in a chunk", 128, "MiB")
 OVERLAP = _limit("chunks that overlap in time, decompressed together", 256, "MiB")
-RECORD = _limit("any other record but a message or an attachment", 16, "MiB")
+RECORD = _limit("any other record except a message or an attachment", 16, "MiB")
 RECORDS = _limit("attachments and metadata records in a file; records of unknown kind", 20_000)
 DEFINED = _limit("definitions of topics and types in a chunk, or outside of chunks", 131_072)
 NAME = _limit("a name: topic, type, attachment, metadata record, key", 1, "KiB")
@@ -59,12 +59,12 @@ JSON_DEPTH = _limit("levels of a record of inputs", 16)
 DIGITS = _limit("digits of a whole number in JSON or YAML", 19)
 YAML = _limit("metadata.yaml, a preset or a programme", 8, "MiB")
 QOS = _limit("quality of service in the metadata of a channel (YAML)", 256, "KiB")
-QOS_ALL = _limit("the same of all channels of a file", 4, "MiB")
+QOS_ALL = _limit("quality of service in the metadata of all channels of a file", 4, "MiB")
 YAML_DEPTH = _limit("levels of a YAML text (aliases, anchors and tags of programs are refused)", 16)
 YAML_NODES = _limit("values in a YAML text", 300_000)
 FILES = _limit("files of a bag", 100_000)
 # --- reading a run --------------------------------------------------------------------------------
-WAITING = _limit("messages held to bring them into the order of sending", 64, "MiB")
+WAITING = _limit("messages kept in memory to sort them by time of sending", 64, "MiB")
 EVENTS = _limit("motions, changes, or reports of a run kept in memory", 100_000)
 NUMBER_EXPONENT = _limit("exponent of ten of a number in impacts and states", 30)
 LARGEST = 10.0**NUMBER_EXPONENT
@@ -75,7 +75,7 @@ COMMAND_BYTES = _limit(
 COMMAND_NAMES = _limit("joint_names of platform/command", 4, "names", "refused")
 COMMAND_POINTS = _limit("points of platform/command", 1000, "points", "refused")
 INPUTS_AHEAD = _limit(
-    "accepted inputs whose instant is not resolved yet, or impulses that lie ahead",
+    "accepted inputs whose instant is not resolved yet, or pending impulses",
     1000,
     "inputs",
     "further commands are refused until some have acted",
@@ -84,12 +84,12 @@ REQUEST_ITEMS = _limit(
     "names, parameters or prefixes in a request to a service, numbers in an array",
     200,
     "items",
-    "answered as refused, or with nothing where the answer has no room for that",
+    "answered as refused, or with an empty answer where it has no field for that",
 )
 REQUEST_TEXT = _limit(
     "a text in a request: the name or the value of a parameter", 10_000, "characters", "refused"
 )
-SHOWN_TEXT = _limit("a given value in a line of the log", 120, "characters", "cut")
+SHOWN_TEXT = _limit("a value shown in a line of the log", 120, "characters", "cut")
 LOG_PERIOD = _limit(
     "time between lines on the log about refusals for one reason",
     1,
@@ -97,7 +97,7 @@ LOG_PERIOD = _limit(
     "counted; the next line says how many",
 )
 REASONS = _limit(
-    "reasons for which lines are counted apart", 100, "reasons", "counted together as others"
+    "reasons that are counted separately", 100, "reasons", "counted together as others"
 )
 ASKED_NODES = _limit("nodes that a recorder asks for their parameters", 100, "nodes", "not asked")
 ANSWER_BYTES = _limit(
@@ -105,7 +105,7 @@ ANSWER_BYTES = _limit(
 )
 PRESET_BYTES = _limit("a preset that a recorder attaches", 100_000, "bytes", "not attached")
 LOOKED_TOPICS = _limit(
-    "topics that a recorder with `all` or `regex` takes up", 10_000, "topics", "not recorded"
+    "topics that a recorder with `all` or `regex` records", 10_000, "topics", "not recorded"
 )
 
 

@@ -39,6 +39,10 @@ class Spec:
     """Whether it is a list of texts: an array of strings on a node, here what `joined` makes."""
     angle: bool = False
     """Whether it can be an angle though its unit is not rad."""
+    words: tuple[str, ...] = ()
+    """The texts that are allowed, where only some are."""
+    unlimited: bool = False
+    """Whether inf stands for its highest value, which is no limit."""
 
     @property
     def type(self) -> type[Value]:
@@ -55,6 +59,8 @@ class Spec:
         """What is accepted, in words."""
         if self.type is bool:
             return "true or false"
+        if self.words:
+            return ", ".join(self.words[:-1]) + " or " + self.words[-1]
         if self.listed:
             return "texts, or one text with blanks or commas between them"
         if self.type is str:
@@ -89,6 +95,8 @@ class Spec:
         given = plain(given)
         if self.listed and isinstance(given, (list, tuple)):
             return joined(given) if all(isinstance(one, str) for one in given) else given
+        if given is False and "off" in self.words:  # as YAML reads it
+            return "off"
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
@@ -97,10 +105,14 @@ class Spec:
     def checked(self, given: object) -> Value:
         """The value to use, cast, or InputError."""
         value = self.cast(given)
+        if self.unlimited and value == math.inf:
+            value = self.high
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)
         assert isinstance(value, (bool, int, float, str))
+        if isinstance(value, str) and self.words and value not in self.words:
+            raise InputError(self.name, given, self.allowed, closest(value, self.words))
         if isinstance(value, (bool, str)):
             return value
         if not math.isfinite(value) or self._is_outside(value):
@@ -131,13 +143,13 @@ _SPECS = (
     Spec("frequency", 3.0, "Hz", "frequency of the platform at the start and after a reset "
          "(to stop it, set the amplitudes to 0)", "f = ω/2π", low=1e-6, high=1e7,
          group="motion", source=f"{_PAPER}: ω = 6π rad/s"),
-    Spec("phase_lag", 0.0, "rad", "phase of the angular behind the axial motion at the start and "
-         "after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
+    Spec("phase_lag", 0.0, "rad", "phase of the angular relative to the axial motion at the start "
+         "and after a reset; wraps", "θ", low=-1e6, high=1e6, group="motion",
          source=f"{_PAPER}, Fig. 3b"),
     # --- disk and contact
     Spec("mass", 0.25, "kg", "mass of the disk", "m", low=1e-12, high=1e12, while_unconfigured=True,
          group="disk", source=f"chosen, {_DOUGH}"),
-    Spec("restitution", 0.5, "1", "coefficient of restitution: 0 the disk stays, 1 nothing is lost",
+    Spec("restitution", 0.5, "1", "coefficient of restitution: 0 no bounce, 1 no loss of energy",
          "ε", low=0.0, high=1.0, group="disk", source=_PAPER),
     Spec("friction", 0.6, "1", "coefficient of Coulomb friction, static and kinetic", "μ", low=0.0,
          high=1e9, group="disk", source=_PAPER),
@@ -148,15 +160,15 @@ _SPECS = (
          source=f"{_PAPER}: d/(2√2), {_DOUGH}"),
     Spec("gravity", 9.80665, "m/s²", "acceleration of gravity", "g", low=0.0, high=1e9,
          group="disk", source="standard gravity"),
-    Spec("preload", 0.0, "N", "force that presses the disk on the platform, in flight as well; "
+    Spec("preload", 0.0, "N", "force that presses the disk on the platform, in flight too; "
          "above −mass × gravity", "P", low=-1e12, high=1e12, group="disk",
          source=f"{_PAPER}: none"),
     Spec("load_torque", 0.0, "N·m", "constant torque on the disk, positive when it brakes positive "
          "rotation", "T_L", low=-1e12, high=1e12, group="disk", source=f"{_PAPER}: none"),
-    Spec("brake_torque", 0.0, "N·m", "torque of a dry brake on the disk, against its rotation; a "
-         "disk at rest is kept so by up to as much", "T_B", low=0.0, high=1e12, group="disk",
+    Spec("brake_torque", 0.0, "N·m", "torque of a dry brake on the disk, against its rotation; it "
+         "holds a disk at rest with up to this torque", "T_B", low=0.0, high=1e12, group="disk",
          source=f"{_PAPER}: none"),
-    Spec("load_inertia", 0.0, "kg·m²", "moment of inertia of what turns with the disk", "J",
+    Spec("load_inertia", 0.0, "kg·m²", "moment of inertia of a load that turns with the disk", "J",
          low=0.0, high=1e12, group="disk", source=f"{_PAPER}: none"),
     # --- initial state of the disk
     Spec("initial_height", 0.0, "m", "height of the disk above the platform at the start and after "
@@ -165,8 +177,7 @@ _SPECS = (
          "initial_axial_velocity", group="start", source="chosen"),
     Spec("initial_axial_velocity", 0.0, "m/s", "absolute axial velocity of the disk at the start "
          "and after a reset; needs initial_with_platform false", "ẋ", low=-1e6, high=1e6,
-         group="start",
-         source="chosen"),
+         group="start", source="chosen"),
     Spec("initial_angular_velocity", 0.0, "rad/s", "absolute angular velocity of the disk at the "
          "start and after a reset", "α̇", low=-1e9, high=1e9, group="start", source=_PAPER),
     Spec("initial_angle", 0.0, "rad", "angle of the disk at the start and after a reset", "α",
@@ -175,7 +186,7 @@ _SPECS = (
          "reset; 3π/2 is the lowest point of the platform", "τ", low=-1e6, high=1e6,
          group="start", source=_PAPER),
     # --- the run
-    Spec("real_time_factor", 1.0, "1", "simulated time passed in one second; 0: as fast as it can",
+    Spec("real_time_factor", 1.0, "1", "simulated seconds in one second; 0: as fast as possible",
          low=0.0, high=1e9, source="chosen"),
     Spec("state_rate", 100.0, "Hz", "samples of joint_states in one simulated second, on the grid "
          "k/state_rate", low=1e-3, high=1e5, source="chosen"),
@@ -189,21 +200,39 @@ _SPECS = (
     Spec("chatter_report_speed", 1e-3, "m/s", "impacts of a complete chatter slower than this "
          "share one row of disk/impacts; the physics does not depend on it", low=0.0, high=1e6,
          source="chosen"),
+    Spec("offset_limit", 1e6, "1", "largest offset of each joint, m or rad; its highest value, "
+         "or inf: none", low=0.0, high=1e6, unlimited=True, source="chosen"),
+    Spec("offset_speed_limit", 1e9, "1", "the same of its speed, m/s or rad/s", low=0.0, high=1e9,
+         unlimited=True, source="chosen"),
+    Spec("offset_acceleration_limit", 1e12, "1", "the same of its acceleration; then velocities "
+         "cannot jump", low=0.0, high=1e12, unlimited=True, source="chosen"),
     Spec("step_periods", 1, "1", "how many periods of the platform one call of ~/step simulates",
          low=1, high=1_000_000, source="chosen"),
+    Spec("step_until", "periods", "", "where one call of ~/step ends: periods (step_periods), "
+         "impact (after the next row of disk/impacts), nanoseconds (step_nanoseconds)",
+         words=("periods", "impact", "nanoseconds"), source="chosen"),
+    Spec("step_nanoseconds", 1_000_000, "ns", "how much simulated time one call of ~/step takes "
+         "with step_until nanoseconds", low=1, high=10**18, source="chosen"),
+    Spec("lockstep", "off", "", "tick: simulated time stands after each sample of joint_states, "
+         "impact: after each row of disk/impacts, until the controllers have answered on ~/proceed",
+         words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
+    Spec("lockstep_controllers", "1", "", "numbers of the controllers that answer each gate, with "
+         "blanks between them", while_unconfigured=True, source="chosen"),
+    Spec("lockstep_timeout", 0.5, "s", "a controller that says nothing for so long (wall time) is "
+         "reported, and waited for", low=1e-3, high=1e6, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
-    Spec("start_paused", False, "", "start paused: nothing moves before ~/step or ~/pause false",
-         while_unconfigured=True, source="chosen"),
-    Spec("publish_clock", False, "", "publish /clock with simulated time; then stamps are in that "
+    Spec("start_paused", False, "", "start paused: nothing moves before a call of ~/step or "
+         "~/pause (false)", while_unconfigured=True, source="chosen"),
+    Spec("publish_clock", False, "", "publish /clock with simulated time; stamps are then in that "
          "time", while_unconfigured=True, source="chosen"),
-    Spec("autostart", True, "", "configure and activate at once; false: leave that to lifecycle "
+    Spec("autostart", True, "", "configure and activate at once; false: wait for lifecycle "
          "services", read_only=True, source="chosen"),
-    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; a "
-         "parameter given beside it wins", read_only=True, source="chosen"),
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; "
+         "parameters that are given override it", read_only=True, source="chosen"),
     # --- coordinate frames
-    Spec("frame_prefix", "", "", "put before the names of all frames, to tell several disks apart: "
-         "first/ gives first/world, first/disk ...", read_only=True, group="frames",
+    Spec("frame_prefix", "", "", "put before the names of all frames, to distinguish several "
+         "disks: first/ gives first/world, first/disk ...", read_only=True, group="frames",
          source="chosen"),
     Spec("world_frame", "world", "", "frame of platform/motion and disk/rotor_speed, and root of "
          "the transforms", read_only=True, group="frames", source="chosen"),
@@ -269,34 +298,6 @@ def items_of(text: str) -> list[str]:
     return text.splitlines() if text.endswith("\n") else text.replace(",", " ").split()
 
 
-# Ranges of the sliders of graphical tools, where what is allowed is too wide for one. Those of a
-# parameter grow with its value: see `slider_of`.
-_SLIDERS = {
-    "axial_amplitude": (0.0, 0.1), "angular_amplitude": (0.0, math.pi), "frequency": (0.1, 20.0),
-    "phase_lag": (-math.pi, math.pi), "mass": (0.01, 2.0), "friction": (0.0, 2.0),
-    "friction_radius": (0.01, 0.5), "gyration_radius": (0.01, 0.5), "gravity": (0.0, 20.0),
-    "preload": (-2.0, 10.0), "load_torque": (-0.1, 0.1), "brake_torque": (0.0, 0.1),
-    "load_inertia": (0.0, 0.01), "initial_height": (0.0, 1.0),
-    "initial_axial_velocity": (-5.0, 5.0), "initial_angular_velocity": (-50.0, 50.0),
-    "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
-    "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),
-    "crossfade_duration": (0.0, 5.0), "command_tolerance": (0.0, 1.0),
-    "chatter_report_speed": (0.0, 0.1), "step_periods": (1, 100), "snapshot_period": (0.1, 60.0),
-}  # fmt: skip
-
-
-def slider_of(name: str, value: Value) -> tuple[float, float] | None:
-    """The range that a slider of a parameter shows at a value; None: what is allowed fits one.
-
-    It holds the value with room to double it.
-    """
-    if name not in _SLIDERS or isinstance(value, (bool, str)):
-        return None
-    spec, (low, high) = TABLE[name], _SLIDERS[name]
-    low, high = min(low, value, 2 * value), max(high, value, 2 * value)
-    return max(low, spec.low or low), min(high, spec.high or high)
-
-
 def spec_of(name: str) -> Spec:
     """The row of a parameter, or InputError with the nearest name."""
     if name not in TABLE:
@@ -322,15 +323,19 @@ def check_together(values: Mapping[str, Value]) -> None:
     preload, mass, gravity = (float(values[name]) for name in ("preload", "mass", "gravity"))
     if not preload > -mass * gravity:
         allowed = f"a finite number > −mass × gravity = {-mass * gravity:g} N"
-        raise InputError("preload", preload, allowed, "Else nothing holds the disk down.")
+        raise InputError("preload", preload, allowed, "Otherwise nothing presses the disk down.")
     factor = float(values["real_time_factor"])
     if 0.0 < factor < SLOWEST:
         hint = "To stop, pause (~/pause)."
         raise InputError("real_time_factor", factor, f"0 (free running) or >= {SLOWEST:g}", hint)
     speed = float(values["initial_axial_velocity"])
     if values["initial_with_platform"] and speed != 0.0:
-        hint = "Set initial_with_platform false too (before, or in one atomic call)."
+        hint = "Set initial_with_platform to false too (before, or in the same call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+    items = items_of(str(values["lockstep_controllers"]))
+    if not items or not all(one.isascii() and one.isdigit() and len(one) < 10 for one in items):
+        allowed = "whole numbers with blanks between them, such as 1 2"
+        raise InputError("lockstep_controllers", values["lockstep_controllers"], allowed)
     _check_frames(values)
 
 

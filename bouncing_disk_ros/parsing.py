@@ -171,7 +171,7 @@ class _Builder:
         if kind == "null":
             return None
         if kind in ("int", "float") and len(text) > _NUMBER_LENGTH:
-            raise ValueError(f"a number of {len(text)} letters")
+            raise ValueError(f"a number of {len(text)} characters")
         node = yaml.ScalarNode(_CORE + kind, text)
         match kind:
             case "bool":

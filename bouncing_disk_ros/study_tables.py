@@ -26,9 +26,9 @@ _TOSS = (
 _TOSS_PATHS = (
     *_TOSS,
     Spec("phase_lags", "-0.5pi -0.25pi 0 -0.25pi -0.25pi -0.25pi", "rad",
-         "phase lag of each path: a list with blanks between; 0.25pi is π/4", "θ"),
+         "phase lag of each path, separated by blanks; 0.25pi is π/4", "θ"),
     Spec("amplitude_angles", "0.25pi 0.25pi 0.25pi 0.125pi 0.25pi 0.375pi", "rad",
-         "amplitude angle of each path, as many as phase lags", "φ_L"),
+         "amplitude angle of each path, one for each phase lag", "φ_L"),
     Spec("points", 721, "", "points of each path", low=16, high=1_000_000),
 )  # fmt: skip
 _TOSS_MAP = (
@@ -54,7 +54,7 @@ _BIFURCATION = (
          "phase_lag or angular_forcing"),
     Spec("begin", 0.335, "", "first value of it; 0 along axial_forcing, where the period-1 orbit "
          "is followed: just above where that orbit begins", low=-1e6, high=1e6, angle=True),
-    Spec("end", 0.65, "", "last value of it; less than begin: the way down", low=-1e6, high=1e6,
+    Spec("end", 0.65, "", "last value of it; less than begin: downward", low=-1e6, high=1e6,
          angle=True),
     Spec("count", 1261, "", "number of values", low=1, high=10_000_000),
     Spec("axial_forcing", 0.45, "1", "axial forcing where it is not the axis", "Γ", low=0.0,
@@ -69,12 +69,12 @@ _BIFURCATION = (
          "orbit", "w_A", low=-1e3, high=0.0),
     Spec("starts", 0, "", "initial conditions at each value, spread evenly over forcing phase and "
          "velocity, for all coexisting attractors; 0: one attractor is followed, each value "
-         "starting where the one before ended", low=0, high=1_000_000),
+         "starts from the last state of the one before", low=0, high=1_000_000),
     Spec("velocity_begin", -5.0, "πg/ω", "window of the starts: τ from 0 to 2π, w_A from this to "
          "0", "w_A", low=-1e3, high=0.0),
-    Spec("settling", 1000, "", "impacts left out at each value; after starts of their own, speeds "
-         "need more where impacts are weak: 10000 or so", low=0, high=100_000_000),
-    Spec("measured", 2000, "", "impacts that means and exponent are over", low=1,
+    Spec("settling", 1000, "", "impacts left out at each value; with starts above 0, speeds need "
+         "more where impacts are weak: about 10000", low=0, high=100_000_000),
+    Spec("measured", 2000, "", "impacts from which means and exponent are computed", low=1,
          high=100_000_000),
     Spec("kept", 300, "", "impacts kept at each value, the last ones measured", low=1,
          high=1_000_000),
@@ -155,14 +155,14 @@ _MOTOR = (
               while_unconfigured=False) for name, value in _SWUM.items()),
     Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
          "and as rest where there is none; rest: the rotor lies on the stator; followed: along x, "
-         "each where the one before has ended, the first one as period-1"),
-    Spec("settling", 300, "", "periods of the stator left out at least; more where friction is "
-         "slow to give the rotor its speed", low=0, high=100_000_000),
-    Spec("measured", 512, "", "periods of the first stretch that means are over, where the state "
-         "does not repeat; where it is too short one twice as long is added, and so on",
+         "each from the last state of the one before, the first one as period-1"),
+    Spec("settling", 300, "", "least number of periods of the stator left out; more are left out "
+         "where friction brings the rotor to its speed slowly", low=0, high=100_000_000),
+    Spec("measured", 512, "", "periods of the first stretch for the means, where the state does "
+         "not repeat; if it is too short, one twice as long is added, and so on",
          low=32, high=100_000_000),
-    Spec("longest", 20_000, "", "periods of the stator simulated at each point, at most", low=64,
-         high=1_000_000_000),
+    Spec("longest", 20_000, "", "largest number of periods of the stator simulated at each point",
+         low=64, high=1_000_000_000),
 )  # fmt: skip
 _BASINS = (
     Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0, high=1e3),
@@ -173,14 +173,14 @@ _BASINS = (
     Spec("phase_end", math.tau, "rad", "window: largest forcing phase", low=-100.0, high=100.0),
     Spec("velocity_begin", -5.0, "πg/ω", "window: least relative velocity", low=-1e3, high=0.0),
     Spec("velocity_end", 0.0, "πg/ω", "window: largest relative velocity", low=-1e3, high=0.0),
-    Spec("velocity", "before", "", "which velocity the window shows: w_A before the first impact, "
-         "or −u after it, u = −ε w_A: before or after"),
+    Spec("velocity", "before", "", "which velocity the window shows: before (w_A, before the first "
+         "impact) or after (−u, u = −ε w_A, after it)"),
     Spec("tolerance", 1e-4, "", "distance (rad and πg/ω) at which an orbit counts as on an "
          "attractor", low=1e-12, high=0.1),
     Spec("cap", 0, "", "impacts after which a start is unresolved; 0: enough for the slowest "
          "attractor", low=0, high=10_000_000),
-    Spec("angular_velocities", "", "ωΦ", "initial angular velocities of the disk, a list with "
-         "blanks between: also compute the mean speed that each start ends with", "α̇/(ωΦ)"),
+    Spec("angular_velocities", "", "ωΦ", "initial angular velocities of the disk, separated by "
+         "blanks: also compute the mean speed that each start reaches", "α̇/(ωΦ)"),
     Spec("phase_lag", 0.0, "rad", "phase lag, with angular_velocities", "θ", low=-1e3, high=1e3),
     Spec("angular_forcing", 100.0, "1", "angular forcing, with angular_velocities", "Γ_T",
          low=1e-9, high=1e12),
@@ -246,24 +246,25 @@ _RESILIENCE = (
 )  # fmt: skip
 
 _BAG = (
-    Spec("bag", "", "", "folder of a recorded run: forcing, restitution and phase lag not given "
-         "here are those of its last steady motion"),
+    Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are those "
+         "of its last steady motion up and down, and of the disk then"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
 )  # fmt: skip
 _PRESET = (
     Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
-         "parameters not given here are its own"),
+         "parameters that are not given here are taken from it"),
 )  # fmt: skip
 _RUN = (
-    Spec("output", "", "", "folder for the result and the figures; a run goes on with what it "
-         "finds there; empty: output/ and the name of the study with a digest of its parameters"),
+    Spec("output", "", "", "folder for the result and the figures; a run continues the result "
+         "there; empty: output/ and the name of the study with a digest of its parameters"),
     Spec("workers", 0, "", "threads that compute; 0: one for each core", low=0, high=4096),
     Spec("scheduler", "", "", "address of a Dask scheduler whose workers compute instead, such as "
          "tcp://host:8786"),
     Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none",
          listed=True),
     Spec("netcdf", True, "", "also export the whole result as result.nc"),
-    Spec("hold", False, "", "stay when done, so that the latched topics can be read, until Ctrl-C"),
+    Spec("hold", False, "", "keep running when done, until Ctrl-C, so that the latched topics can "
+         "be read"),
 )  # fmt: skip
 
 

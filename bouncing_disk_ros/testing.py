@@ -6,20 +6,20 @@ It is a pytest plugin of the installed package; a test only names it:
         simulator = stepped_simulator(preset="pizza_multiple_toss")
         node = MyNode(context=simulator.context)
         simulator.add_node(node)
-        simulator.wait_for_subscriber("disk/impacts")
-        simulator.step(10)                       # ten periods of the platform, at once
-        simulator.spin_until(lambda: node.answers == 10)
+        simulator.run(10.0)                      # each callback before time moves on
+        assert node.answers == 10
 
-Time stands but for `step` and `advance`: nothing depends on the speed of the machine. What the
-simulator refuses is raised as its InputError. Set ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE
-before, if strangers may be around. docs/testing.md begins with a first test.
+Time stands but for `run`, `run_to_impact`, `step` and `advance`: nothing depends on the speed of
+the machine. What the simulator refuses is raised as its InputError. Set ROS_DOMAIN_ID and
+ROS_AUTOMATIC_DISCOVERY_RANGE before, if strangers may be around. docs/testing.md begins with a
+first test.
 """
 
 from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import pytest
@@ -55,6 +55,7 @@ class SteppedSimulator:
 
         from bouncing_disk_ros import environment
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+        from bouncing_disk_ros.ros.deliveries import Deliveries
 
         values = {name: plain(value) for name, value in values.items()}
         environment.prepare()
@@ -76,6 +77,7 @@ class SteppedSimulator:
             rclpy.shutdown(context=self.context)
             raise
         self._nodes: list[Node] = []
+        self._deliveries = Deliveries()
         self.add_node(self.node)
 
     def close(self) -> None:
@@ -92,6 +94,14 @@ class SteppedSimulator:
         """Let the executor run the callbacks of another node too (made with `context`)."""
         self._nodes.append(node)
         self._executor.add_node(node)
+        self._deliveries.add(node)
+
+    def close_node(self, node: Node) -> None:
+        """Take a node out of the executor and destroy it."""
+        self._nodes.remove(node)
+        self._executor.remove_node(node)
+        self._deliveries.remove(node)
+        node.destroy_node()
 
     def spin_until(self, condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
         """Run callbacks until a condition holds; AssertionError after `timeout` seconds."""
@@ -129,6 +139,63 @@ class SteppedSimulator:
     def advance(self, seconds: float) -> None:
         """Simulate for a time, at once."""
         self._run.advance_to(self._run.session.time_ns + round(seconds * NS))
+
+    # --- closed loops -----------------------------------------------------------------------------
+    def run(self, seconds: float) -> None:
+        """Simulate for a time; every message reaches its callbacks before time moves on.
+
+        Time stands at each sample, speed and impact until the nodes of the test have got what was
+        published, and their inputs have acted, by topic and order of publication: the same nodes
+        give the same bits whatever the machine does. AssertionError where a message does not come.
+        """
+        self._go(self._run.session.time_ns + round(seconds * NS))
+
+    def run_to_impact(self, within: float = 3600.0) -> None:
+        """The same until the next row of disk/impacts has reached all nodes.
+
+        AssertionError where there is no impact within so many simulated seconds.
+        """
+        if not self._go(self._run.session.time_ns + round(within * NS), to_impact=True):
+            raise AssertionError(f"no impact within {within:g} s of simulated time")
+
+    def _go(self, end_ns: int, *, to_impact: bool = False) -> bool:
+        """Run to an instant, or an impact; whether that has been reached."""
+        self._settle()
+        while self._run.session.time_ns < end_ns:
+            goal = min(end_ns, self._run.loop.next_output_ns)
+            has_impact = self._run.advance_to_impact(goal)
+            self._settle()
+            if self._run.session.fault:
+                raise AssertionError(self._run.session.fault)
+            if has_impact and to_impact:
+                return True
+        return not to_impact
+
+    def _settle(self) -> None:
+        """Deliver all that has been published, let the inputs act, and again until it is quiet."""
+        from bouncing_disk_ros.run.gates import Gates
+
+        deliveries = self._deliveries
+        deliveries.look()
+        self._wait_for_none(lambda: deliveries.unmatched, "subscriptions are not found")
+        self.node.holding = holding = Gates((), 0)
+        try:
+            while True:
+                self._wait_for_none(lambda: deliveries.missing, "messages do not arrive")
+                inputs = holding.drop()
+                if not inputs:
+                    return
+                for one in inputs:
+                    one.act()
+        finally:
+            self.node.holding = None
+
+    def _wait_for_none(self, left: Callable[[], Sequence[str]], what: str) -> None:
+        end = time.monotonic() + PATIENCE
+        while left():
+            if time.monotonic() > end:
+                raise AssertionError(f"{what} within {PATIENCE:g} s: {', '.join(left())}")
+            self._executor.spin_once(timeout_sec=0.02)
 
     def command(self, after: float = 0.0, **values: SupportsFloat) -> bool:
         """Command the platform: `values` reached `after` seconds from now.

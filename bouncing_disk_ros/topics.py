@@ -17,7 +17,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True)
 class Qos:
-    """Quality of service: history depth, reliable or best effort, latched or volatile."""
+    """Quality of service: history depth (0: all), reliable or best effort, latched or volatile."""
 
     depth: int
     reliable: bool = True
@@ -26,7 +26,7 @@ class Qos:
     def __str__(self) -> str:
         words = ["reliable" if self.reliable else "best effort"]
         words += ["transient local"] if self.latched else []
-        return ", ".join([*words, f"depth {self.depth}"])
+        return ", ".join([*words, f"depth {self.depth}" if self.depth else "keep all"])
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,8 @@ class Service:
 MOTION_NAMES = ("axial_amplitude", "angular_amplitude", "frequency", "phase_lag")
 """Names of the four numbers of a platform motion, in the order of `core.model.Motion`."""
 MOTION_UNITS = MappingProxyType(dict(zip(MOTION_NAMES, ("m", "rad", "Hz", "rad"), strict=True)))
+OFFSET_JOINTS = ("platform_axial", "platform_rotation")
+"""Joints of platform/joint_trajectory: the axial offset, m, and the angular one, rad."""
 JOINT_NAMES = ("disk_axial", "disk_rotation", "platform_axial", "platform_rotation")
 MAX_ROWS = 1000
 """Largest number of impact rows in one message."""
@@ -79,7 +81,7 @@ _COMMAND_QOS = Qos(100)
 def _value_topic(name: str) -> Topic:
     unit = MOTION_UNITS[name]
     example = f"ros2 topic pub --once /platform/{name} std_msgs/msg/Float64 '{{data: 0.03}}'"
-    meaning = f"one value now ({unit}); the same path as platform/command"
+    meaning = f"one value now ({unit}); handled as platform/command"
     return Topic(f"platform/{name}", "std_msgs/msg/Float64", _COMMAND_QOS, Direction.IN, meaning,
                  example)  # fmt: skip
 
@@ -89,42 +91,53 @@ _TOPICS = (
           "a programme of platform motions: joint_names any of axial_amplitude (m), "
           "angular_amplitude (rad), frequency (Hz), phase_lag (rad); the positions of each point "
           "are reached at header.stamp + time_from_start (stamp 0: now) by a cross-fade; replaces "
-          "what has not begun; no points: cancels what is pending",
+          "cross-fades that have not begun; without points it cancels them",
           "ros2 topic pub --once /platform/command trajectory_msgs/msg/JointTrajectory "
           "'{joint_names: [axial_amplitude, frequency], "
           "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
     *(_value_topic(name) for name in MOTION_NAMES),
+    Topic("platform/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", _COMMAND_QOS,
+          Direction.IN, "an offset on top of the sinusoid: joint_names any of platform_axial (m), "
+          "platform_rotation (rad); positions: lines, with velocities: cubics, with accelerations: "
+          "quintics; spliced at header.stamp (0: now), the last position is held; no points: "
+          "cancels what has not begun",
+          "ros2 topic pub --once /platform/joint_trajectory trajectory_msgs/msg/JointTrajectory "
+          "'{joint_names: [platform_axial], "
+          "points: [{positions: [0.02], velocities: [0.0], time_from_start: {sec: 1}}]}'"),
     Topic("disk/impulse", "geometry_msgs/msg/WrenchStamped", _COMMAND_QOS, Direction.IN,
           "an impulse at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
           "angular impulse (N·m·s), the others 0",
           "ros2 topic pub --once /disk/impulse geometry_msgs/msg/WrenchStamped "
           "'{wrench: {force: {z: 0.1}}}'"),
     Topic("platform/motion", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
-          Direction.OUT, "the motion in force: points[0] where the cross-fade began, points[1] "
-          "where it ends (equal when steady)",
+          Direction.OUT, "the motion in force: points[0] at the begin of the cross-fade, "
+          "points[1] at its end (equal when steady)",
           "ros2 topic echo /platform/motion"),
+    Topic("platform/offset", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
+          Direction.OUT, "the offset in force, from the first trajectory on: points[0] where its "
+          "newest segment began, points[1] where the next one begins (equal when it is held)",
+          "ros2 topic echo /platform/offset"),
     Topic("disk/inputs", "std_msgs/msg/String", Qos(1000, latched=True), Direction.OUT,
-          "the exact record of what drove the run: one JSON object for each accepted input, "
-          "the first and one every few seconds a full snapshot; replay reads this topic alone",
+          "the exact record of all inputs of the run: one JSON object for each accepted input; the "
+          "first, and one every few seconds, is a full snapshot; replay reads this topic alone",
           "ros2 topic echo /disk/inputs"),
     Topic("joint_states", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
           "disk_axial, disk_rotation, platform_axial, platform_rotation: position, velocity and "
           "contact force or torque on that body; angles unwrapped",
           "ros2 topic echo /joint_states"),
     Topic("disk/phase", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "flight, sticking, sliding, held (by a brake) or paused, when it differs from the last "
-          "one published",
+          "flight, sticking, sliding, held (by a brake) or paused; published when it changes",
           "ros2 topic echo /disk/phase"),
     Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
-          "every impact, one row each or counted in one; x, y, z draw the next-collision section; "
-          "the row index is gapless",
+          "every impact, in a row of its own or counted in a shared row; x, y, z are its point in "
+          "the next-collision section; index has no gaps",
           "ros2 run bouncing_disk_ros echo_impacts"),
     Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
           "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
           "ros2 topic echo /disk/rotor_speed"),
     Topic("disk/run_state", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
-          "once a second, named numbers to plot: name[k] names position[k]; what is pending, the "
-          "motion's index, refusals, the energy ledger",
+          "once a second, named numbers to plot (name[k] is the name of position[k]): pending "
+          "inputs, the motion's index, refusals, the energy ledger",
           "ros2 topic echo /disk/run_state"),
     Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10), Direction.OUT,
           "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
@@ -141,7 +154,7 @@ _TRANSFORM_TOPICS = (
           "the frames of platform, disk and next-collision section, with each sample; with "
           "publish_tf only", "ros2 topic echo /tf"),
     Topic("robot_description", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "the URDF of platform and disk, its links named as the frames; with publish_tf only",
+          "the URDF of platform and disk, with links of the frames' names; with publish_tf only",
           "ros2 topic echo /robot_description"),
 )  # fmt: skip
 TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
@@ -149,10 +162,25 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 )
 """Topics for viewers, with publish_tf only; the type of /tf is not on every machine."""
 
+_LOCKSTEP_TOPICS = (
+    Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
+          "with lockstep: simulated time stands at a gate; its number, the simulated time (ns) and "
+          "the number of rows of disk/impacts published until then",
+          "ros2 topic echo /bouncing_disk/gate"),
+    Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
+          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and "
+          "how many inputs it has published at this gate (refused ones count)",
+          "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
+          "'{data: [1, 0, 0]}'"),
+)  # fmt: skip
+LOCKSTEP_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row in _LOCKSTEP_TOPICS})
+"""Topics with the parameter lockstep only (private names)."""
+
 _SERVICES = (
     Service("~/pause", "std_srvs/srv/SetBool", "pause (true) or resume (false)",
             "ros2 service call /bouncing_disk/pause std_srvs/srv/SetBool '{data: true}'"),
-    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods",
+    Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods, "
+            "or as step_until says",
             "ros2 service call /bouncing_disk/step std_srvs/srv/Trigger"),
     Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time goes on",
             "ros2 service call /bouncing_disk/reset std_srvs/srv/Trigger"),

@@ -26,7 +26,9 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
+    if "--help" in sys.argv:
+        print(__doc__)
+    elif len(sys.argv) > 1:
         main(sys.argv[1])
     else:
         with tempfile.TemporaryDirectory() as place:

@@ -8,13 +8,16 @@ paper's figures have 1261 and 1000. Writes figures_3_and_4_bifurcation.pdf and _
 
 import sys
 
-from bouncing_disk_ros import basins, bifurcation, figures
+from bouncing_disk_ros import basins, bifurcation, figures, fixed_point, period_doublings
 
 
 def main(restitution: float = 0.3, size: int = 60) -> None:
     """Compute both, print what they hold, draw them."""
     # begin=0.0: the period-1 orbit is followed from where it begins at this restitution
-    diagram = bifurcation(restitution=restitution, begin=0.0, end=0.75, count=size, settling=200)
+    begin = 1.005 * (1.0 - restitution) / (1.0 + restitution)
+    first = period_doublings(fixed_point(begin, restitution), "axial_forcing", limit=2.0, count=1)
+    end = 1.11 * first[0].value  # beyond the first doubling
+    diagram = bifurcation(restitution=restitution, begin=0.0, end=end, count=size, settling=200)
     for value, impacts in zip(diagram["doubling"], diagram["doubling_impacts"], strict=True):
         print(f"period {int(impacts)} → {2 * int(impacts)} at Γ = {float(value):.8f}")
 
@@ -29,4 +32,7 @@ def main(restitution: float = 0.3, size: int = 60) -> None:
 
 
 if __name__ == "__main__":
-    main(*(kind(word) for kind, word in zip((float, int), sys.argv[1:], strict=False)))
+    if "--help" in sys.argv:
+        print(__doc__)
+    else:
+        main(*(kind(word) for kind, word in zip((float, int), sys.argv[1:], strict=False)))

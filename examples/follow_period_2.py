@@ -31,4 +31,7 @@ def main(restitution: float = 0.5) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:]))
+    if "--help" in sys.argv:
+        print(__doc__)
+    else:
+        main(*map(float, sys.argv[1:]))

@@ -47,4 +47,7 @@ def make_bag(folder: str, seconds: float = 20.0) -> None:
 
 
 if __name__ == "__main__":
-    make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")
+    if "--help" in sys.argv:
+        print(__doc__)
+    else:
+        make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")

@@ -37,4 +37,7 @@ def main(size: int = 80) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    if "--help" in sys.argv:
+        print(__doc__)
+    else:
+        main(*map(int, sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""The test of retoss_node.py: `pytest examples/test_retoss_node.py`.
+"""The test of retoss_node.py: `pytest examples/test_retoss_node.py` (a clone: `make setup` first).
 
 `stepped_simulator` comes with the installed package (a pytest plugin). Time moves only where the
 test says so, so that the test is as fast as the machine and never waits for a clock.

@@ -31,7 +31,16 @@ TOP = {
 }
 GUIDES = {
     "Begin": ("readme", "examples", "tutorial", "figures"),
-    "Guides": ("studies", "motor", "recording", "replay", "report", "testing", "troubleshooting"),
+    "Guides": (
+        "studies",
+        "motor",
+        "recording",
+        "replay",
+        "report",
+        "testing",
+        "closed_loops",
+        "troubleshooting",
+    ),
     "Reference": ("api", "model", "interfaces", "parameters", "security", "performance"),
     "Development": ("architecture", "contributing", "changelog"),
 }

@@ -54,18 +54,19 @@ def _tosses(_: xr.Dataset) -> list[Number]:
     straight = extreme("speed_ratio", phase_lag=0.0)
     best = extreme("speed_ratio")
     near = toss(0.0, 0.248 * math.pi)
-    flat = "the maximum is at another place, close by"
+    flat = "the maximum is at another value, close by"
     ledger = (
-        "no bookkeeping of the energies gives 0.519 with E_in = ∫(Nṡ + Mβ̇)dt from rest to "
+        "no way of counting the energies gives 0.519 with E_in = ∫(Nṡ + Mβ̇)dt from rest to "
         "separation; a wrong sign of gravity would give 0.5222 at φ_L = 0.248π, at most 0.5236"
     )
     return [
         Number("largest airborne speed", "27.1", abs(speed.airborne_speed), "rad/s",
-               "the exact maximum; the paper prints rpm once and rad/s later: it is rad/s"),
+               "the exact maximum; the paper gives the unit as rpm once and as rad/s later: rad/s "
+               "is right"),
         Number("φ_L/π there", "0.248", speed.amplitude_angle / math.pi, "", flat),
         Number("θ there", "0", speed.phase_lag, "rad"),
         Number("speed ratio at φ_L = 0.248π, θ = 0", "0.983", float(near.speed_ratio), "",
-               "computed at exactly that place"),
+               "computed exactly at these values"),
         Number("speed ratio at the fastest toss", "", abs(speed.speed_ratio)),
         Number("largest speed ratio along θ = 0", "0.995", straight.speed_ratio),
         Number("largest speed ratio of all, along θ = −τ_sep", "", best.speed_ratio),
@@ -76,8 +77,8 @@ def _tosses(_: xr.Dataset) -> list[Number]:
 
 def _diagram(result: xr.Dataset) -> list[Number]:
     points = [float(value) for value in result["doubling"].values]
-    high = "1e-4 above the accurate point"
-    rounded = "from the paper's rounded points; ours from points to more than 8 digits"
+    high = "the printed value is 1e-4 above the accurate one"
+    rounded = "the paper's is from rounded values; ours from values with more than 8 digits"
     rows = [
         Number(f"Γ of the doubling {2**i} → {2 ** (i + 1)}", paper, value, "", why)
         for i, (paper, value, why) in enumerate(
@@ -162,9 +163,9 @@ def _widest(result: xr.Dataset) -> list[Number]:
 BASINS = (
     "Left: each pixel is a start, the state just before a first impact, in the colour of the "
     "attractor that it goes to; the legend has the shares of the window with their standard "
-    "errors. Dots: the impacts of the attractors themselves, white, or orange where the attractor "
-    "comes to contact. Right: how long it takes until it is clear where the start goes, in periods "
-    "of the platform; grey: no such time, on a chaotic attractor."
+    "errors. Dots: the impacts of the attractors, white, or orange where the attractor comes to "
+    "contact. Right: the time after which the attractor of the start is known, in periods of the "
+    "platform; grey: there is no such time, because the attractor is chaotic."
 )
 SHARES = (
     "Top: the parts of the plane of starts that come to contact (black), and those that reach each "
@@ -178,47 +179,47 @@ FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
                 "Trajectories traced by the hand as θ varies at φ_L = π/4 (a-c), and as φ_L varies "
                 "at θ = −π/4 (d-f).", _none,
-                "The closed curve that a point of the platform describes in one period, arc a_e β "
+                "The closed curve on which a point of the platform moves in one period, arc a_e β "
                 "to the right and height s upward, for six pairs of phase lag θ and amplitude "
                 "angle φ_L.",
-                "The text gives no numbers for (b) and (d-f) but φ_L = π/4 and θ = −π/4; the other "
-                "angles are chosen."),
+                "For (b) and (d-f) the text gives only φ_L = π/4 and θ = −π/4; the other angles "
+                "are chosen."),
     PaperFigure("fig2", "Fig. 2: single tosses",
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
                 "with crosses; (d) details of two motions.", _tosses,
                 "Each point is one toss from rest on the platform at its lowest point, at fixed "
                 "arc and frequency: airborne speed, speed ratio and efficiency at the first "
                 "separation, as colours over phase lag θ and amplitude angle φ_L; crosses mark "
-                "the largest values. Grey: the platform never lets go. The second picture shows "
-                "two of the tosses in time."),
+                "the largest values. Grey: the disk never leaves the platform. The second picture "
+                "shows two of the tosses in time."),
     PaperFigure("fig3", "Fig. 3: period doubling",
                 "τ_imp over Γ with a period-doubling route to chaos at ε = 0.5; angular speed at "
                 "θ = 0, Γ_T = 100.", _diagram,
                 "Top: forcing phase of the impacts of the attractor followed upward in Γ; the "
                 "darker a cell, the more impacts fall there. Blue: an orbit without contact; "
                 "orange: one that comes to contact in each repetition. Black dashes: the "
-                "period-1 orbit, which goes on unstable beyond Γ₁. Green lines: period doublings, "
-                "by continuation. The purple line is the crisis: the chaotic attractor comes to "
-                "contact, and what is followed from there on is the orbit that leaves contact, "
-                "another attractor. Middle: mean rotor speed, in ωΦ; the values with contact "
-                "scatter, for where that orbit is long roundings decide its length. Bottom: "
+                "period-1 orbit, which exists beyond Γ₁ too, but is unstable there. Green lines: "
+                "period doublings, by continuation. Purple line: the crisis, where the chaotic "
+                "attractor comes to contact. Beyond it the diagram follows another attractor, the "
+                "orbit that leaves contact. Middle: mean rotor speed, in ωΦ; the values with "
+                "contact scatter, because rounding decides the length of a long orbit. Bottom: "
                 "Lyapunov exponent of the axial motion for each impact, above 0 in chaos; orange "
-                "marks at the edge: −∞, for contact makes all orbits one."),
+                "marks at the edge: −∞, because all orbits become one at contact."),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
                 _share("11.6"), BASINS,
-                "The window is not in the text: τ_imp in [0, 2π), w_A in (−5, 0) πg/ω gives both "
-                "printed shares."),
+                "The text does not give the window: τ_imp in [0, 2π), w_A in (−5, 0) πg/ω gives "
+                "both printed shares."),
     PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7"), BASINS),
     PaperFigure("fig4c", "Fig. 4, Γ = 0.55",
                 "The fractal nature of the basin boundary implies a sensitive dependence on the "
                 "initial condition.", _share(""), BASINS,
-                "α and the dimension belong to the distances named: in this window α is 0.2 at "
+                "α and the dimension are valid for the distances named: in this window α is 0.2 at "
                 "1e-3, 0.1 at 1e-7 and 0.05 to 0.1 below 1e-9."),
     PaperFigure("fig4d", "Fig. 4, Γ = 0.60",
                 "The whole region is in the basin of one attractor.", _share(""), BASINS,
-                "How long that attractor takes from contact to contact is not told: roundings "
-                "grow beyond its size on the way, so that each arithmetic finds another number."),
+                "The time of that attractor from contact to contact is not given: rounding errors "
+                "grow beyond its size in this time, so other arithmetic gives another number."),
     PaperFigure("ease", "Beyond the paper: how easy a multiple toss is",
                 "A wide basin implies a wider margin of variability: it would be easier to "
                 "maintain a period-1 orbit for Γ ≈ 0.486, where the best phase lag is −0.26π.",
@@ -232,13 +233,14 @@ FIGURES = (
 
 
 INTRODUCTION = (
-    "Each figure of Liu, Friend, Yeo (EPL 2009) from one command, and each printed number beside "
-    "ours. *Agrees* means that ours rounds to what is printed. Where the two differ, the reason is "
-    "given; nothing is tuned to a printed number. The parameter files are in config/ of the "
-    "sources, and in share/bouncing_disk_ros/config where the package is installed; "
-    "`make figures` computes them all. Without the command ros2 write "
-    "`python -m bouncing_disk_ros NAME` for `ros2 run bouncing_disk_ros NAME`, and `config/` for "
-    "the path that ends so; another restitution is one more `-p restitution:=0.3` at the end."
+    "This page has each figure of Liu, Friend, Yeo (EPL 2009) with the command that computes it, "
+    "and compares each printed number with ours. *Agrees* means that ours rounds to the printed "
+    "number. Where the two differ, the reason is given; nothing is tuned to a printed number. The "
+    "parameter files are in config/ of the sources, and in share/bouncing_disk_ros/config where "
+    "the package is installed; `make figures` computes all figures. Without the command ros2, "
+    "write `python -m bouncing_disk_ros NAME` for `ros2 run bouncing_disk_ros NAME`, and the "
+    "folder `config/` of the sources for the path with `$(…)`. For another restitution, add for "
+    "example `-p restitution:=0.3` at the end."
 )
 
 

@@ -1,4 +1,4 @@
-"""Arrays in, results out: what impacts mean.
+"""Analysis of impacts and states, from arrays: orbits, attractors, basins, estimates, reports.
 
 Imports between the packages point down only:
 

@@ -1,4 +1,4 @@
-"""Bags: bytes and messages, never physics. `Writer` makes one, `open` reads one, `recover` mends.
+"""Bags of messages in MCAP: `Writer` writes one, `open` reads one, `recover` repairs one.
 
 A bag is a rosbag2 folder of .mcap files; see docs/recording.md.
 """
@@ -23,7 +23,7 @@ __all__ = [
 
 
 def open(path: str | Path, watch: Watch = nothing) -> Bag:  # noqa: A001 (as gzip.open)
-    """Open a bag to read: its folder, or one .mcap file.
+    """Open a bag for reading: its folder, or one .mcap file.
 
     `watch` is called now and then with the bytes passed and the bytes of the file, while a file
     without an index is walked through. Raises InputError, BagError when the bag cannot be read.

@@ -1,4 +1,4 @@
-"""What a reader of bags is given: messages as stored, and what is known of a topic."""
+"""Messages of a bag as stored, and the topics of a bag."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Form(NamedTuple):
 
 @dataclass
 class Topic:
-    """One topic of a bag."""
+    """A topic of a bag: its type, and the messages of all its channels."""
 
     name: str
     form: Form

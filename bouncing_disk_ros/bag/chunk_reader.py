@@ -53,7 +53,7 @@ def unpacked(content: memoryview) -> tuple[fields.ChunkHead, bytes]:
     except (zstandard.ZstdError, RuntimeError, EOFError, ValueError) as error:
         raise BagError(f"damaged: {error}") from None
     if len(data) != head.size or (head.crc and zlib.crc32(data) != head.crc):
-        raise BagError("damaged: the checksum does not fit")
+        raise BagError("damaged: the checksum is wrong")
     return head, data
 
 
@@ -61,19 +61,19 @@ def _decompressed(head: fields.ChunkHead, stored: memoryview) -> bytes:
     match head.compression:
         case "":
             if len(stored) != head.size:
-                raise BagError("lengths do not fit")
+                raise BagError("its lengths contradict each other")
             return bytes(stored)
         case "zstd":
             return _zstd(stored, head.size)
         case "lz4":
             return _lz4(stored, head.size)
         case name:
-            raise BagError(f"compression {name!r} is not known (none, lz4 and zstd are)")
+            raise BagError(f"unknown compression {name!r} (known: none, lz4, zstd)")
 
 
 def _zstd(stored: memoryview, size: int) -> bytes:
     if zstandard.frame_content_size(stored) not in (-1, size):
-        raise BagError("lengths do not fit")
+        raise BagError("its lengths contradict each other")
     tool = zstandard.ZstdDecompressor(max_window_size=limits.CHUNK)
     if size <= _AT_ONCE:
         return tool.decompress(stored, max_output_size=size, allow_extra_data=False)
@@ -83,7 +83,7 @@ def _zstd(stored: memoryview, size: int) -> bytes:
             parts.append(part)
             made += len(part)
     if made > size:
-        raise BagError("it holds more than its head says")
+        raise BagError("it holds more data than its header says")
     return b"".join(parts)
 
 
@@ -98,7 +98,7 @@ def _lz4(stored: memoryview, size: int) -> bytes:
         parts.append(part)
         made += len(part)
     if made > size:
-        raise BagError("it holds more than its head says")
+        raise BagError("it holds more data than its header says")
     if not tool.eof or tool.unused_data:
         raise BagError("the compressed data end too early, or too late")
     return parts[0] if len(parts) == 1 else b"".join(parts)
@@ -116,7 +116,7 @@ def records(data: bytes | memoryview) -> Iterator[tuple[int, int, int]]:
         yield opcode, position, whole
         position += whole
     if position != end:
-        raise BagError("damaged: a record runs over the end")
+        raise BagError("damaged: a record goes beyond the end")
 
 
 class Inner:
@@ -140,7 +140,7 @@ class Inner:
                 if len(self.definitions) > limits.DEFINED:
                     raise BagError(f"damaged: more than {limits.DEFINED} definitions")
             elif opcode < 0x80 or (others := others + 1) > limits.RECORDS:
-                raise BagError(f"damaged: a record of kind {opcode} does not belong into a chunk")
+                raise BagError(f"damaged: a record of kind {opcode} is not allowed in a chunk")
         self.places = np.frombuffer(places, np.uint32)
         self._lengths = np.frombuffer(lengths, np.uint32)
         self._heads = self._read_heads()

@@ -33,7 +33,7 @@ class Definitions:
         for opcode, row in inner_definitions(inner):
             key = opcode, row.id
             if self._sure.get(key, row) != row or found.setdefault(key, row) != row:
-                raise BagError(f"it defines the number {row.id} unlike an earlier definition")
+                raise BagError(f"its definition of number {row.id} differs from an earlier one")
         self._sure.update(found)
         for row in found.values():
             self._keep(row)

@@ -44,7 +44,7 @@ class Fields:
         """So many bytes."""
         end = self.position + length
         if end > len(self._data):
-            raise BagError("damaged: a length leads beyond the end of its record")
+            raise BagError("damaged: a length goes beyond the end of its record")
         found = bytes(self._data[self.position : end])
         self.position = end
         return found
@@ -63,7 +63,7 @@ class Fields:
         """A short text of one line, fit to be shown."""
         text = self.text(limits.NAME)
         if not text.isprintable():
-            raise BagError(f"damaged: a name with letters that cannot be shown: {text[:60]!r}")
+            raise BagError(f"damaged: a name with characters that cannot be shown: {text[:60]!r}")
         return text
 
     def texts(self) -> dict[str, str]:
@@ -71,7 +71,7 @@ class Fields:
         (length,) = self.take(_FOUR)
         end = self.position + length
         if end > len(self._data):
-            raise BagError("damaged: a length leads beyond the end of its record")
+            raise BagError("damaged: a length goes beyond the end of its record")
         found: dict[str, str] = {}
         while self.position < end:
             name = self.name()
@@ -79,7 +79,7 @@ class Fields:
                 raise BagError(f"damaged: the key {name!r} is given twice")
             found[name] = self.text()
         if self.position != end:
-            raise BagError("damaged: lengths within a record do not fit")
+            raise BagError("damaged: lengths within a record contradict each other")
         return found
 
 
@@ -150,10 +150,10 @@ def statistics(content: Content) -> Statistics:
     messages, schemas, channels, attachments, notes, chunks, *_ = fields.take(_STATISTICS)
     (length,) = fields.take(_FOUR)
     if length % _COUNT.size:
-        raise BagError("damaged: lengths within a record do not fit")
+        raise BagError("damaged: lengths within a record contradict each other")
     counts = dict(_COUNT.iter_unpack(fields.bytes(length)))
     if len(counts) * _COUNT.size != length or sum(counts.values()) != messages:
-        raise BagError("damaged: the counts of messages do not add up")
+        raise BagError("damaged: the counts of messages contradict each other")
     return Statistics(messages, schemas, channels, attachments, notes, chunks, counts)
 
 
@@ -205,7 +205,7 @@ def attachment(content: Content, length: int) -> AttachmentHead:
     name, media_type = fields.name(), fields.name()
     (size,) = fields.take(_EIGHT)
     if fields.position + size + 4 > length:
-        raise BagError("damaged: a length leads beyond the end of its record")
+        raise BagError("damaged: a length goes beyond the end of its record")
     return AttachmentHead(log_time, create_time, name, media_type, fields.position, size)
 
 
@@ -234,7 +234,7 @@ def chunk(content: Content, length: int) -> ChunkHead:
     name = fields.name()
     (stored,) = fields.take(_EIGHT)
     if stored != length - fields.position:
-        raise BagError("lengths do not fit")
+        raise BagError("its lengths contradict each other")
     if size > limits.CHUNK or stored > limits.CHUNK + (limits.CHUNK >> 4):
         most = limits.CHUNK // limits.MIB
         raise BagError(f"a chunk of {max(size, stored)} bytes: at most {most} MiB can be read")

@@ -1,4 +1,4 @@
-"""The format of our notes in a bag, its version, and a checksum over them.
+"""The format of this package's notes in a bag, its version, and a checksum over them.
 
 An mcap metadata record has no checksum of its own, so the notes carry one.
 """
@@ -21,7 +21,7 @@ _CRC = "crc32"
 
 
 class BagError(Exception):
-    """A bag is damaged where it was read, or holds something that cannot be decoded. One line."""
+    """Error of a bag that is damaged where it was read, or cannot be decoded. One line."""
 
     def __str__(self) -> str:
         return one_line(super().__str__())
@@ -37,10 +37,10 @@ def checked(notes: Mapping[str, str]) -> dict[str, str]:
     """Notes without their checksum; BagError when it does not fit, or they cannot be shown."""
     texts = {key: value for key, value in notes.items() if key != _CRC}
     if notes.get(_CRC) != f"{_checksum(texts):08x}":
-        raise BagError("the notes of the bag are damaged (their checksum does not fit)")
+        raise BagError("the notes of the bag are damaged (their checksum is wrong)")
     for key, text in texts.items():
         if len(text) > limits.NOTE or not text.isprintable():
-            raise BagError(f"the note {key!r} has too many letters, or such that cannot be shown")
+            raise BagError(f"the note {key!r} is too long, or has characters that cannot be shown")
     return texts
 
 

@@ -36,7 +36,7 @@ def files_of(path: Path) -> Located:
         if isinstance(error, InputError):
             raise
         missing = isinstance(error, FileNotFoundError)
-        why = "There is nothing of that name." if missing else str(error)
+        why = "There is no file or folder of that name." if missing else str(error)
         raise InputError("bag", str(path), ALLOWED, why) from None
     if path.name == metadata.FILE_NAME:
         return files_of(path.absolute().parent)
@@ -77,7 +77,7 @@ def _named(folder: Path) -> Located:
             return Located(sorted([*present, *more], key=_number), remarks)
     if found.files:
         broken = (folder / metadata.FILE_NAME).exists()
-        why = "cannot be used" if broken else "is missing: the recording did not end in order"
+        why = "cannot be used" if broken else "is missing: the recording was not completed"
         return Located(found.files, [f"metadata.yaml {why}", *found.remarks])
     for file in sorted(folder.iterdir()):
         _refuse_other(folder, file)

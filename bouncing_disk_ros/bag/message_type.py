@@ -123,7 +123,7 @@ class MessageType:
 def _lines(text: str) -> str:
     """A definition without comments of their own lines; BagError when it is too long."""
     if len(text) > limits.DEFINITION:
-        raise BagError(f"{len(text)} letters: at most {limits.DEFINITION}")
+        raise BagError(f"{len(text)} characters: at most {limits.DEFINITION}")
     lines = [
         line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")
     ]

@@ -33,12 +33,12 @@ def cloud_dtype(cloud: Any) -> np.dtype[np.void]:
         count = max(field.count, 1)
         if one is None or field.offset + count * int(one[1]) > step:
             given = f"type {field.datatype}, {field.count} times from byte {field.offset}"
-            raise BagError(f"a field of a cloud, {field.name!r}, that does not fit: {given}")
+            raise BagError(f"a field of a cloud, {field.name!r}, not within a point: {given}")
         names.append(field.name)
         formats.append(order + one if count == 1 else (order + one, (count,)))
         offsets.append(field.offset)
     if len({*names}) < len(names) or not all(name.isprintable() and name for name in names):
-        raise BagError("a cloud whose fields have no names of their own")
+        raise BagError("a cloud whose fields have equal, empty or unprintable names")
     layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": step}
     return np.dtype(layout)  # type: ignore[call-overload, no-any-return, unused-ignore]
 
@@ -84,7 +84,7 @@ class CloudRows:
         """Decode a message in full and remember where its parts stand."""
         cloud = self._decode(data)
         if not all(hasattr(cloud, name) for name in _MEMBERS):
-            raise BagError("a cloud without the fields of one: its definition is another")
+            raise BagError("a cloud without the members of PointCloud2: its definition is another")
         dtype, points = cloud_dtype(cloud), cloud.data.tobytes()
         if self._dtype not in (None, dtype):
             raise BagError("the clouds of this topic have different fields; read them one by one")

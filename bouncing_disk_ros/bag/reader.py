@@ -51,7 +51,7 @@ class Bag:
         self.notes = self._notes()
         version = self.notes.get(FORMAT_KEY, "0")
         if not version.isdecimal() or len(version) > 9 or int(version) > FORMAT_VERSION:
-            hint = "It was made by a newer version of this package: update it."
+            hint = "It was made by a newer version of this package: update the package."
             given = int(version) if version.isdecimal() and len(version) <= 9 else version
             raise InputError("bag format", given, f"1 to {FORMAT_VERSION}", hint)
 
@@ -185,7 +185,7 @@ class Bag:
     ) -> tuple[NDArray[np.void], dict[str, NDArray[np.int64]]]:
         """All points of the clouds of a topic; if `timed` the times of their messages beside."""
         if (kind := self._topic(topic).type) != decode.CLOUD:
-            raise InputError(f"type of {topic}", kind, decode.CLOUD, "Take `columns` for it.")
+            raise InputError(f"type of {topic}", kind, decode.CLOUD, "Use `columns` for it.")
         gathered = point_clouds.CloudRows(self.decoder(topic))
         counts: list[int] = []
         times: list[tuple[int, int]] = []

@@ -41,7 +41,7 @@ _TIMES = struct.Struct("<QQ")
 
 
 def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = nothing) -> Report:
-    """Save what can be saved of a bag into a new one (default: its name with `_recovered`).
+    """Repair a bag: copy all that can be read into a new one (default: its name with `_recovered`).
 
     `watch` is called now and then with the bytes passed and the bytes of the file. Raises
     InputError when there is no such bag or the new folder cannot be made, BagError when a file of

@@ -15,7 +15,7 @@ MOST_LINES = 200
 
 @dataclass
 class Report:
-    """What recovery saved and what it could not save, in words and in numbers."""
+    """Report of a recovery: what was saved and what was lost, in words and in numbers."""
 
     output: Path
     saved: int = 0
@@ -36,7 +36,7 @@ class Report:
         """One line."""
         lost = f"{self.lost} lost" if self.lost else "nothing that was written is lost"
         if not self.exact:
-            more = "what was cut off or unreadable is lost, how much is unknown"
+            more = "an unknown number of messages, cut off or unreadable, is lost"
             lost = f"{lost}, and {more}" if self.lost else more
         return f"{self.output}: {self.saved} messages saved, {lost}"
 

@@ -125,7 +125,7 @@ class Walk:
                 return self._attachment(position, whole)
             case Opcode.SCHEMA | Opcode.CHANNEL | Opcode.METADATA | Opcode.HEADER:
                 return self._small(opcode, position, whole)
-        raise BagError(f"a record of kind {opcode} does not belong here")
+        raise BagError(f"a record of kind {opcode} is not allowed here")
 
     def _small(self, opcode: int, position: int, whole: int) -> Piece | int:
         if whole > limits.RECORD:
@@ -139,7 +139,7 @@ class Walk:
                 fields.metadata(content)
             case _:
                 if position != len(MAGIC):
-                    raise BagError("a header in the midst of the file")
+                    raise BagError("a header in the middle of the file")
                 fields.header(content)
                 return whole
         return Piece(opcode, position, whole, record)
@@ -162,7 +162,7 @@ class Walk:
         fields.attachment(content, length)
         (crc,) = struct.unpack("<I", self._file.read(start + length - 4, 4))
         if crc and self._file.checksum(start, length - 4) != crc:
-            raise BagError("damaged attachment: the checksum does not fit")
+            raise BagError("damaged attachment: the checksum is wrong")
         return Piece(Opcode.ATTACHMENT, position, whole)
 
     def _messages(self, position: int, whole: int) -> Piece:
@@ -201,7 +201,7 @@ class Walk:
         if not length:
             self._empty += 1
             if self._empty > limits.RECORDS:
-                raise TooDamagedError(f"more than {limits.RECORDS} indices of no message")
+                raise TooDamagedError(f"more than {limits.RECORDS} empty message indices")
         elif (left := self._indices_left) > 0:
             self._indices_left = left - 1
         else:

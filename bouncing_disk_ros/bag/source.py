@@ -125,15 +125,15 @@ class Source:
     def _chunk(self, block: Block, record: bytes) -> Inner:
         opcode, length = HEAD.unpack_from(record)
         if self.indexed and (opcode != Opcode.CHUNK or length != block.length - HEAD.size):
-            raise BagError("damaged: no chunk stands where the index says")
+            raise BagError("damaged: there is no chunk at the place that the index gives")
         head, data = unpacked(memoryview(record)[HEAD.size :])
         if head.size != block.size:
-            raise BagError("damaged: the index says another size")
+            raise BagError("damaged: its size differs from that in the index")
         inner = Inner(data)
         for opcode, row in inner_definitions(inner):
             known = self.schemas if opcode == Opcode.SCHEMA else self._defined
             if known.get(row.id, row) != row:
-                raise BagError(f"it defines the number {row.id} unlike the index")
+                raise BagError(f"its definition of number {row.id} differs from the index")
         return inner
 
     def attachments(self) -> Iterator[Attachment]:
@@ -146,7 +146,7 @@ class Source:
                 raise self._damaged("attachment", offset, str(error)) from None
             (crc,) = struct.unpack("<I", content[-4:])
             if crc and zlib.crc32(memoryview(content)[:-4]) != crc:
-                raise self._damaged("attachment", offset, "the checksum does not fit")
+                raise self._damaged("attachment", offset, "the checksum is wrong")
             yield Attachment(
                 log_time=head.log_time, create_time=head.create_time, name=head.name,
                 media_type=head.media_type,

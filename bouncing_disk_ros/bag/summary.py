@@ -60,7 +60,7 @@ def summary_of(file: RegularFile) -> Summary | None:
     content = file.read(start, tail_at - start)
     crc = zlib.crc32(tail[: HEAD.size + 16], zlib.crc32(content))
     if footer.summary_crc not in (0, crc):
-        raise BagError("its checksum does not fit")
+        raise BagError("its checksum is wrong")
     reading = _Reading(start)
     for opcode, position, whole in records(content):
         reading.take(opcode, memoryview(content)[position + HEAD.size : position + whole])
@@ -105,7 +105,7 @@ class _Reading:
                 self._others += 1
                 is_known = opcode == Opcode.SUMMARY_OFFSET or opcode >= 0x80
                 if not is_known or self._others > limits.RECORDS:
-                    raise BagError(f"a record of kind {opcode} does not belong into it")
+                    raise BagError(f"a record of kind {opcode} is not allowed in it")
 
     def _define(self, opcode: int, content: memoryview) -> None:
         self._defined += 1
@@ -134,7 +134,7 @@ def _check(found: Summary, statistics: fields.Statistics, end: int) -> None:
         passed = offset + length
     named = len(found.blocks), len(found.attachments), len(found.metadata)
     if named != (statistics.chunks, statistics.attachments, statistics.metadata):
-        raise BagError("it does not name all that it counts")
+        raise BagError("its counts of records differ from the records that it names")
     if statistics.messages * _LEAST_MESSAGE > sum(block.size for block in found.blocks):
         raise BagError("it counts more messages than there is room for")
     if not statistics.counts.keys() <= found.channels.keys():

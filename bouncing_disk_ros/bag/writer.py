@@ -30,7 +30,7 @@ from bouncing_disk_ros.units import NS
 
 
 class Writer:
-    """Writes one bag. InputError: the folder cannot be made; WriteError: the disk is full.
+    """Writer of one bag. InputError: the folder cannot be made; WriteError: the disk is full.
 
     `notes` are texts that go into metadata.yaml (custom_data) and into every file.
     """

@@ -1,4 +1,4 @@
-"""How a bag is written, and the error of a disk that takes no more."""
+"""Options of a bag writer, and the error of a disk that is full."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ COMPRESSIONS = {
 
 
 class WriteError(Exception):
-    """Nothing more can be written. The bag is closed; what it holds can be read. One line."""
+    """Error of a bag that cannot be written further. It is closed and can be read. One line."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a bag is written; sizes in bytes, times in seconds, 0: no limit."""
+    """Options of a bag writer; sizes in bytes, times in seconds, 0: no limit."""
 
     compression: str = "zstd"
     chunk_size: int = 1 << 20
@@ -44,4 +44,5 @@ def write_error(folder: Path, error: Exception, lost: int) -> WriteError:
     else:
         why = f"an error of the recorder itself, {type(error).__name__}: {error}"
     what = f"; {lost} messages that were received are not in it" if lost else ""
-    return WriteError(f"{folder}: recording ended: {why}{what}. What is there can be read")
+    why = f"recording ended: {why}{what}"
+    return WriteError(f"{folder}: {why}. The bag can be read up to that point")

@@ -249,11 +249,11 @@ def _pooled(
     """
     latest = _standard_error(angles, times)
     mean = (angles[BATCHES] - angles[0]) / (times[BATCHES] - times[0])
-    if error == math.inf or abs(mean - known) > _SURE * math.hypot(error, latest):
+    if error == math.inf or abs(mean - known) > _SURE * math.sqrt(error * error + latest * latest):
         first[:] = since
         error = math.inf
     if error < math.inf:
-        latest *= error / math.hypot(error, latest)
+        latest *= error / math.sqrt(error * error + latest * latest)
     speed = (seen[SEEN_ANGLE] - first[SEEN_ANGLE]) / (seen[SEEN_AT] - first[SEEN_AT])
     return speed, latest
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from numba import njit, types
+from numba.extending import overload
 
 Kernel: TypeAlias = Callable[..., Any]
 
@@ -71,6 +73,41 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
         return compiled
 
     return compile_entry
+
+
+OFFSET_FIELD = "axial_duration"
+"""A field that only the record of a motion with an offset has (layout.OFFSET_DTYPE)."""
+
+
+def chosen_by_motion(function: Kernel) -> Kernel:
+    """Let compiled code call the function of this name in `offset_motion` for a motion with one.
+
+    The first argument is the motion. All others get the function itself: there an offset adds
+    nothing, and nothing is compiled for it.
+    """
+
+    def choose(motion: Any, *_: Any) -> Kernel:
+        if not (isinstance(motion, types.Record) and OFFSET_FIELD in motion.fields):
+            return function
+        offsets = import_module("bouncing_disk_ros.core.offset_motion")
+        found: Kernel = getattr(offsets, function.__name__)
+        return found
+
+    options = {"error_model": "numpy", "forceinline": True}
+    overload(function, jit_options=options, strict=False)(choose)
+    return function
+
+
+def compile_also(compiled: Kernel, argument: object, other: object) -> None:
+    """Compile an entry for another type of one of its arguments, once; cached as the first is."""
+    signatures: list[tuple[object, ...]] = list(compiled.signatures)  # type: ignore[attr-defined]
+    wanted = tuple(other if found == argument else found for found in signatures[0])
+    if wanted not in signatures:
+        compiled.disable_compile(False)  # type: ignore[attr-defined]
+        try:
+            compiled.compile(wanted)  # type: ignore[attr-defined]
+        finally:
+            compiled.disable_compile()  # type: ignore[attr-defined]
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, chosen_by_motion, kernel
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds
 
@@ -30,6 +30,20 @@ class Bounds(NamedTuple):
     until: float
 
 
+@chosen_by_motion
+def bounds_of_offset(
+    _motion: Record, _begin: float, _end: float
+) -> tuple[float, float, float, float, float, float]:
+    """Bounds of |p̈|, |p⃛|, |p⁗| and |q̈|, |q⃛|, |q⁗| between two values of `elapsed`."""
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@chosen_by_motion
+def span_within_offset(_motion: Record, span: float) -> float:
+    """A span of time, s, of which no segment of an offset has more than a few."""
+    return span
+
+
 @kernel
 def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     """Bounds from the delay d on, to the end of the panel of a cross-fade that holds d.
@@ -38,7 +52,8 @@ def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     """
     if motion.kind == STEADY:
         return _whole(motion)
-    end = d + span_from(motion, elapsed + d, motion.duration / _FEWEST_PANELS, 1.0)
+    span = span_from(motion, elapsed + d, motion.duration / _FEWEST_PANELS, 1.0)
+    end = d + span_within_offset(motion, span)
     return bounds_between(motion, elapsed, d, end)
 
 
@@ -88,7 +103,11 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
     )
     q2, q3, q4 = dw * b1 + turn * b2, dw * b2 + turn * b3, dw * b3 + turn * b4
     c2, c3, c4 = derivative_bounds((p, y * b1, y * b2, y * b3, y * b4), w + turn * b1, q2, q3, q4)
-    return Bounds(s2 * ROOM, s3 * ROOM, s4 * ROOM, c2 * ROOM, c3 * ROOM, c4 * ROOM, end)
+    x2, x3, x4, y2, y3, y4 = bounds_of_offset(motion, elapsed + d, elapsed + end)
+    return Bounds(
+        (s2 + x2) * ROOM, (s3 + x3) * ROOM, (s4 + x4) * ROOM,
+        (c2 + y2) * ROOM, (c3 + y3) * ROOM, (c4 + y4) * ROOM, end,
+    )  # fmt: skip
 
 
 @kernel

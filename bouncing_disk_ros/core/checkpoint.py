@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.layout import FADE, FLIGHT, HELD, NEVER, SLIDING, STEADY
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
 from bouncing_disk_ros.core.schedule import Fade, Impulse
 
 FORMAT = 1
@@ -29,8 +29,6 @@ FREQUENCIES = (1e-9, 1e9)  # Hz
 _LARGEST = 1e100  # of any other number
 _INT64 = (-(2**63), 2**63 - 1)
 _LATEST = int(NEVER) // 2  # ns, of an instant
-_LOADS = ("brake_torque", "load_inertia")
-"""Last fields of a disk, which checkpoints of version 0.1.0 lack: 0."""
 _Item = TypeVar("_Item")
 
 
@@ -95,10 +93,10 @@ def motion(name: str, values: Any) -> Motion:
 def disk(name: str, values: Any) -> Disk:
     """Disk, contact and loads from their numbers."""
     count = len(Disk._fields)
-    if isinstance(values, (list, tuple)) and len(values) == count - len(_LOADS):
-        values = [*values, *(0.0 for _ in _LOADS)]
+    if isinstance(values, (list, tuple)) and len(values) == count - len(LOADS_OF_OLD_RECORDS):
+        values = [*values, *LOADS_OF_OLD_RECORDS.values()]
     made = Disk(*_numbers(name, values, count))
-    for field in _LOADS:
+    for field in LOADS_OF_OLD_RECORDS:
         number(f"{name} {field}", getattr(made, field), low=0.0)
     for field in ("mass", "gyration_radius"):
         number(f"{name} {field}", getattr(made, field), low=1e-100)

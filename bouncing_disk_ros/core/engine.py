@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -31,11 +32,15 @@ from bouncing_disk_ros.core.model import (
     Sample,
     SimulationError,
 )
+from bouncing_disk_ros.core.offset import Segment, hold
+from bouncing_disk_ros.core.offset_record import with_offset
+from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
+Segments = tuple[Segment, Segment]  # axial, angular
 
 
 class Engine:
@@ -45,7 +50,10 @@ class Engine:
         """Empty records; `place` gives them a state."""
         self.k = disk_record(disk, report_speed)
         self.state = np.zeros(1, STATE_DTYPE)
-        self.m = np.zeros(1, MOTION_DTYPE)
+        self.base = np.zeros(1, MOTION_DTYPE)  # the sinusoid
+        self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
+        self.m = self.base  # both: what the kernels read
+        self._knot_ahead = False
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
@@ -69,7 +77,9 @@ class Engine:
         cycles, before = self.clock
         cycles += 1 if tau < before else 0  # (cycles, phase) never falls
         rows = int(state["rows"][0])
-        self.m = platform.steady(motion, time_ns, cycles, tau)
+        self.base = platform.steady(motion, time_ns, cycles, tau)
+        self.segments = (hold(time_ns, 0.0), hold(time_ns, 0.0))
+        self._join_motions()
         state[:] = np.zeros(1, STATE_DTYPE)
         state["ns"], state["cycles"], state["tau"], state["rows"], state["phase"] = (
             time_ns,
@@ -151,9 +161,38 @@ class Engine:
             rows.append(self._written(n))
 
     def change_motion(self, motion: NDArray[np.void]) -> None:
-        """Put another motion in force under the halted disk."""
-        self.m = motion
-        stepper.keep_sticking(self.state, motion)
+        """Put another sinusoid in force under the halted disk."""
+        self.base = motion
+        self._join_motions()
+        stepper.keep_sticking(self.state, self.m)
+
+    def change_offset(self, segments: Segments) -> None:
+        """Put other segments of the offset in force under the halted disk, at its instant.
+
+        Where the platform's velocity jumps, the disk's own stays.
+        """
+        now = int(self.state["ns"][0])
+        axial, angular = (
+            0.0 if after == before else after.velocity_after(now) - before.velocity_before(now)
+            for before, after in zip(self.segments, segments, strict=True)
+        )
+        self.segments = segments
+        self._join_motions()
+        if axial != 0.0:
+            self.state["u"] -= axial
+        if angular == 0.0:
+            stepper.keep_sticking(self.state, self.m)
+
+    def expect_knot(self, ahead: bool) -> None:
+        """Whether a segment of the offset is to begin."""
+        if ahead != self._knot_ahead:
+            self._knot_ahead = ahead
+            self._join_motions()
+
+    def _join_motions(self) -> None:
+        self.m = with_offset(self.base, *self.segments, knot_ahead=self._knot_ahead)
+        if self.m is not self.base:
+            _load_offset_kernels()
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
@@ -239,14 +278,14 @@ class Engine:
         """All records as JSON-able numbers."""
         return {
             "state": checkpoint.plain(self.state),
-            "motion": checkpoint.plain(self.m),
+            "motion": checkpoint.plain(self.base),
             "disk": checkpoint.plain(self.k),
             "books": self._ledger.tolist(),
             "open_row": checkpoint.plain(self._open_row),
         }
 
     @classmethod
-    def restore(cls, disk: Disk, report_speed: float, values: Any) -> Self:
+    def restore(cls, disk: Disk, report_speed: float, values: Any, segments: Segments) -> Self:
         """Inverse of `snapshot`. What follows from other numbers is computed again."""
         names = ("state", "motion", "books", "open_row")
         if not isinstance(values, Mapping) or set(names) - set(values):
@@ -256,15 +295,24 @@ class Engine:
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
         engine.invalidate_next_event()
-        engine.m = checkpoint.record(values["motion"], MOTION_DTYPE)
-        checkpoint.check_motion(engine.m[0])
-        platform.derive(engine.m)
+        engine.base = checkpoint.record(values["motion"], MOTION_DTYPE)
+        checkpoint.check_motion(engine.base[0])
+        platform.derive(engine.base)
+        engine.segments = segments
+        engine._join_motions()
         ledger = values["books"]
         if _rows_of(ledger, len(LEDGER_FIELDS) - 1):  # of 0.1.0, before the loss in a brake
             ledger = [[*row[:L_BRAKE], 0.0, *row[L_BRAKE:]] for row in ledger]
         engine._ledger = checkpoint.table("books", ledger, 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine
+
+
+@cache
+def _load_offset_kernels() -> None:
+    """Compile what motions with an offset need, on all cores, or load it."""
+    compile_offset_kernels()
+    from bouncing_disk_ros.core import offset_kernels  # noqa: F401
 
 
 def _with_loads(values: Any, engine: Engine) -> Any:

@@ -9,10 +9,16 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, arcsine, kernel, sincos_excess
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    arcsine,
+    chosen_by_motion,
+    kernel,
+    sincos_excess,
+)
 from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
-from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, blend_jet, relative_blend
+from bouncing_disk_ros.core.layout import FADE, STEADY
+from bouncing_disk_ros.core.platform import Jet, Record, blend_jet, relative_blend, sinusoid_jet
 from bouncing_disk_ros.core.roots import (
     ROUNDING,
     one_root_ahead,
@@ -93,8 +99,14 @@ def fading_gap(
         + speed_change * cosine
         + a0 * w0 * cosine_change
     )
-    jet = axial_jet(motion, sine, cosine, elapsed + d)
+    jet = sinusoid_jet(motion, sine, cosine, elapsed + d)
     return gap + (u - 0.5 * g * d) * d - rise, u - g * d - fall, -g - jet[2], -jet[3], -jet[4]
+
+
+@chosen_by_motion
+def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
+    """The jet of a gap d seconds after `elapsed`: that over the sinusoid, less the offset's."""
+    return jet
 
 
 @kernel
@@ -109,9 +121,11 @@ def gap_after(
     d: float,
 ) -> Jet:
     """Gap and its first four derivatives d seconds after sin τ = s, cos τ = c."""
-    if motion.kind == STEADY:
-        return steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
-    return fading_gap(motion, elapsed, sine, cosine, g, gap, u, d)
+    if motion.kind != FADE:
+        jet = steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
+    else:
+        jet = fading_gap(motion, elapsed, sine, cosine, g, gap, u, d)
+    return gap_with_offset(motion, elapsed, d, jet)
 
 
 @kernel

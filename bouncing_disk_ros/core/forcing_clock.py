@@ -12,6 +12,7 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
+    chosen_by_motion,
     kernel,
     pair_product,
     pair_quotient,
@@ -20,7 +21,7 @@ from bouncing_disk_ros.core.arithmetic import (
     two_sum,
     wrapped,
 )
-from bouncing_disk_ros.core.layout import STEADY
+from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import Record, phase_advance
 
 _GIGA = 1e9
@@ -62,7 +63,7 @@ def phase_of(motion: Record, ns: int, sub: float) -> tuple[int, float]:
     th, tl = _pair_of_int(ns - motion.begin_ns)
     th, tl = pair_sum(th, tl, sub, 0.0)
     xh, xl = pair_product(th, tl, motion.f, 0.0)
-    if motion.kind != STEADY:
+    if motion.kind == FADE:
         yh, yl = _faded_cycles(motion, th, tl)
         xh, xl = pair_sum(xh, xl, yh, yl)
     xh, xl = pair_quotient(xh, xl, _GIGA)
@@ -105,12 +106,21 @@ def seconds_between(ns0: int, sub0: float, ns1: int, sub1: float) -> float:
     return (float(ns1 - ns0) + (sub1 - sub0)) / _GIGA
 
 
+@chosen_by_motion
+def origin_of(motion: Record) -> int:
+    """The instant, ns, from which `elapsed` counts."""
+    return motion.begin_ns
+
+
 @kernel
 def elapsed(motion: Record, ns: int, sub: float) -> float:
-    """Seconds since a fade began, not past its end; 0 for a steady motion."""
+    """Seconds since a fade began, not past its end; 0 for a steady motion.
+
+    Where an offset moves on a steady sinusoid: since the segment that began last.
+    """
     if motion.kind == STEADY:
         return 0.0
-    return min((float(ns - motion.begin_ns) + sub) / _GIGA, motion.duration)
+    return min((float(ns - origin_of(motion)) + sub) / _GIGA, motion.duration)
 
 
 @kernel

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 FLIGHT, STICKING, SLIDING, HELD = 0, 1, 2, 3  # model.Phase as plain integers, for the kernels
 STEADY, FADE = 0, 1
+MOVING = 2  # a steady sinusoid with an offset that changes: a fade without change and without end
 NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
 
 # Pending events.
@@ -95,6 +96,27 @@ MOTION_DTYPE = np.dtype(
     align=True,
 )
 
+OFFSET_DEGREE = 5
+OFFSET_DTYPE = np.dtype(
+    [
+        # of the segments in force: derivatives 0 to 5, as polynomials of (t − begin)/duration, each
+        # coefficient with what its rounding left out
+        ("axial", "f8", (OFFSET_DEGREE + 1, OFFSET_DEGREE + 1, 2)),
+        ("angular", "f8", (OFFSET_DEGREE + 1, OFFSET_DEGREE + 1, 2)),
+        ("axial_duration", "f8"),  # whole ns
+        ("angular_duration", "f8"),
+        ("span", "f8"),  # s: longest piece that shares bounds of derivatives
+        ("origin_ns", "i8"),  # `elapsed` counts from here
+        ("axial_lead", "f8"),  # s from the segment's begin to the origin
+        ("angular_lead", "f8"),
+        ("turning", "i8"),  # 1: the angular offset changes
+        # last: a record that began as the other does would be taken for one of its kind
+        *((name, MOTION_DTYPE[name]) for name in MOTION_DTYPE.names or ()),
+    ],
+    align=True,
+)
+"""A motion with an offset; its kind is MOVING while the offset changes in a steady motion."""
+
 DISK_DTYPE = np.dtype(
     [
         ("mass", "f8"),
@@ -129,6 +151,7 @@ L_AXIAL, L_FRICTION, L_SLIDING, L_BRAKE, THROUGHPUT = range(4, 9)
 
 STATE = from_dtype(STATE_DTYPE)[::1]
 MOTION = from_dtype(MOTION_DTYPE)[::1]
+OFFSET_MOTION = from_dtype(OFFSET_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
 LEDGER = types.float64[:, ::1]  # (2, 9): sums and what their rounding left out
 

@@ -7,9 +7,9 @@ Symbols are those of Liu, Friend, Yeo, "The behavior of bouncing disks and pizza
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,10 +59,19 @@ class Disk(NamedTuple):
     brake_torque: float = 0.0  # T_B, N·m, a dry brake: −T_B sgn α̇
     load_inertia: float = 0.0  # J, kg·m², turns with the disk
 
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Disk:
+        """The disk of a set of parameters, by their names."""
+        return cls(*(float(values[name]) for name in cls._fields))
+
     @property
     def inertia(self) -> float:
         """Moment of inertia of all that turns, I = m a_g² + J, kg·m²."""
         return self.mass * self.gyration_radius**2 + self.load_inertia
+
+
+LOADS_OF_OLD_RECORDS: Mapping[str, float] = {"brake_torque": 0.0, "load_inertia": 0.0}
+"""Last fields of a disk, which checkpoints and records of version 0.1.0 lack."""
 
 
 class InitialState(NamedTuple):
@@ -99,6 +108,12 @@ class Sample(NamedTuple):
     def unwrapped_angle(self) -> float:
         """Angle of the disk with its whole turns, rad."""
         return math.tau * self.turns + self.angle
+
+    def mean_speeds(self, later: Sample) -> tuple[float, float]:
+        """Mean axial (m/s) and angular (rad/s) speed of the disk until a later sample."""
+        seconds = (later.time_ns - self.time_ns) / 1e9
+        turned = math.tau * (later.turns - self.turns) + (later.angle - self.angle)
+        return (later.axial_position - self.axial_position) / seconds, turned / seconds
 
 
 class Energy(NamedTuple):

@@ -9,11 +9,17 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
+from bouncing_disk_ros.core.arithmetic import chosen_by_motion, entry, kernel
 from bouncing_disk_ros.core.contact_event import after_contact
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.flight_event import after_flight
-from bouncing_disk_ros.core.forcing_clock import clock_after, elapsed, instant_of, seconds_between
+from bouncing_disk_ros.core.forcing_clock import (
+    clock_after,
+    elapsed,
+    instant_of,
+    phase_of,
+    seconds_between,
+)
 from bouncing_disk_ros.core.layout import (
     DISK,
     FAULT,
@@ -55,6 +61,22 @@ def _store(state: Record, motion: Record, disk: Record, kind: int, d: float, val
     state.event_tau = tau
 
 
+@chosen_by_motion
+def rounding_at_knot(_motion: Record, _time: float) -> float:
+    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
+    return 0.0
+
+
+@kernel
+def _take_to_knot(state: Record, motion: Record, boundary_ns: int, rounding: float) -> None:
+    """An event that only rounding, s, puts after a knot of an offset belongs before it."""
+    past = -seconds_between(state.event_ns, state.event_sub, boundary_ns, 0.0)
+    if 0.0 < past <= rounding:
+        state.event_ns = boundary_ns
+        state.event_sub = 0.0
+        state.event_cycles, state.event_tau = phase_of(motion, boundary_ns, 0.0)
+
+
 @entry(types.int64(STATE.dtype, MOTION.dtype, DISK.dtype, types.int64))
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> int:
     """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state.
@@ -77,6 +99,8 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
         state.event = FAULT
         return 1
     _store(state, motion, disk, found.kind, found.delay, found.value)
+    if state.event != NOTHING and boundary_ns != NEVER:
+        _take_to_knot(state, motion, boundary_ns, rounding_at_knot(motion, since + found.delay))
     late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
     if state.event == NOTHING or late:
         state.event = NOTHING

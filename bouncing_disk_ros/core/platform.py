@@ -13,7 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos, sine_and_cosine, wrapped
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    chosen_by_motion,
+    kernel,
+    sincos,
+    sine_and_cosine,
+    wrapped,
+)
 from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
 from bouncing_disk_ros.core.model import Motion
 
@@ -66,10 +73,34 @@ def _steady_jet(amplitude: float, sine: float, cosine: float, w: float) -> Jet:
     return z0, z1, -w2 * z0, -w2 * z1, w2 * w2 * z0
 
 
+@chosen_by_motion
+def with_axial_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
+    """The jet of s: that of the sinusoid, with the offset's."""
+    return jet
+
+
+@chosen_by_motion
+def with_angular_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
+    """The jet of β: that of the sinusoid, with the offset's."""
+    return jet
+
+
+@chosen_by_motion
+def offset_turns(_motion: Record) -> bool:
+    """Whether the angular offset changes."""
+    return False
+
+
 @kernel
 def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
-    if motion.kind == STEADY:
+    return with_axial_offset(motion, elapsed, sinusoid_jet(motion, sine, cosine, elapsed))
+
+
+@kernel
+def sinusoid_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
+    """`axial_jet` without what an offset adds."""
+    if motion.kind != FADE:
         return _steady_jet(motion.a, sine, cosine, motion.omega)
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
     d = motion.da
@@ -82,7 +113,12 @@ def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet
 @kernel
 def angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
     """β and its first four derivatives; arguments as in `axial_jet`."""
-    if motion.kind == STEADY:
+    return with_angular_offset(motion, elapsed, _turned_jet(motion, s, c, elapsed))
+
+
+@kernel
+def _turned_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
+    if motion.kind != FADE:
         sine = s * motion.lag_cosine + c * motion.lag_sine
         cosine = c * motion.lag_cosine - s * motion.lag_sine
         return _steady_jet(motion.p, sine, cosine, motion.omega)
@@ -117,7 +153,7 @@ def relative_blend(motion: Record, elapsed: float) -> Jet:
 @kernel
 def phase_advance(motion: Record, elapsed: float, d: float) -> float:
     """Growth of τ in d seconds, rad, beginning `elapsed` seconds after a fade began."""
-    if motion.kind == STEADY:
+    if motion.kind != FADE:
         return motion.omega * d
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
     b0, _, _, _, _ = blend_jet(elapsed / motion.duration, motion.duration)
@@ -129,7 +165,7 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
 @kernel
 def turns_not(motion: Record) -> bool:
     """Whether the platform does not turn, over all of its motion in force."""
-    return motion.p == 0.0 and motion.dp == 0.0
+    return motion.p == 0.0 and motion.dp == 0.0 and not offset_turns(motion)
 
 
 @kernel

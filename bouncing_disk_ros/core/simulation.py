@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import checkpoint, platform
+from bouncing_disk_ros.core import checkpoint, offset_checkpoint, platform
 from bouncing_disk_ros.core.engine import Engine, Rows
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
     join_rows,
 )
+from bouncing_disk_ros.core.offset import Knot, Offset, Segment
 from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 
 _EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
@@ -59,6 +60,9 @@ class Simulation:
         self._pending: list[Fade] = []
         self._impulses: list[Impulse] = []
         self._start = self._target = motion
+        self._offset = Offset()
+        self._offset_index = 0
+        self._offset_boundary_ns = int(NEVER)  # where a segment of the offset begins
         self._engine.place(0, initial, motion)
 
     def __repr__(self) -> str:
@@ -93,6 +97,32 @@ class Simulation:
     def motion_index(self) -> int:
         """Grows each time the motion in force changes."""
         return self._motion_index
+
+    @property
+    def offset(self) -> Offset:
+        """The offset trajectories of both joints, accepted ones that lie ahead included."""
+        return self._offset
+
+    @property
+    def offset_in_force(self) -> tuple[Segment, Segment]:
+        """The segments of the axial and the angular offset in force."""
+        return self._engine.segments
+
+    @property
+    def offset_begin_ns(self) -> int:
+        """When the newest segment of the offset in force has begun."""
+        return max(segment.begin_ns for segment in self._engine.segments)
+
+    @property
+    def offset_end_ns(self) -> int | None:
+        """When the next segment of the offset begins; None: what is in force is held."""
+        end = self._offset_boundary_ns
+        return None if end == int(NEVER) else end
+
+    @property
+    def offset_index(self) -> int:
+        """Grows each time a segment of the offset begins."""
+        return self._offset_index
 
     @property
     def pending(self) -> tuple[Fade, ...]:
@@ -159,13 +189,15 @@ class Simulation:
         return join_rows(parts), behind
 
     def _boundary_ns(self) -> int:
-        """The next instant at which an impulse acts or a cross-fade begins or ends."""
-        instants = [self._impulses[0].at_ns] if self._impulses else []
+        """When an impulse acts next, or a cross-fade or a segment of an offset begins or ends."""
+        instants = [self._offset_boundary_ns]
+        if self._impulses:
+            instants.append(self._impulses[0].at_ns)
         if self._engine.fading:
             instants.append(int(self._engine.m["end_ns"][0]))
         elif self._pending:
             instants.append(self._pending[0].begin_ns)
-        return min(instants, default=int(NEVER))
+        return min(instants)
 
     def _act(self, parts: Rows) -> None:
         """What is due at time_ns: the motion first, then impulses in order of arrival (rule 10)."""
@@ -179,10 +211,21 @@ class Simulation:
             plan = (self._target, fade.target, now, fade.end_ns)
             engine.change_motion(platform.fade(*plan, *engine.clock))
             self._note_motion(self._target, fade.target)
+        if self._offset_boundary_ns <= now:
+            self._follow_offset()
         while self._impulses and self._impulses[0].at_ns == now:
             impulse = self._impulses.pop(0)
             engine.apply_impulse(impulse.axial_impulse, impulse.angular_impulse)
         engine.resume()
+
+    def _follow_offset(self) -> None:
+        """Put the segments of the offset in force that begin at time_ns."""
+        now, offset = self._time_ns, self._offset
+        self._engine.change_offset((offset.axial.segment_at(now), offset.angular.segment_at(now)))
+        self._offset = offset.since(now)
+        self._offset_boundary_ns = self._offset.boundary_after(now)
+        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
+        self._offset_index += 1
 
     def _note_motion(self, start: Motion, target: Motion) -> None:
         self._start, self._target = start, target
@@ -209,6 +252,31 @@ class Simulation:
         self._engine.invalidate_next_event()
         self._resolve_consequences()
 
+    def trajectory(
+        self,
+        begin_ns: int,
+        axial: Sequence[Knot] | None = None,
+        angular: Sequence[Knot] | None = None,
+    ) -> None:
+        """Splice offset trajectories at begin_ns (at once if that is past): rising, later knots.
+
+        What is in force runs on to that instant; everything after it is replaced, for the joints
+        given. None: the joint is left alone; no knots: what has not begun is cancelled.
+        """
+        self._resolve_due()
+        now = self._time_ns
+        self._offset = self._offset.spliced(max(begin_ns, now), now, axial, angular)
+        self._find_offset_boundary()
+        self._engine.invalidate_next_event()
+        self._resolve_consequences()
+
+    def _find_offset_boundary(self) -> None:
+        now, offset = self._time_ns, self._offset
+        self._offset_boundary_ns = offset.boundary_after(now)
+        if self._engine.segments != (offset.axial.segment_at(now), offset.angular.segment_at(now)):
+            self._offset_boundary_ns = now
+        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
+
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
         self._resolve_due()
@@ -231,6 +299,9 @@ class Simulation:
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
         self._pending, self._impulses = [], []
+        self._offset, self._offset_boundary_ns = Offset(), int(NEVER)
+        self._engine.expect_knot(False)
+        self._offset_index += 1 if self._offset_index else 0
         self._engine.place(self._time_ns, self._initial, self._initial_motion)
         self._note_motion(self._initial_motion, self._initial_motion)
         self._resolve_consequences()
@@ -265,6 +336,11 @@ class Simulation:
 
     def snapshot(self) -> dict[str, Any]:
         """Everything the run depends on, JSON-able; `restore` continues it bit-identically."""
+        offset = self._offset.trimmed(self._time_ns)
+        moved = self._offset_index or offset != Offset()
+        more = {
+            "offset": offset_checkpoint.plain(offset, self._engine.segments, self._offset_index)
+        }
         return {
             "format": checkpoint.FORMAT,
             "time_ns": self._time_ns,
@@ -281,6 +357,7 @@ class Simulation:
                 checkpoint.plain(r[i : i + 1]) for r in self._unreported_rows for i in range(len(r))
             ],
             "engine": self._engine.snapshot(),
+            **(more if moved else {}),
         }
 
     @classmethod
@@ -308,6 +385,9 @@ class Simulation:
         run._unreported_rows = checkpoint.items(
             "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
         )
-        run._engine = Engine.restore(run._disk, run._report_speed, snapshot["engine"])
+        run._offset, segments, run._offset_index = offset_checkpoint.offset(snapshot.get("offset"))
+        engine = snapshot["engine"]
+        run._engine = Engine.restore(run._disk, run._report_speed, engine, segments)
+        run._find_offset_boundary()
         checkpoint.whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
         return run

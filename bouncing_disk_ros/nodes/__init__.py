@@ -1,4 +1,4 @@
-"""The executables: wiring only.
+"""The executables; they connect the other packages and compute nothing themselves.
 
 An executable is the module of its name in its package (`executables.py` says which); the files
 beside it are its parts. Imports between the packages point down only:
@@ -7,6 +7,7 @@ beside it are its parts. Imports between the packages point down only:
 |---|---|---|
 | `demo` | `demo` | `replay`, `shared` |
 | `replay` | `replay` | `bags`, `shared` |
+| `workbench` | `workbench` | `bags`, `shared` |
 | `studies` | one for each study, such as `basins` | `bags`, `shared` |
 | `bags` | `bag_report`, `bag_recover` | `shared` |
 | `recorder` | `recorder` | `shared` |

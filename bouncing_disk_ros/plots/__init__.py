@@ -1,4 +1,4 @@
-"""Results in, figures out. Imported last: nothing else needs matplotlib.
+"""Figures of results. Imported last: nothing else needs matplotlib.
 
 What draws a result of a study is listed here and loaded when first used; a notebook shows it.
 

@@ -37,7 +37,7 @@ CONTACT_POINTS = "impacts on the attractor with contact"
 
 
 def basins_picture(result: xr.Dataset) -> Figure:
-    """The map of labels with the attractors on it, and the time that each start takes."""
+    """Figure of a map of labels with the attractors, and of the time that each start takes."""
     figure = new_figure(11.5, 5.4)
     left, right = figure.subplots(1, 2, sharey=True)
     draw_labels(left, result)

@@ -27,7 +27,7 @@ COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
 
 
 def basin_shares_picture(result: xr.Dataset) -> Figure:
-    """Shares as lines; beneath them the phase lag that is best, and the mean speed it gives."""
+    """Figure of the shares of basins as lines, with the best phase lag and its mean speed below."""
     figure = new_figure(8.0, 8.2)
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
     x = result["value"].values

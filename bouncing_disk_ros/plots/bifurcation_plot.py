@@ -26,8 +26,8 @@ from bouncing_disk_ros.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION,
 Array = NDArray[np.float64]
 
 _ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
-_INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
-_CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
+INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
+CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
 _DECADES = 20.0  # Γ_T over more than this is drawn on a scale of logarithms
 _BINS = 72  # of the circle, to find where it is emptiest
 
@@ -42,7 +42,7 @@ def bifurcation_figure(
     followed: bool | None = None,
     onset: float = math.nan,
 ) -> Figure:
-    """Three panels over one parameter, as Fig. 3 of the paper, with the theory of period 1.
+    """Bifurcation diagram in three panels, as Fig. 3 of the paper, with the theory of period 1.
 
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
@@ -56,9 +56,9 @@ def bifurcation_figure(
     top, middle, bottom = panels
     low, high = phases or phase_range(branch)
     with_contact = branch.contacts > 0.0
-    _phases(top, _only(branch, ~with_contact), low, high, _INK)
+    _phases(top, _only(branch, ~with_contact), low, high, INK)
     if with_contact.any():
-        _phases(top, _only(branch, with_contact), low, high, _CONTACT_INK)
+        _phases(top, _only(branch, with_contact), low, high, CONTACT_INK)
         _legend_of_contact(top, with_contact, followed)
     _frame_phases(top, low, high)
     _speed(middle, branch, with_contact, followed)

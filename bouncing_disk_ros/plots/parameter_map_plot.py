@@ -41,7 +41,7 @@ _QUANTILE = 0.99
 
 
 def parameter_map_picture(result: xr.Dataset) -> Figure:
-    """Two panels over the two parameters, and what is fixed."""
+    """Figure of period and Lyapunov exponent over two parameters, with the fixed values."""
     figure = new_figure(12.0, 6.0)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     draw_periods(left, result)
@@ -52,7 +52,7 @@ def parameter_map_picture(result: xr.Dataset) -> Figure:
 
 
 def mean_speed_picture(result: xr.Dataset) -> Figure:
-    """One panel: the mean speed of the disk over the two parameters."""
+    """Figure of the mean speed of the disk over two parameters."""
     figure = new_figure(7.5, 6.0)
     axes = figure.subplots()
     speed = downsample(result["mean_speed"], MOST_PIXELS)

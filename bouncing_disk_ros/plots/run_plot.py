@@ -26,7 +26,7 @@ NUMBERED = 6
 
 
 def run_picture(record: RunRecord, title: str) -> Figure:
-    """Four panels of a run; the theory of the period-1 orbit of its last motion stands beside."""
+    """Figure of a run in four panels, with the theory of the period-1 orbit of its last motion."""
     figure = new_figure(11.0, 10.0)
     heights, speeds, section, phases = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "speeds"], ["section", "phases"]],
@@ -46,7 +46,7 @@ def run_picture(record: RunRecord, title: str) -> Figure:
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Write a picture; the kind is that of the file's name. Raises OSError, ValueError."""
+    """Save a figure; the file's name decides the kind. Raises OSError, ValueError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
 

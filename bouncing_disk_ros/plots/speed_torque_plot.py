@@ -12,11 +12,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.plots.motor_map_plot import KIND_COLORS, axis_label, fixed_text, kinds_of
-from bouncing_disk_ros.plots.style import GREY, new_figure
+from bouncing_disk_ros.plots.style import GREY, new_figure, pixel_frame
 
 LINES = 7
 """Curves drawn, spread evenly over the axis that is not the torque."""
 _LEVELS = 10
+_BEYOND = 0.05
+"""Where contours do not reach more than this share of the points, cells are drawn."""
 
 
 def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
@@ -92,12 +94,30 @@ def _draw_efficiency(
     x, y = result[load].values, result[other].values
     axes.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
     axes.set_ylim(y[0], y[-1] if y[-1] > y[0] else y[0] + 1.0)
-    if min(efficiency.shape) < 2 or not np.isfinite(efficiency).any():
+    if not np.isfinite(efficiency).any():
         axes.text(0.5, 0.5, "no efficiency anywhere", ha="center", transform=axes.transAxes)
         return
-    levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
-    drawn = axes.contourf(x, y, np.ma.masked_invalid(efficiency), levels, cmap="viridis", norm=norm)
+    shown = np.ma.masked_invalid(efficiency)
+    if _contours_show(efficiency):
+        levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
+        drawn = axes.contourf(x, y, shown, levels, cmap="viridis", norm=norm)
+    else:
+        frame = pixel_frame(x, y)
+        drawn = axes.imshow(shown, cmap="viridis", norm=norm, **frame)
+        axes.set(xlim=frame["extent"][:2], ylim=frame["extent"][2:])
+        if len(y) <= LINES:
+            axes.set_yticks(y)
     figure.colorbar(drawn, ax=axes, label="efficiency η (1)")
+
+
+def _contours_show(values: NDArray[Any]) -> bool:
+    """Whether contours reach nearly all points with a value: those of squares that have four."""
+    known = np.isfinite(values)
+    whole = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
+    reached = np.zeros_like(known)
+    for part in (reached[:-1, :-1], reached[1:, :-1], reached[:-1, 1:], reached[1:, 1:]):
+        part |= whole
+    return bool(np.sum(known & ~reached) <= _BEYOND * np.sum(known))
 
 
 def stall_picture(result: xr.Dataset) -> Figure:

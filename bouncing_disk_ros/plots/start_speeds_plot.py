@@ -21,7 +21,7 @@ COLUMNS = 3
 
 
 def start_speeds_picture(result: xr.Dataset) -> Figure:
-    """Maps of the mean speed over the starts of a result of the study `basins`."""
+    """Figure of the mean speed over the starts of a result of the study `basins`."""
     speeds = [downsample(one, MOST_PIXELS) for one in result["mean_speed"]]
     columns = min(COLUMNS, len(speeds))
     rows = math.ceil(len(speeds) / columns)

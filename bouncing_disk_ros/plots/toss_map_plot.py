@@ -40,7 +40,7 @@ def maps_figure(
     extremes: Sequence[Extreme] = (),
     ridge: Ridge | None = None,
 ) -> Figure:
-    """Airborne speed, speed ratio and efficiency over θ (n,) and φ_L (m,), both rising, in rad.
+    """Figure of airborne speed, speed ratio and efficiency over θ (n,) and φ_L (m,), rising, rad.
 
     `tosses` has the shape (n, m). Each extreme is marked on its own map, with its mirror image at
     θ ± π; the ridge on the map of the speed ratio.

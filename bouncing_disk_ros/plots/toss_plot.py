@@ -32,7 +32,7 @@ def toss_title(phase_lag: float, amplitude_angle: float, kind: str = "") -> str:
 
 
 def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> Figure:
-    """Paths of the hand, one panel each, with start, direction and the point of separation.
+    """Figure of paths of the hand, one panel each, with start, direction and point of separation.
 
     `paths` has one leading axis, as long as `titles`.
     """
@@ -77,7 +77,7 @@ def _path(axes: Any, paths: TossPaths, i: int) -> None:
 def trajectories_figure(
     tosses: Sequence[TossTrajectory], titles: Sequence[str], heights: str = "height"
 ) -> Figure:
-    """Height of the first toss (title `heights`), and the angular velocities of each."""
+    """Figure of tosses in time: height of the first (title `heights`), angular velocity of each."""
     figure = new_figure(7.0, 2.3 * (len(tosses) + 1) + 0.4, DPI)
     panels = figure.subplots(len(tosses) + 1, 1, sharex=True, squeeze=False).ravel()
     first = tosses[0]

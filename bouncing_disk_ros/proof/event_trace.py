@@ -11,6 +11,7 @@ from bouncing_disk_ros.core.layout import (
     FADE,
     IMPACT,
     NEVER,
+    OFFSET_DTYPE,
     SEPARATION,
     SLIP,
     SLIP_ENDS,
@@ -46,11 +47,13 @@ def state_of(record: Any) -> State:
 
 
 def motion_of(record: Any) -> MotionRecord:
-    """The numbers of a motion record (layout.MOTION_DTYPE)."""
+    """The numbers of a motion record (layout.MOTION_DTYPE, OFFSET_DTYPE)."""
     m = record[0]
-    whole = (int(m[name]) for name in ("begin_ns", "end_ns", "cycles"))
+    begin, end, cycles = (int(m[name]) for name in ("begin_ns", "end_ns", "cycles"))
     names = ("tau", "a", "da", "p", "dp", "f", "df", "lag", "dlag")
-    return MotionRecord(bool(m["kind"] == FADE), *whole, *(float(m[name]) for name in names))
+    numbers = (float(m[name]) for name in names)
+    has_offset = record.dtype == OFFSET_DTYPE
+    return MotionRecord._make((bool(m["kind"] == FADE), begin, end, cycles, *numbers, has_offset))
 
 
 def disk_of(record: Any) -> DiskRecord:
@@ -71,7 +74,9 @@ class TracedEngine(Engine):
         if isinstance(simulation._engine, TracedEngine):
             return simulation._engine
         values, speed = simulation.snapshot()["engine"], simulation.chatter_report_speed
-        engine = cls.restore(simulation.disk, speed, values)
+        segments = simulation.offset_in_force
+        engine = cls.restore(simulation.disk, speed, values, segments)
+        engine.expect_knot(simulation.offset_end_ns is not None)
         engine.events, engine.last = [], None
         simulation._engine = engine
         return engine

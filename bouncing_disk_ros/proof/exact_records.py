@@ -54,6 +54,7 @@ class MotionRecord(NamedTuple):
     df: float
     lag: float
     dlag: float
+    has_offset: bool = False  # its numbers are not here: what it moves is not proved
 
 
 class DiskRecord(NamedTuple):

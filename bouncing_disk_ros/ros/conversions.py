@@ -20,10 +20,12 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, MotionInForce, Sample
+from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import MOTION_COLUMNS, impact_fields
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
-from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, WORLD_FRAME
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
+from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, OFFSET_JOINTS, WORLD_FRAME
 from bouncing_disk_ros.units import NS
 
 LAST_STAMP_NS = 2**31 * NS - 1
@@ -54,6 +56,21 @@ def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
     points = [
         JointTrajectoryPoint(
             positions=array("d", point.positions), time_from_start=ns_to_duration(point.after_ns)
+        )
+        for point in request.points
+    ]
+    header = Header(stamp=ns_to_time(request.stamp_ns))
+    return JointTrajectory(header=header, joint_names=list(request.names), points=points)
+
+
+def trajectory_to_msg(request: TrajectoryRequest) -> JointTrajectory:
+    """An offset trajectory as the message of platform/joint_trajectory."""
+    points = [
+        JointTrajectoryPoint(
+            positions=array("d", point.positions),
+            velocities=array("d", point.velocities),
+            accelerations=array("d", point.accelerations),
+            time_from_start=ns_to_duration(point.after_ns),
         )
         for point in request.points
     ]
@@ -116,6 +133,27 @@ def motion_to_msg(
     return JointTrajectory(header=header, joint_names=list(MOTION_COLUMNS), points=points)
 
 
+def offset_to_msg(
+    simulation: Simulation, stamp_ns: int, frame: str = WORLD_FRAME
+) -> JointTrajectory:
+    """The offset in force as the message of platform/offset; the stamp is that of its beginning."""
+    begin, end = simulation.offset_begin_ns, simulation.offset_end_ns
+    lanes = simulation.offset
+    first = [segment.at(begin) for segment in simulation.offset_in_force]
+    last = first if end is None else [lane.spliced_state(end) for lane in lanes]
+    points = [
+        JointTrajectoryPoint(
+            positions=array("d", [state.position for state in states]),
+            velocities=array("d", [state.velocity for state in states]),
+            accelerations=array("d", [state.acceleration for state in states]),
+            time_from_start=ns_to_duration(after),
+        )
+        for states, after in ((first, 0), (last, 0 if end is None else end - begin))
+    ]
+    header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
+    return JointTrajectory(header=header, joint_names=list(OFFSET_JOINTS), points=points)
+
+
 def new_joint_state() -> JointState:
     """A message of joint_states to be filled in place by `fill_joint_state`."""
     zeros = [array("d", [0.0] * len(JOINT_NAMES)) for _ in range(3)]
@@ -133,13 +171,6 @@ def fill_joint_state(msg: JointState, sample: Sample, stamp_ns: int) -> JointSta
     effort[0], effort[1] = sample.axial_force, sample.friction_torque
     effort[2], effort[3] = 0.0 - sample.axial_force, 0.0 - sample.friction_torque  # no -0.0
     return msg
-
-
-def mean_speed(first: Sample, second: Sample) -> tuple[float, float]:
-    """Mean axial (m/s) and angular (rad/s) speed of the disk between two samples."""
-    seconds = (second.time_ns - first.time_ns) / NS
-    turned = math.tau * (second.turns - first.turns) + (second.angle - first.angle)
-    return (second.axial_position - first.axial_position) / seconds, turned / seconds
 
 
 def speed_to_msg(speeds: Sequence[float], stamp_ns: int, frame: str = WORLD_FRAME) -> TwistStamped:

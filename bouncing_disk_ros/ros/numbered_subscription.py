@@ -73,6 +73,7 @@ class NumberedSubscription:
         self.topic = topic
         self.lost = LostMessages(self._gids)
         self._node, self.take = node, take
+        self.number: int | None = None  # of the message taken last, as its publisher counts
         self._subscription: Subscription = node.create_subscription(
             kind, topic, _Callback(self.on_message), profile_of(qos), raw=True,
             event_callbacks=SubscriptionEventCallbacks(),
@@ -84,7 +85,8 @@ class NumberedSubscription:
 
     def on_message(self, data: bytes, info: dict[str, Any]) -> None:
         """A message with what the middleware says of it."""
-        self.lost.take(info["publication_sequence_number"])
+        self.number = info["publication_sequence_number"]
+        self.lost.take(self.number)
         self.take(data)
 
 

@@ -148,7 +148,7 @@ def _wrong_value(node: Node, parameter: Any) -> InputError | None:
     field = name if node.has_parameter(name) else "parameter"  # others' names are no reasons
     if value.type not in _KNOWN_TYPES:
         return InputError(field, f"a value of type {value.type}", "types 0 to 9",
-                          "rcl_interfaces/msg/ParameterType lists them.")  # fmt: skip
+                          "rcl_interfaces/msg/ParameterType lists the types.")  # fmt: skip
     if len(value.string_value) > REQUEST_TEXT:
         return _too_long(field, value.string_value)
     longest = max(len(getattr(value, f"{kind}_value")) for kind in _ARRAYS)

@@ -42,11 +42,12 @@ class RosArguments:
     """The ROS arguments of a node that is called `default_name`.
 
     Raises InputError for what rcl refuses. `node_name`, `namespace`: after remapping;
-    `overrides`: of its parameters.
+    `overrides`: of its parameters; `unused_files`: parameter files that say nothing of it.
     """
 
     def __init__(self, arguments: Sequence[str], default_name: str) -> None:
         self._rules = ParameterRules()
+        self._files: list[tuple[str, ParameterRules]] = []
         self._names: list[tuple[str, str]] = []  # name of a node or empty, new name
         self._namespaces: list[tuple[str, str]] = []
         takers: dict[str, Callable[[str, str], None]] = {
@@ -63,10 +64,10 @@ class RosArguments:
         self.namespace = _first(self._namespaces, self.node_name) or "/"
         if max(len(self.node_name), len(self.namespace)) > _NAME_LENGTH:
             given = max(self.node_name, self.namespace, key=len)
-            raise InputError("-r", given, f"at most {_NAME_LENGTH} letters")
-        self.overrides: Overrides = self._rules.overrides(
-            f"{self.namespace.rstrip('/')}/{self.node_name}"
-        )
+            raise InputError("-r", given, f"at most {_NAME_LENGTH} characters")
+        whole_name = f"{self.namespace.rstrip('/')}/{self.node_name}"
+        self.overrides: Overrides = self._rules.overrides(whole_name)
+        self.unused_files = [file for file, rules in self._files if not rules.overrides(whole_name)]
         self._check_rclpy_parameters()
 
     def _read(
@@ -88,7 +89,8 @@ class RosArguments:
                 takers[word](word, value)
             else:
                 allowed = ", ".join(["--ros-args", *takers])
-                raise InputError("ROS arguments", word, allowed, "Those of the tool come before.")
+                hint = "Options of the tool come before them."
+                raise InputError("ROS arguments", word, allowed, hint)
 
     def _parameter(self, flag: str, text: str) -> None:
         match = _PARAMETER.fullmatch(text)
@@ -108,11 +110,13 @@ class RosArguments:
             raise InputError(flag, text, "from:=to, __node:=name or __ns:=/namespace")
 
     def _file(self, flag: str, text: str) -> None:
-        content = read_text(flag, Path(text), limits.YAML)
+        content, alone = read_text(flag, Path(text), limits.YAML), ParameterRules()
         try:
             self._rules.add_file(content)
+            alone.add_file(content)
         except ValueError as error:
             raise InputError(flag, text, "a ROS 2 parameter file", str(error)) from None
+        self._files.append((text, alone))
 
     def _log_level(self, flag: str, text: str) -> None:
         logger, separator, level = text.partition(":=")

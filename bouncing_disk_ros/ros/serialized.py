@@ -27,13 +27,13 @@ from bouncing_disk_ros.run.command_validation import (
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
 
-_HEAD = 4
+HEAD = 4
 """Bytes before the content, which name the encoding; alignment counts from their end."""
 _NAMES = {name.encode(): name for name in MOTION_NAMES}
 _UNSUPPORTED = ("velocities", "accelerations", "effort")
 
 
-class _Layouts(NamedTuple):
+class Layouts(NamedTuple):
     """How to read parts of messages in one order of bytes."""
 
     order: str
@@ -44,9 +44,9 @@ class _Layouts(NamedTuple):
     duration: struct.Struct
 
 
-def _layouts(order: str) -> _Layouts:
+def _layouts(order: str) -> Layouts:
     formats = ("I", "d", "iII", "6d", "iI")
-    return _Layouts(order, *(struct.Struct(order + one) for one in formats))
+    return Layouts(order, *(struct.Struct(order + one) for one in formats))
 
 
 _LAYOUTS = {b"\x00\x00": _layouts(">"), b"\x00\x01": _layouts("<")}
@@ -62,57 +62,58 @@ def _regular_point(order: str, names: int, aligned: bool) -> struct.Struct:
     return struct.Struct(f"{order}I{'' if aligned else '4x'}{names}d3IiI")
 
 
-def _opened(field: str, data: bytes) -> _Layouts:
+def opened(field: str, data: bytes) -> Layouts:
     """How to read a message; InputError when it is too large or in another encoding."""
     if len(data) > COMMAND_BYTES:
         raise InputError(field, f"{len(data)} bytes", f"at most {COMMAND_BYTES} bytes")
     layouts = _LAYOUTS.get(data[:2])
     if layouts is None:
-        raise InputError(field, data[:_HEAD], "bytes in the encoding of ROS 2 (XCDR1)")
+        raise InputError(field, data[:HEAD], "bytes in the encoding of ROS 2 (XCDR1)")
     return layouts
 
 
-def _cut_off(field: str, data: bytes) -> InputError:
+def cut_off(field: str, data: bytes) -> InputError:
+    """The error of a message that ends too early."""
     return InputError(field, f"{len(data)} bytes that end too early", "a whole message")
 
 
 # --- messages -------------------------------------------------------------------------------------
 def value_from_bytes(name: str, field: str, data: bytes) -> ProgrammeRequest:
     """One value now (std_msgs/Float64 of platform/<name>) as the programme it stands for."""
-    layouts = _opened(field, data)
+    layouts = opened(field, data)
     try:
-        values = layouts.value.unpack_from(data, _HEAD)
+        values = layouts.value.unpack_from(data, HEAD)
     except struct.error:
-        raise _cut_off(field, data) from None
+        raise cut_off(field, data) from None
     return ProgrammeRequest((name,), (PointRequest(values, 0),), field=field, is_value=True)
 
 
 def impulse_from_bytes(field: str, data: bytes) -> ImpulseRequest:
     """The impulse asked by a geometry_msgs/WrenchStamped, not validated yet."""
-    layouts = _opened(field, data)
+    layouts = opened(field, data)
     try:
-        sec, nanosec, length = layouts.beginning.unpack_from(data, _HEAD)
-        at = _HEAD + 12 + length
-        numbers = layouts.wrench.unpack_from(data, at + (_HEAD - at) % 8)
+        sec, nanosec, length = layouts.beginning.unpack_from(data, HEAD)
+        at = HEAD + 12 + length
+        numbers = layouts.wrench.unpack_from(data, at + (HEAD - at) % 8)
     except struct.error:
-        raise _cut_off(field, data) from None
+        raise cut_off(field, data) from None
     return ImpulseRequest(numbers[:3], numbers[3:], sec * NS + nanosec, field)
 
 
 def programme_from_bytes(field: str, data: bytes) -> ProgrammeRequest:
     """The programme asked by a trajectory_msgs/JointTrajectory, not validated yet."""
-    layouts = _opened(field, data)
+    layouts = opened(field, data)
     try:
-        sec, nanosec, length = layouts.beginning.unpack_from(data, _HEAD)
-        names, at = _names(layouts, field, data, _HEAD + 12 + length)
+        sec, nanosec, length = layouts.beginning.unpack_from(data, HEAD)
+        names, at = names_at(layouts, field, data, HEAD + 12 + length)
         points = _points(layouts, field, data, at, len(names))
     except struct.error:
-        raise _cut_off(field, data) from None
+        raise cut_off(field, data) from None
     return ProgrammeRequest(names, points, sec * NS + nanosec, field)
 
 
 # --- parts of a programme -------------------------------------------------------------------------
-def _names(layouts: _Layouts, field: str, data: bytes, at: int) -> tuple[tuple[str, ...], int]:
+def names_at(layouts: Layouts, field: str, data: bytes, at: int) -> tuple[tuple[str, ...], int]:
     """The names, each at most a little longer than a line of the log shows it; where they end."""
     at += -at % 4
     (count,) = layouts.number.unpack_from(data, at)
@@ -132,7 +133,7 @@ def _names(layouts: _Layouts, field: str, data: bytes, at: int) -> tuple[tuple[s
 
 
 def _points(
-    layouts: _Layouts, field: str, data: bytes, at: int, names: int
+    layouts: Layouts, field: str, data: bytes, at: int, names: int
 ) -> tuple[PointRequest, ...]:
     at += -at % 4
     (count,) = layouts.number.unpack_from(data, at)
@@ -161,14 +162,14 @@ def _regular_points(
 
 
 def _any_points(
-    layouts: _Layouts, field: str, data: bytes, at: int, count: int
+    layouts: Layouts, field: str, data: bytes, at: int, count: int
 ) -> tuple[PointRequest, ...]:
     points = []
     for i in range(count):
-        positions, at = _numbers(layouts, data, at, f"{field} points[{i}].positions")
+        positions, at = numbers_at(layouts, data, at, f"{field} points[{i}].positions")
         extras: tuple[str, ...] = ()
         for name in _UNSUPPORTED:
-            given, at = _numbers(layouts, data, at)
+            given, at = numbers_at(layouts, data, at)
             extras += (name,) if given else ()
         at += -at % 4
         sec, nanosec = layouts.duration.unpack_from(data, at)
@@ -177,8 +178,8 @@ def _any_points(
     return tuple(points)
 
 
-def _numbers(
-    layouts: _Layouts, data: bytes, at: int, field: str = ""
+def numbers_at(
+    layouts: Layouts, data: bytes, at: int, field: str = ""
 ) -> tuple[tuple[float, ...], int]:
     """Numbers and where they end; without a `field` only the first, however many there are."""
     at += -at % 4
@@ -188,6 +189,6 @@ def _numbers(
         return (), at
     if field and count > COMMAND_NAMES:
         raise too_many(field, count, COMMAND_NAMES)
-    at += (_HEAD - at) % 8
+    at += (HEAD - at) % 8
     wanted = count if field else 1
     return struct.unpack_from(f"{layouts.order}{wanted}d", data, at), at + 8 * count

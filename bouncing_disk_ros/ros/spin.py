@@ -41,7 +41,7 @@ def executor_of(node: Node) -> Any:
         return EventsExecutor(context=node.context)
     node.get_logger().info(
         "this rclpy has no EventsExecutor (it came with 7.1.4): the SingleThreadedExecutor is "
-        "used, at more work for each tick",
+        "used, which takes more processor time for each tick",
         once=True,
     )
     return SingleThreadedExecutor(context=node.context)

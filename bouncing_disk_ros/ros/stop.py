@@ -18,6 +18,27 @@ def interrupt_on_signals() -> None:
         signal.signal(number, signal.default_int_handler)
 
 
+@contextmanager
+def ending_at_once(name: str) -> Iterator[None]:
+    """Around slow imports: a signal ends the process with one line and exit code INTERRUPTED.
+
+    KeyboardInterrupt within an import may come out as another error, with a traceback. Nothing may
+    be in progress that has to be undone. The handlers of before are put back.
+    """
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        os.write(2, f"{name}: interrupted\n".encode())
+        os._exit(int(ExitCode.INTERRUPTED))
+
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, end) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
 class Stop:
     """Takes over both signals of the process; `asked` turns true on the first.
 

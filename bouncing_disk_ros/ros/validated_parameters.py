@@ -19,6 +19,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, Spec, Value, is_rclpy_parameter
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.sliders import slider_of
 
 
 def start_values(node: Node) -> dict[str, Value]:
@@ -41,7 +42,8 @@ def start_values(node: Node) -> dict[str, Value]:
 def warn_of_sim_time(node: Node) -> None:
     """Say, once, that the simulator does not follow /clock."""
     node.get_logger().warning(
-        "use_sim_time is ignored: the simulator makes the time; publish_clock:=true publishes it",
+        "use_sim_time is ignored: the simulator is the source of time; publish_clock:=true "
+        "publishes it",
         once=True,
     )
 
@@ -70,7 +72,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
 
 def with_slider(descriptor: ParameterDescriptor, value: Value) -> ParameterDescriptor:
     """A descriptor whose range suits a slider at a value; what is allowed stays in its text."""
-    slider = parameters.slider_of(descriptor.name, value)
+    slider = slider_of(descriptor.name, value)
     if slider is None:
         return descriptor
     low, high = slider

@@ -9,7 +9,7 @@ import contextlib
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError, closest
@@ -71,14 +71,22 @@ class Instant(NamedTuple):
 DAY_NS = 86_400 * NS
 
 
-def far_ahead(request: ProgrammeRequest | ImpulseRequest, instant: Instant) -> str:
+class Stamped(Protocol):
+    """A request with a stamp."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """ROS time, ns; 0: now."""
+
+
+def far_ahead(request: Stamped, instant: Instant) -> str:
     """A remark on a stamp that lies more than a day ahead; empty for any other."""
     if request.stamp_ns == 0:
         return ""
     ahead_ns = -instant.age(instant.effect(request.stamp_ns, 0))
     if ahead_ns <= DAY_NS:
         return ""
-    return f"its stamp lies {ahead_ns / DAY_NS:.3g} days ahead: is the sender's clock right?"
+    return f"its stamp lies {ahead_ns / DAY_NS:.3g} days ahead: check the sender's clock"
 
 
 _ROWS = {name: TABLE[name] for name in MOTION_NAMES}
@@ -135,7 +143,7 @@ def schedule_programme(
         accepted.append((effect, latest._replace(**values)))
         earliest = effect + 1
     if not accepted:
-        raise _too_old(request.field, age, instant)
+        raise too_old(request.field, age, instant)
     return tuple(accepted)
 
 
@@ -234,19 +242,20 @@ def _check_increasing(request: ProgrammeRequest) -> None:
 def _check_age(field: str, stamp_ns: int, instant: Instant) -> None:
     age = instant.age(instant.effect(stamp_ns, 0))
     if age > instant.tolerance_ns:
-        raise _too_old(field, age, instant)
+        raise too_old(field, age, instant)
 
 
-def _too_old(field: str, age: int, instant: Instant) -> InputError:
+def too_old(field: str, age: int, instant: Instant) -> InputError:
+    """The error of a command whose stamp is too old."""
     allowed = f"0 (now) or at most {instant.tolerance_ns / NS:g} s old (command_tolerance)"
     return InputError(f"{field} header.stamp", f"{age / NS:.6g} s old", allowed,
-                      "Is the sender's clock the simulator's?")  # fmt: skip
+                      "Do the sender and the simulator use the same clock?")  # fmt: skip
 
 
 def describe(points: Sequence[tuple[int, Motion]]) -> str:
     """An accepted programme in a few words, for a log."""
     if not points:
-        return "what was pending is cancelled"
+        return "pending motions are cancelled"
     last = points[-1][1]
     values = ", ".join(f"{name} {value:g}" for name, value in zip(MOTION_NAMES, last, strict=True))
     return f"{len(points)} point(s) from {points[0][0] / NS:.9f} s on, ends with {values}"

@@ -57,6 +57,7 @@ class Reading:
     uncertain: Sequence[str] = ()  # command topics of which more may be lost
     pending: Pending = NOTHING_PENDING
     motion_index: int = 0
+    silent: Sequence[int] = ()  # controllers of a lockstep that do not answer
 
 
 class Ticks:
@@ -124,6 +125,10 @@ class Health:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )
+        if now.silent:
+            numbers = ", ".join(map(str, now.silent))
+            level = max(level, Level.ERROR)
+            message = f"lockstep: simulated time waits for controller {numbers}"
         if now.fault:
             level, message = Level.ERROR, f"the run has ended: {now.fault}"
         reached = 0.0

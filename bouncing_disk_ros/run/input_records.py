@@ -8,6 +8,7 @@ core gives every impact again, bit for bit.
 |---|---|
 | snapshot | `state`: all that the simulation needs to go on; `version`, `parameters` |
 | motion | `points`: [[instant in ns, [A, Φ, f, θ]], ...], `crossfade_ns` |
+| trajectory | `begin_ns`, `joints`: {joint: [[ns, degree, p, ṗ, p̈], ...]} |
 | impulse | `at_ns`, `axial_impulse`, `angular_impulse` |
 | parameters | `values`: what was set, `disk`: all disk parameters in force after it |
 | pause | `paused` |

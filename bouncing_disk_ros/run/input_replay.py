@@ -14,6 +14,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationE
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import KINDS, Record
+from bouncing_disk_ros.run.trajectory_validation import splice_of
 from bouncing_disk_ros.units import NS
 
 EVENTS_PER_SLICE = 2000
@@ -67,6 +68,8 @@ def _apply(simulation: Simulation, record: Record) -> None:
         case "motion":
             points = [(int(at), Motion(*values)) for at, values in record["points"]]
             simulation.command(points, record["crossfade_ns"])
+        case "trajectory":
+            simulation.trajectory(*splice_of(record["begin_ns"], record["joints"]))
         case "impulse":
             simulation.apply_impulse(
                 record["at_ns"], record["axial_impulse"], record["angular_impulse"]

@@ -71,8 +71,20 @@ class Loop:
         """Begin a new interval of the rotor speed here (a reset is not rotation)."""
         self._speed_from = self.session.simulation.sample()
 
-    def slice(self, until_ns: int, budget_ns: int = BUDGET_NS) -> bool:
+    @property
+    def next_sample_ns(self) -> int:
+        """When the next sample of joint_states is due, simulated ns."""
+        return self._states.next_ns
+
+    @property
+    def next_output_ns(self) -> int:
+        """When the next sample or speed is due, simulated ns."""
+        return min(self._states.next_ns, self._speeds.next_ns)
+
+    def slice(self, until_ns: int, budget_ns: int = BUDGET_NS, *, to_impact: bool = False) -> bool:
         """Advance towards an instant for about a wall time; True when it was reached.
+
+        `to_impact`: no further than just after the first row of impacts.
 
         Where samples cost more than the motion between them, slices of nothing but samples would
         keep a simulation behind that could catch up. So MAX_SAMPLES of them, over however many
@@ -83,7 +95,9 @@ class Loop:
         session = self.session
         while session.time_ns < until_ns:
             goal = min(until_ns, self._horizon())
-            session.advance(goal, EVENTS_AT_ONCE)
+            session.advance(goal, 1 if to_impact else EVENTS_AT_ONCE)
+            if to_impact and session.gathered:
+                break
             if session.gathered >= MAX_ROWS:
                 self.flush()
             if self._left > 0 and session.time_ns == goal and self._advance_past_samples():

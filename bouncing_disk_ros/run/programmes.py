@@ -4,9 +4,13 @@
     align: {time: 3.0, forcing_phase: 1.77}     # optional: the phase (rad) wanted at a time (s)
     points:                                     # required: the motions and when they are reached
       - {time: 0.5, axial_amplitude: 0.0, frequency: 3.0}
+    trajectory:                                 # optional: offsets on top of the motion
+      - {time: 0.5, platform_axial: [0.02, 0.1]}
 
 Times are seconds of simulated time after the start. A point has any of axial_amplitude (m),
-angular_amplitude (rad), frequency (Hz), phase_lag (rad), the same ones in every point.
+angular_amplitude (rad), frequency (Hz), phase_lag (rad), the same ones in every point. A point of
+the trajectory has platform_axial (m), platform_rotation (rad) or both: a position, or a list of
+position, velocity and acceleration.
 """
 
 from __future__ import annotations
@@ -28,11 +32,13 @@ from bouncing_disk_ros.run.command_validation import (
     accept_programme,
 )
 from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
+from bouncing_disk_ros.run.trajectory_rows import trajectory_of
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest, validate_trajectory
 from bouncing_disk_ros.run.yaml_file import named_file, read_yaml
-from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 
-KEYS = ("description", "align", "points")
+KEYS = ("description", "align", "points", "trajectory")
 
 
 class Align(NamedTuple):
@@ -49,6 +55,7 @@ class Programme(NamedTuple):
     description: str
     request: ProgrammeRequest
     align: Align | None
+    trajectory: TrajectoryRequest | None = None
 
     def targets(self, latest: Motion) -> tuple[tuple[int, Motion], ...]:
         """The full motions with their times; names left out keep the value of `latest`."""
@@ -97,7 +104,8 @@ def parse_programme(name: str, content: object) -> Programme:
         raise InputError("description", description, "a line of text")
     request = _request(content.get("points"))
     align = _align(content["align"]) if "align" in content else None
-    programme = Programme(name, " ".join(description.split()), request, align)
+    trajectory = _trajectory(content["trajectory"]) if "trajectory" in content else None
+    programme = Programme(name, " ".join(description.split()), request, align, trajectory)
     programme.targets(_ANY_MOTION)  # checks every value and the order of times
     return programme
 
@@ -122,6 +130,20 @@ def _request(points: object) -> ProgrammeRequest:
         values = tuple(_number(f"{field}.{key}", point[key]) for key in mine)
         requests.append(PointRequest(values, after_ns))
     return ProgrammeRequest(names or (), tuple(requests), field="programme")
+
+
+def _trajectory(given: object) -> TrajectoryRequest:
+    if not isinstance(given, list) or not given:
+        raise InputError("trajectory", given, "a list of at least one point")
+    rows = []
+    for i, point in enumerate(given):
+        if not isinstance(point, dict) or "time" not in point or len(point) < 2:
+            allowed = "time and any of " + ", ".join(OFFSET_JOINTS)
+            raise InputError(f"trajectory[{i}]", point, allowed)
+        rows.append((point["time"], {key: v for key, v in point.items() if key != "time"}))
+    request = trajectory_of(rows)
+    validate_trajectory(request)
+    return request
 
 
 def _align(given: object) -> Align:

@@ -11,18 +11,19 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from bouncing_disk_ros import limits, parameters
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
+from bouncing_disk_ros.core.offset import DEGREES
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.command_validation import MAX_IMPULSE
 from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
 Check = Callable[[Mapping[str, Any]], Record]
-LOADS_OF_OLD_RECORDS: Mapping[str, float] = {"brake_torque": 0.0, "load_inertia": 0.0}
-"""Loads of the disk that records of version 0.1.0 lack."""
 _INDEX = 1 << 53
 _FADE_NS = 10**6 * NS
+_KNOT = 5  # numbers of a knot of a trajectory
 _INITIAL = {name: f"initial_{name}" for name in InitialState._fields}
 """The parameter that stands for each field of an initial state."""
 
@@ -71,6 +72,31 @@ def _motion(fields: Mapping[str, Any]) -> Record:
     return {"points": points, "crossfade_ns": crossfade}
 
 
+def _trajectory(fields: Mapping[str, Any]) -> Record:
+    begin = whole("begin_ns", _of(fields, "begin_ns"), fields["time_ns"], FAR_NS)
+    joints: Record = {}
+    for joint, rows in _mapping("joints", _of(fields, "joints")).items():
+        if joint not in OFFSET_JOINTS:
+            raise InputError("joints", joint, ", ".join(OFFSET_JOINTS))
+        before, joints[joint] = -1, []
+        for row in _list(joint, rows):
+            if len(_list(joint, row)) != _KNOT:
+                raise InputError(joint, row, "[ns, degree, position, velocity, acceleration]")
+            before = whole(f"{joint}, instant", row[0], before + 1, FAR_NS)
+            if row[1] not in DEGREES:
+                raise InputError(f"{joint}, degree", row[1], "1, 3 or 5")
+            names = ("offset_limit", "offset_speed_limit", "offset_acceleration_limit")
+            state = [_within(f"{joint}, knot", n, v) for n, v in zip(names, row[2:], strict=True)]
+            joints[joint].append([before, row[1], *state])
+    return {"begin_ns": begin, "joints": joints}
+
+
+def _within(field: str, limit: str, value: object) -> float:
+    """A number of which the absolute value is in the range of a limit."""
+    in_range(field, limit, abs(number(field, value)))
+    return number(field, value)
+
+
 def _impulse(fields: Mapping[str, Any]) -> Record:
     found: Record = {"at_ns": whole("at_ns", _of(fields, "at_ns"), fields["time_ns"], FAR_NS)}
     for name in ("axial_impulse", "angular_impulse"):
@@ -105,8 +131,8 @@ def _reset(fields: Mapping[str, Any]) -> Record:
 
 
 CHECKS: Mapping[str, Check] = {
-    "snapshot": _snapshot, "motion": _motion, "impulse": _impulse, "parameters": _parameters,
-    "pause": _pause, "reset": _reset,
+    "snapshot": _snapshot, "motion": _motion, "trajectory": _trajectory,
+    "impulse": _impulse, "parameters": _parameters, "pause": _pause, "reset": _reset,
 }  # fmt: skip
 
 

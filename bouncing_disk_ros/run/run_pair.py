@@ -88,9 +88,7 @@ class _Track:
 
 
 def _mean_speed(first: Sample, last: Sample) -> float:
-    seconds = (last.time_ns - first.time_ns) / NS
-    turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
-    return turned / seconds if seconds > 0.0 else math.nan
+    return first.mean_speeds(last)[1] if last.time_ns > first.time_ns else math.nan
 
 
 class Pair:

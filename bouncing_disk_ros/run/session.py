@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 import bouncing_disk_ros
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
+from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
 from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.time_map import nanoseconds
+from bouncing_disk_ros.run.trajectory_validation import Splice, as_record
 
 MAX_INPUTS_BETWEEN_SNAPSHOTS = 500
 """A latched reader of depth 1000 then always holds a snapshot."""
@@ -35,17 +37,13 @@ class WaitingInput(NamedTuple):
     act: Callable[[], None]
     cuts_chatter: bool  # it changes the state itself: see Simulation.settle
     target: Motion | None  # the newest accepted motion after it; None: as before
+    offset: Offset | None = None  # the offsets accepted with it; None: as before
 
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
     """The platform motion of a set of parameters; the phase lag wraps to ±π."""
     motion = Motion(*(float(values[name]) for name in Motion._fields))
     return motion._replace(phase_lag=math.remainder(motion.phase_lag, math.tau))
-
-
-def disk_of(values: Mapping[str, Value]) -> Disk:
-    """Disk and contact of a set of parameters."""
-    return Disk(*(float(values[name]) for name in Disk._fields))
 
 
 def initial_of(values: Mapping[str, Value]) -> InitialState:
@@ -74,7 +72,7 @@ class Session:
         self.values: dict[str, Value] = dict(values)
         self.simulation = Simulation(
             motion_of(values),
-            disk_of(values),
+            Disk.of(values),
             initial_of(values),
             chatter_report_speed=float(values["chatter_report_speed"]),
         )
@@ -122,6 +120,12 @@ class Session:
         targets = [item.target for item in self._waiting if item.target is not None]
         return targets[-1] if targets else self.simulation.latest_target
 
+    @property
+    def latest_offset(self) -> Offset:
+        """The offset with all accepted trajectories, waiting ones too."""
+        offsets = [item.offset for item in self._waiting if item.offset is not None]
+        return offsets[-1] if offsets else self.simulation.offset
+
     def advance(self, until_ns: int, max_events: int = 1_000_000) -> bool:
         """Simulate up to an instant; True when the event budget ran out before it.
 
@@ -158,9 +162,13 @@ class Session:
             return False
 
     def _submit(
-        self, act: Callable[[], None], cuts_chatter: bool = False, target: Motion | None = None
+        self,
+        act: Callable[[], None],
+        cuts_chatter: bool = False,
+        target: Motion | None = None,
+        offset: Offset | None = None,
     ) -> None:
-        self._waiting.append(WaitingInput(act, cuts_chatter, target))
+        self._waiting.append(WaitingInput(act, cuts_chatter, target, offset))
         self.resolve_waiting()
 
     def _gather(self, rows: NDArray[Any]) -> None:
@@ -186,6 +194,19 @@ class Session:
 
         self._submit(act, target=target)
 
+    def trajectory(self, splice: Splice) -> None:
+        """An accepted offset trajectory, from an instant not before `input_ns` on."""
+        _, *knots = splice
+        offset = self.latest_offset.spliced(splice.begin_ns, self.input_ns, *knots)
+
+        def act() -> None:
+            now = self.time_ns
+            begin = max(splice.begin_ns, now)
+            self.simulation.trajectory(begin, splice.axial, splice.angular)
+            self._note("trajectory", now, begin_ns=begin, joints=as_record(splice))
+
+        self._submit(act, offset=offset)
+
     def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """An accepted impulse at an instant not before `input_ns`."""
 
@@ -203,7 +224,7 @@ class Session:
 
         def act() -> None:
             self.values.update(values)
-            disk = disk_of(self.values)
+            disk = Disk.of(self.values)
             apply_parameters(self.simulation, values, disk)
             self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
 
@@ -229,7 +250,7 @@ class Session:
             self.simulation.reset(initial, motion)
             self._note("reset", self.time_ns, initial=initial._asdict(), motion=motion._asdict())
 
-        self._submit(act, cuts_chatter=True, target=motion)
+        self._submit(act, cuts_chatter=True, target=motion, offset=Offset())
 
     def snapshot(self) -> None:
         """Put the full state on record."""

@@ -27,6 +27,8 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.run.trajectory_rows import trajectory_of
+from bouncing_disk_ros.run.trajectory_validation import schedule_trajectory, validate_trajectory
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 from bouncing_disk_ros.units import NS
 
@@ -48,7 +50,7 @@ class _Recorded(NamedTuple):
 
 
 class Result(_Recorded):
-    """What `simulate` gives back: impacts, samples, inputs and parameters, and what follows.
+    """Result of `simulate`: impacts, samples, inputs, parameters and derived numbers.
 
     `energy` is the energy ledger at the end, J, and `duration` the time simulated, s.
     """
@@ -100,6 +102,7 @@ def simulate(
     programme: Sequence[Point] | str = (),
     impulses: Sequence[ImpulseRow] = (),
     kicks: Sequence[ImpulseRow] = (),
+    trajectory: Sequence[Point] = (),
     sample_rate: SupportsFloat | None = None,
     preset: str = "",
     axial_forcing: SupportsFloat | None = None,
@@ -110,7 +113,10 @@ def simulate(
     `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
     out keep the value of the point before; or the name or path of a programme as for `perform`.
     `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
-    of version 0.1.0. `sample_rate` in Hz; None takes no samples. `preset` and further keywords are
+    of version 0.1.0. `trajectory`: offsets on top of the motion from t = 0 on, (time in s, {joint:
+    position, or (position, velocity), or with acceleration}), joints platform_axial (m) and
+    platform_rotation (rad), as on platform/joint_trajectory. `sample_rate` in Hz; None takes no
+    samples. `preset` and further keywords are
     parameters of the table (see docs/parameters.md). `axial_forcing`, Γ = Aω²/(π(g + P/m)), stands
     for the axial amplitude that gives it at the frequency, gravity and preload of the run.
 
@@ -126,7 +132,7 @@ def simulate(
     chosen = {**(load_preset(preset) if preset else {}), **values}
     if axial_forcing is not None:
         if "axial_amplitude" in values:
-            hint = "Each decides the other: give one."
+            hint = "Each is computed from the other: give one."
             raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
         chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
     whole = parameters.complete(chosen)
@@ -134,14 +140,19 @@ def simulate(
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+    offsets = trajectory_of(trajectory) if trajectory else None
     if isinstance(programme, str):
-        programme = as_simulated(load_programme(programme))
+        loaded = load_programme(programme)
+        programme, offsets = as_simulated(loaded), offsets or loaded.trajectory
     if programme:
         session.command(_points(programme, arrival, session.latest_target))
+    if offsets is not None:
+        validate_trajectory(offsets)
+        session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
     for at, *both in sorted(impulses, key=lambda impulse: float(impulse[0])):
         axial, angular = (float(plain(one)) for one in both)  # type: ignore[arg-type]
-        request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
-        _, axial, angular = accept_impulse(request, arrival)
+        impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
+        _, axial, angular = accept_impulse(impulse, arrival)
         session.apply_impulse(_instant("impulses time", at), axial, angular)
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)

@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.study.basin_study import numbered
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, numbered
 
 MOST_POINTS = 64
 """Points of each attractor that are kept, for its line."""

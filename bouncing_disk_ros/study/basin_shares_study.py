@@ -14,7 +14,12 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_matching import THRESHOLD
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    Attractors,
+    refuse_conservative,
+)
 from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
@@ -27,7 +32,6 @@ from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 MOST_ATTRACTORS = 12

@@ -15,7 +15,13 @@ from bouncing_disk_ros.analysis.dynamics.attractor_search import (
     find_attractors,
     missed_attractors,
 )
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    Attractors,
+    numbered,
+    refuse_conservative,
+)
 from bouncing_disk_ros.analysis.dynamics.basin_labels import (
     UNRESOLVED,
     LabelRule,
@@ -35,7 +41,13 @@ from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import (
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Study,
+)
 
 SIDES = (64, 1024)
 """Least and largest side of a region (pixels); the largest takes about a second of one core."""
@@ -238,23 +250,6 @@ def _period_of(attractor: Attractor) -> int:
     """Impacts in one repetition; 0: it does not repeat, or has contact and no impacts alone."""
     periodic = attractor.kind is AttractorKind.PERIODIC
     return len(attractor.forcing_phases) if periodic else 0
-
-
-def refuse_conservative(restitution: float) -> None:
-    """InputError at ε = 1: the map keeps areas there and has no attractors."""
-    if restitution == 1.0:
-        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
-        raise InputError("restitution", restitution, "less than 1", hint)
-
-
-def numbered(names: list[str]) -> list[str]:
-    """The names, those that occur more than once with a number."""
-    seen: dict[str, int] = {}
-    found = []
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
-    return found
 
 
 def to_arrays(attractors: Attractors) -> Arrays:

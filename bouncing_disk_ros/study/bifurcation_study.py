@@ -67,7 +67,10 @@ class Bifurcation(Study):
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         self.axis = str(given["along"])
         if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
-            given["begin"] = _first_forcing(float(given["restitution"]))
+            given["begin"] = first = _first_forcing(float(given["restitution"]))
+            if not float(given["end"]) > first:
+                why = f"The period-1 orbit begins there at ε = {given['restitution']:g}."
+                raise InputError("end", given["end"], f"> {first:g}", why)
         if int(given["kept"]) > int(given["measured"]):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
@@ -90,13 +93,13 @@ class Bifurcation(Study):
                 value = given.pop(name)
                 if value != 0.0:
                     hint = (
-                        f"The {count} starts are spread over the window; starts:=0 takes your own."
+                        f"The {count} starts are spread over the window; with starts:=0 it is used."
                     )
                     raise InputError(name, value, "0 with starts", hint)
             return spread_starts(count, float(given["velocity_begin"]))
         window, usual = given.pop("velocity_begin"), STUDY_TABLES[self.name]["velocity_begin"]
         if window != usual.default:
-            hint = "It is the window of starts, of which there are none."
+            hint = "It is the window of the starts, and starts is 0."
             raise InputError("velocity_begin", window, "none without starts", hint)
         del given["starts"]
         return []

@@ -11,13 +11,13 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.analysis.dynamics.orbit_systems import CurveKind
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.study_by_name import named
 

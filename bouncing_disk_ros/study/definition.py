@@ -30,7 +30,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Field:
-    """One array of the result. `fill` stands where nothing was computed yet."""
+    """One array of the result. `fill` is its value where nothing was computed yet."""
 
     dims: tuple[str, ...]
     dtype: str
@@ -43,7 +43,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Region:
-    """One chunk of the result: where it lies along each axis."""
+    """One region of the result: its range along each axis."""
 
     number: int
     slices: Mapping[str, slice]
@@ -54,7 +54,7 @@ class Region:
 
 
 class Study(ABC):
-    """One computation, decided by its parameters alone.
+    """A long computation whose result depends on its parameters alone.
 
     A study is picklable: workers of other processes and machines are sent the study and a region.
     Results must not depend on how it is cut into regions, nor on their order, unless `sequential`.

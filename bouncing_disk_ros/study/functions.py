@@ -1,10 +1,7 @@
 """The studies as functions: parameters in, dataset out.
 
 Each takes the parameters of its table (docs/parameters.md) as keywords, and returns the result as
-an `xarray.Dataset`. `path`: the folder of a store that the result is kept in, or goes on from; None
-keeps nothing. `workers`: threads that compute, 0 for one on each core. `progress`: whether a bar
-shows on stderr; None where it is a terminal or a notebook. Raises InputError for what cannot be
-used.
+an `xarray.Dataset`. What all have in common is in `_ABOUT`, which ends each docstring.
 
 >>> from bouncing_disk_ros import basins
 >>> basins(axial_forcing=0.34, width=60, height=60)["fraction"]
@@ -12,6 +9,7 @@ used.
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.study.runner import run
+from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
 
 Place = str | Path | None
 
@@ -120,7 +119,7 @@ def basins(
     """The attractor that each start goes to: basins of attraction (paper, Fig. 4).
 
     >>> result = basins(axial_forcing=0.34, width=60, height=60)
-    >>> dict(zip(result["attractor_name"].values, result["fraction"].values))
+    >>> dict(zip(result["attractor_name"].values.tolist(), result["fraction"].values.tolist()))
     """
     return _run("basins", path, workers, progress, parameters)
 
@@ -133,3 +132,27 @@ def basin_shares(
     >>> basin_shares(along="restitution", begin=0.2, end=0.8, count=13, samples=50)["fraction"]
     """
     return _run("basin_shares", path, workers, progress, parameters)
+
+
+_ABOUT = """
+`path`: the folder of a store that keeps the result; the same call goes on from it. `workers`:
+threads that compute, 0 for one on each core. `progress`: whether a bar shows on stderr; None where
+it is a terminal or a notebook. Raises InputError for what cannot be used. `preset` and `bag` are
+of the command alone. Parameters, with their defaults:
+"""
+
+
+def _parameter_lines(name: str) -> list[str]:
+    specs = (spec for spec in STUDY_TABLES[name].values() if spec.name not in COMMON)
+    return [
+        f"- `{spec.name}` ({f'{spec.default!r} {spec.shown_unit}'.rstrip()}): {spec.description}"
+        for spec in specs
+    ]
+
+
+for _study in (
+    toss_paths, toss_map, bifurcation, parameter_map, curves, motor, basins, manifolds,
+    basin_shares, resilience,
+):  # fmt: skip
+    _text = "\n".join([*_ABOUT.splitlines(), "", *_parameter_lines(_study.__name__), ""])
+    _study.__doc__ = f"{inspect.cleandoc(_study.__doc__ or '')}\n{_text}"

@@ -17,37 +17,29 @@ def derived(
 ) -> xr.Dataset:
     """The result with what its rows or columns amount to, arrays over the other axis.
 
-    `limits` gives the torque of friction T* along an axis.
+    Their units and names are in study.described. `limits` gives the torque T* of friction along an
+    axis.
     """
     found = dict(zip((up, across), (across, up), strict=True))
-    added: dict[str, tuple[str, Floats, dict[str, str]]] = {}
+    added: dict[str, tuple[str, Floats]] = {}
     for name, other in found.items():
         speed = _along(result, "mean_speed", name)
         if name in ("load_torque", "brake_torque"):
             loads = result[name].values
             best, place = _best(_along(result, "efficiency", name), loads)
-            added["best_efficiency"] = (other, best, _about("1", "best efficiency", "η"))
-            added[f"best_{name}"] = (other, place, _about("N·m", "where efficiency is best"))
-            at_rest = np.array([_at_zero(loads, row) for row in speed])
-            added["no_load_speed"] = (other, at_rest, _about("rad/s", "no-load speed"))
+            added["best_efficiency"] = (other, best)
+            added[f"best_{name}"] = (other, place)
+            added["no_load_speed"] = (other, np.array([_at_zero(loads, row) for row in speed]))
         if name == "load_torque":
-            tops = limits(other)
-            rows = zip(speed, tops, strict=True)
-            stalls = np.array([stall(result[name].values, row, top) for row, top in rows])
-            added["stall_torque"] = (other, stalls, _about("N·m", "stall torque"))
+            rows = zip(speed, limits(other), strict=True)
+            stalls = [stall(result[name].values, row, top) for row, top in rows]
+            added["stall_torque"] = (other, np.array(stalls))
         if name == "phase_lag":
-            fastest, place = _best(np.abs(speed), result[name].values)
-            added["best_phase_lag"] = (
-                other,
-                place,
-                _about("rad", "phase lag of the largest speed"),
-            )
-            added["best_speed"] = (other, fastest, _about("rad/s", "largest mean speed"))
+            # with its sign: a load that turns the rotor back can be faster than the stator forwards
+            fastest, place = _best(speed, result[name].values)
+            added["best_phase_lag"] = (other, place)
+            added["best_speed"] = (other, fastest)
     return result.assign(added)
-
-
-def _about(units: str, long_name: str, symbol: str = "") -> dict[str, str]:
-    return {"units": units, "long_name": long_name, "symbol": symbol}
 
 
 def _along(result: xr.Dataset, field: str, name: str) -> Floats:

@@ -22,11 +22,11 @@ from bouncing_disk_ros.analysis.dynamics.motor_points import (
 from bouncing_disk_ros.analysis.motor_curves import friction_limit, preload_regimes, runs_away
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region
 from bouncing_disk_ros.study.motor_numbers import derived
+from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 AXES = (
     "load_torque", "brake_torque", "preload", "axial_amplitude", "angular_amplitude", "frequency",
@@ -64,28 +64,17 @@ _COLUMNS: Mapping[str, Column] = {
 }
 
 
-class Motor(Study):
+class Motor(PlaneStudy):
     """Means over a plane of two parameters, in SI units; parameters as in the table."""
 
     name: ClassVar[str] = "motor"
     title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
+    axis_names: ClassVar[tuple[str, ...]] = AXES
+    conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
-        for key in ("x_axis", "y_axis"):
-            if given[key] not in AXES:
-                hint = closest(str(given[key]), AXES)
-                raise InputError(key, given[key], "one of " + ", ".join(AXES), hint)
-        if self.across == self.up:
-            raise InputError("y_axis", self.up, "another parameter than x_axis")
-        for name in (self.across, self.up):  # no part of what is computed
-            del given[name]
-        for key in ("x", "y"):
-            self._check_axis(key)
-        if "restitution" in given:
-            refuse_conservative(float(given["restitution"]))
         check_start(str(given["start"]))
         if int(given["longest"]) < int(given["settling"]) + 2 * int(given["measured"]):
             least = int(given["settling"]) + 2 * int(given["measured"])
@@ -93,21 +82,14 @@ class Motor(Study):
         self._check_preload()
         self._check_that_it_moves()
 
-    def _check_axis(self, key: str) -> None:
-        """The ends of an axis: in order, within what the parameter may be."""
-        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
-        name = str(self.parameters[f"{key}_axis"])
-        if not begin < end and not (begin == end and self.parameters[f"{key}_count"] == 1):
-            raise InputError(f"{key}_begin", begin, f"less than {key}_end = {end:g}")
-        for side, value in (("begin", begin), ("end", end)):
-            try:
-                TABLE[name].checked(value)
-            except InputError as error:
-                hint = f"It is a value of {name}."
-                raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
-        if name == "restitution" and end == 1.0:
-            hint = "At 1 no impact loses anything, and nothing settles."
-            raise InputError(f"{key}_end", end, "less than 1", hint)
+    def check_value(self, name: str, value: float) -> None:
+        """As the simulator's parameter."""
+        TABLE[name].checked(value)
+
+    def axis_of(self, name: str, values: NDArray[np.float64]) -> Axis:
+        """With unit and symbol of the simulator's parameter."""
+        symbol = TABLE[name].symbol.split(" ")[0]
+        return Axis(values, TABLE[name].unit, name.replace("_", " "), symbol)
 
     def _check_preload(self) -> None:
         given = self.parameters
@@ -117,25 +99,25 @@ class Motor(Study):
             if name == "preload":
                 field, least = f"{key}_begin", float(given[f"{key}_begin"])
         if not least > -weight:
-            hint = "Else nothing holds the rotor down."
+            hint = "Otherwise nothing presses the rotor down."
             raise InputError(field, least, f"> −mass × gravity = {-weight:g} N", hint)
 
     def _check_that_it_moves(self) -> None:
         """Refuse a plane of which every point runs away or stands still."""
         corners = [
             self.motor_at({self.across: x, self.up: y})
-            for x in _ends(self._values("x"))
-            for y in _ends(self._values("y"))
+            for x in _ends(self.values_of("x"))
+            for y in _ends(self.values_of("y"))
         ]
         if all(runs_away(disk) for _, disk in corners):
             limit = max(friction_limit(disk) + disk.brake_torque for _, disk in corners)
-            hint = "Beyond that of friction (and the brake) the rotor runs away at every point."
+            hint = "Above the torque of friction and brake the rotor runs away at every point."
             field = self._field_of("load_torque")
             least = min((disk.load_torque for _, disk in corners), key=abs)
             raise InputError(field, least, f"a torque up to {limit:.6g} N·m somewhere", hint)
         if all(_stands_still(motion, disk) for motion, disk in corners):
             field, value, allowed = self._what_holds_it(corners)
-            raise InputError(field, value, allowed, "As it is, nothing moves at any point.")
+            raise InputError(field, value, allowed, "With these values nothing moves at any point.")
 
     def _field_of(self, name: str) -> str:
         ends = {self.across: "x_end", self.up: "y_end"}
@@ -151,24 +133,11 @@ class Motor(Study):
         most = max(_largest_torque(motion, disk) for motion, disk in corners)
         return self._field_of("brake_torque"), brake, f"less than {most:.6g} N·m somewhere"
 
-    def _values(self, key: str) -> NDArray[np.float64]:
-        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
-        return np.linspace(begin, end, int(self.parameters[f"{key}_count"]))
-
     def motor_at(self, point: Mapping[str, float]) -> tuple[Motion, Disk]:
         """The motor with these values of the axes."""
         values = {**self.parameters, **point}
         motion = Motion(*(float(values[name]) for name in Motion._fields))
-        return motion, Disk(*(float(values[name]) for name in Disk._fields))
-
-    @property
-    def axes(self) -> Mapping[str, Axis]:
-        """The two parameters, by their names: rows, then columns."""
-        return {
-            name: Axis(self._values(key), TABLE[name].unit, name.replace("_", " "),
-                       TABLE[name].symbol.split(" ")[0])
-            for key, name in (("y", self.up), ("x", self.across))
-        }  # fmt: skip
+        return motion, Disk.of(values)
 
     @property
     def fields(self) -> Mapping[str, Field]:

@@ -19,55 +19,36 @@ from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
     start_states,
 )
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.basin_study import refuse_conservative
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region
+from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)
 """About so many impacts, with least and largest side (points)."""
 FLAGS = {UNRESOLVED: "unresolved", **{i: str(kind) for i, kind in enumerate(AttractorKind)}}
 
 
-class ParameterMap(Study):
+class ParameterMap(PlaneStudy):
     """Kind, period, exponent and speed over the plane; parameters as in the table."""
 
     name: ClassVar[str] = "parameter_map"
     title: ClassVar[str] = "Attractors of the next-collision map over two parameters"
+    axis_names: ClassVar[tuple[str, ...]] = tuple(MAP_PARAMETERS)
+    conservative_hint: ClassVar[str] = "At 1 the map keeps areas: it has no attractors."
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
-        given = self.parameters
-        self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
-        for key in ("x_axis", "y_axis"):
-            if given[key] not in MAP_PARAMETERS:
-                hint = closest(str(given[key]), MAP_PARAMETERS)
-                raise InputError(key, given[key], "one of " + ", ".join(MAP_PARAMETERS), hint)
-        if self.across == self.up:
-            raise InputError("y_axis", self.up, "another parameter than x_axis")
-        for name in (self.across, self.up):  # no part of what is computed
-            del given[name]
-        for key in ("x", "y"):
-            self._check_axis(key)
-        if "restitution" in given:
-            refuse_conservative(float(given["restitution"]))
         self._check_start()
 
-    def _check_axis(self, key: str) -> None:
-        """The ends of an axis: in order, within what the parameter may be."""
-        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
-        name = str(self.parameters[f"{key}_axis"])
-        if not begin < end and not (begin == end and self.parameters[f"{key}_count"] == 1):
-            raise InputError(f"{key}_begin", begin, f"less than {key}_end = {end:g}")
-        for side, value in (("begin", begin), ("end", end)):
-            try:
-                NextCollisionMap(**{"axial_forcing": 1.0, "restitution": 0.5, name: value})
-            except InputError as error:
-                hint = f"It is a value of {name}."
-                raise InputError(f"{key}_{side}", value, error.allowed, hint) from None
-        if name == "restitution" and end == 1.0:
-            hint = "At 1 the map keeps areas: it has no attractors."
-            raise InputError(f"{key}_end", end, "less than 1", hint)
+    def check_value(self, name: str, value: float) -> None:
+        """As the next-collision map takes it."""
+        NextCollisionMap(**{"axial_forcing": 1.0, "restitution": 0.5, name: value})
+
+    def axis_of(self, name: str, values: NDArray[np.float64]) -> Axis:
+        """With unit and symbol of the map's parameter."""
+        symbol, unit = MAP_PARAMETERS[name]
+        return Axis(values, unit, name.replace("_", " "), symbol)
 
     def _check_start(self) -> None:
         given = self.parameters
@@ -75,29 +56,14 @@ class ParameterMap(Study):
         check_start(start)
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
-                hint = (
-                    "It is w_A of the first impact; start:=contact lays the disk on the platform."
-                )
+                hint = "It is w_A of the first impact; start:=contact: it lies on the platform."
                 raise InputError("initial_velocity", given["initial_velocity"], "< 0", hint)
             return
         for name in ("initial_phase", "initial_velocity"):
             value = given.pop(name)
             if value != 0.0:
-                hint = f"start is {start}; start:=given takes your own."
+                hint = f"start is {start}; with start:=given it is used."
                 raise InputError(name, value, f"0 with start:={start}", hint)
-
-    def _values(self, key: str) -> NDArray[np.float64]:
-        begin, end = (float(self.parameters[f"{key}_{side}"]) for side in ("begin", "end"))
-        return np.linspace(begin, end, int(self.parameters[f"{key}_count"]))
-
-    @property
-    def axes(self) -> Mapping[str, Axis]:
-        """The two parameters, by their names: rows, then columns."""
-        axes = {}
-        for key, name in (("y", self.up), ("x", self.across)):
-            symbol, unit = MAP_PARAMETERS[name]
-            axes[name] = Axis(self._values(key), unit, name.replace("_", " "), symbol)
-        return axes
 
     @property
     def fields(self) -> Mapping[str, Field]:

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
@@ -20,7 +21,6 @@ from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
-from bouncing_disk_ros.study.basin_study import refuse_conservative
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}

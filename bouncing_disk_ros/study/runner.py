@@ -21,7 +21,7 @@ from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.lock import exclusive_lock
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import Store, open_result
+from bouncing_disk_ros.study.store import RESULT, Store, open_result
 from bouncing_disk_ros.study.study_by_name import named
 
 NICENESS = 10
@@ -30,7 +30,7 @@ were late by 2.6 ms at p99 so, and by 3.9 ms without."""
 
 
 class Progress(NamedTuple):
-    """How far a run is."""
+    """Progress of a run of a study."""
 
     done: int  # regions in the store
     total: int
@@ -53,7 +53,7 @@ def run(
     stopped: Callable[[], bool] = never,
     **parameters: object,
 ) -> xr.Dataset | None:
-    """Compute a study into the Zarr store at `path`, or go on with what is there.
+    """Compute a study into the Zarr store at `path`, or continue a result that is there.
 
     `study`: a study, or the name of one with its `parameters`, as `named` takes them. `path` None:
     the result is kept nowhere but in memory. `workers` threads compute (the kernels release the
@@ -73,13 +73,13 @@ def run(
         raise InputError("workers", workers, "a whole number >= 0; 0: one for each core")
     workers = workers or os.cpu_count() or 1
     if study.sequential and scheduler:
-        hint = "Each part starts from the one before: this study computes in order, here."
+        hint = "Each part starts from the one before, so it is computed in order in one process."
         raise InputError("scheduler", scheduler, f"none for {study.name}", hint)
     with _bar(study.name, progress, on_progress) as note:
         if path is not None:
             return _run(study, Path(path), workers, scheduler, note, stopped)
         with tempfile.TemporaryDirectory(prefix=f"{study.name}-") as folder:
-            found = _run(study, Path(folder, "result.zarr"), workers, scheduler, note, stopped)
+            found = _run(study, Path(folder, RESULT), workers, scheduler, note, stopped)
             return None if found is None else found.load()
 
 
@@ -87,11 +87,11 @@ def _study_of(study: object, parameters: dict[str, object]) -> Study:
     if isinstance(study, str):
         return named(study, **parameters)
     if not isinstance(study, Study):
-        hint = "Give its parameters beside the name: run('basins', axial_forcing=0.34)"
+        hint = "Give its parameters after the name: run('basins', axial_forcing=0.34)"
         raise InputError("study", study, "the name of a study, or what named() gives", hint)
     if parameters:
         given = ", ".join(parameters)
-        raise InputError("parameters", given, "none beside a study that has its own")
+        raise InputError("parameters", given, "none with a study that has its own")
     return study
 
 
@@ -210,7 +210,7 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             "scheduler", scheduler, "the address of a Dask scheduler, such as tcp://host:8786",
-            str(error) or "nobody answers",
+            str(error) or "there is no answer",
         ) from None  # fmt: skip
     with client:
         count = max(1, sum(client.nthreads().values()))

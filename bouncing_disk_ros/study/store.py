@@ -22,6 +22,8 @@ from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
 
 FORMAT = 2
 DONE = "region_done"
+RESULT = "result.zarr"
+"""The store in the output folder of a study's command."""
 CONTEXT, BYTES = "context", "bytes"
 LARGE = 2**25
 """Arrays of more numbers are exported in parts."""
@@ -62,7 +64,7 @@ class Store:
         hint = "Choose another output, or remove it."
         if found is None:
             raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
-                             "this study", f"It holds something else. {hint}")  # fmt: skip
+                             "this study", f"It holds other data. {hint}")  # fmt: skip
         wanted = self._identity()
         if found != wanted and not self._finished_before(group, found, wanted):
             differs = _difference(found, wanted)
@@ -186,11 +188,20 @@ def _write(group: zarr.Group, study: Study, region: Region, arrays: Arrays) -> N
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """A result as stored, whole or not: arrays are read when they are used.
+    """Open a stored result, complete or not: arrays are read when they are used.
+
+    `path`: a store that `run` made, or the output folder of a command. Raises InputError where
+    there is none.
 
     >>> open_result("output/small.zarr")["label"]
     """
-    return xr.open_zarr(str(path), consolidated=False, chunks=None)
+    store = Path(path)
+    if (store / RESULT).is_dir():
+        store /= RESULT
+    if not (store / "zarr.json").is_file():
+        allowed = "the output folder of a study, or a store that run made"
+        raise InputError("path", str(path), allowed)
+    return xr.open_zarr(str(store), consolidated=False, chunks=None)
 
 
 def export(result: xr.Dataset, path: Path) -> None:

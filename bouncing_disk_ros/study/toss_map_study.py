@@ -29,7 +29,7 @@ ROWS = 64
 def setting_of(given: Mapping[str, Value]) -> TossSetting:
     """What all tosses have in common. Raises InputError."""
     # the restitution plays no part before the first impact
-    disk = Disk(*(float(given.get(name, DEFAULTS[name])) for name in Disk._fields))
+    disk = Disk.of({**DEFAULTS, **given})
     setting = TossSetting(float(given["arc_amplitude"]), float(given["frequency"]), disk)
     check_setting(setting)
     return setting

@@ -41,12 +41,18 @@ def measure() -> list[Row]:
             seconds.append(time.perf_counter() - begin)
             assert found is not None
             speeds, kinds = found["mean_speed"].values.ravel(), found["kind"].values.ravel()
+            periods = np.maximum(found["measured"].values.ravel(), MEASURED)
     points = [(float(y), float(x)) for y in study.axes["preload"].values
               for x in study.axes["load_torque"].values]  # fmt: skip
     rng = np.random.default_rng(14)
     known = np.flatnonzero(np.isfinite(speeds))
     picked = rng.choice(known, CHECKED, replace=False)
-    off = [abs(speeds[i] - long_mean(study, *points[i])) / 100.53 for i in picked]
+    scale = math.tau * float(study.parameters["frequency"])
+    scale *= float(study.parameters["angular_amplitude"])
+    off = []
+    for i in picked:
+        longer = long_mean(study, points[i], LONGER * int(periods[i]))
+        off.append(abs(speeds[i] - longer) / scale)
     repeats = [one for one, i in zip(off, picked, strict=True) if kinds[i] != 3]
     share = 100.0 * float(np.mean(np.array(off) <= 1e-3))
     return [
@@ -71,16 +77,16 @@ def begin_of(motion: Motion, disk: Disk) -> InitialState:
     return InitialState(0.0, bounce, orbit.angular_velocity, 0.0, phase)
 
 
-def long_mean(study: Motor, preload: float, load: float) -> float:
-    """The mean speed by the simulation itself, over 10 times as many periods."""
-    motion, disk = study.motor_at({"preload": preload, "load_torque": load})
+def long_mean(study: Motor, point: tuple[float, float], periods: int) -> float:
+    """The mean speed by the simulation itself, over so many periods."""
+    motion, disk = study.motor_at(dict(zip(("preload", "load_torque"), point, strict=True)))
     simulation = Simulation(motion, disk, begin_of(motion, disk))
     angles = []
-    for periods in (TRANSIENT, TRANSIENT + LONGER * MEASURED):
-        while simulation.advance(round(periods / motion.frequency * 1e9))[1]:
+    for end in (TRANSIENT, TRANSIENT + periods):
+        while simulation.advance(round(end / motion.frequency * 1e9))[1]:
             pass
         angles.append(simulation.sample().unwrapped_angle)
-    return (angles[1] - angles[0]) * motion.frequency / (LONGER * MEASURED)
+    return (angles[1] - angles[0]) * motion.frequency / periods
 
 
 def _loop(study: Motor, points: list[tuple[float, float]], rng: np.random.Generator) -> list[float]:

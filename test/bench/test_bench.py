@@ -12,7 +12,19 @@ from pathlib import Path
 
 import pytest
 
-from bench import bags, beside, ceiling, many, motor, node, per_impact, refusals, studies, widths
+from bench import (
+    bags,
+    beside,
+    ceiling,
+    many,
+    motor,
+    node,
+    per_impact,
+    refusals,
+    start_views,
+    studies,
+    widths,
+)
 from bench.history import changes
 from bench.table import table, write
 from support.processes import Starter
@@ -42,6 +54,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     rows += study_rows
     notes += study_notes
     rows += motor.measure()
+    rows += start_views.measure()
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():

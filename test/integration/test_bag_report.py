@@ -77,7 +77,7 @@ def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None
     with bag.Writer(tmp_path / "empty"):
         pass
     for arguments, said in (
-        ((tmp_path / "none",), "There is nothing of that name"),
+        ((tmp_path / "none",), "There is no file or folder of that name"),
         ((tmp_path / "empty",), "got 'no messages'"),
         ((tmp_path / "two",), "allowed: /left, /right. Choose one with the option namespace."),
         ((folder, "--segment", "9"), "allowed: longest, last, or a number from 1 to 1"),
@@ -125,3 +125,36 @@ def slow(self):
 bag_run.BagRun.read = slow
 sys.exit(bag_report.main())
 """
+
+
+def test_it_is_interrupted_while_it_imports(start: Starter, tmp_path: Path) -> None:
+    """An import may turn KeyboardInterrupt into an error of its own, as numpy's does."""
+    report = start.command([sys.executable, "-c", _IMPORTING, str(tmp_path)])
+    report.wait_for("importing")
+    assert report.end(signal.SIGINT) == 130
+    assert report.stderr == "bag_report: interrupted\n"
+
+
+_IMPORTING = """
+import sys, time
+from bouncing_disk_ros.nodes.bags import bag_report
+class Slow:
+    def find_spec(self, name, path, target=None):
+        if name == "numpy":
+            print("importing", flush=True)
+            try:
+                time.sleep(60)
+            except KeyboardInterrupt:
+                raise ImportError("numpy") from None
+sys.modules.pop("numpy", None)
+sys.meta_path.insert(0, Slow())
+sys.exit(bag_report.main())
+"""
+
+
+def test_an_output_that_cannot_be_written_is_named(start: Starter, tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    code, report = start.finish("bag_report", str(folder), "/proc/x", timeout=WAIT)
+    assert code == 2
+    (line,) = report.stderr.splitlines()
+    assert line.startswith("bag_report: output: got '/proc/x.html', allowed: a file in a folder")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import shlex
 import subprocess
@@ -199,6 +200,24 @@ def test_links_lead_somewhere(page: str) -> None:
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", PAGES[page]):
         if not target.startswith("http"):
             assert (folder / target).exists(), target
+
+
+def dotted_names() -> list[tuple[str, str]]:
+    """Names within packages of ours in code spans, but those of a variable called like one."""
+    packages = {path.name for path in Path(bouncing_disk_ros.__file__).parent.iterdir()}
+    found = set()
+    for page, text in PAGES.items():
+        spans = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+        for name in re.findall(r"`(?:bouncing_disk_ros\.)?([a-z_]+(?:\.\w+)+)`", spans):
+            first = name.split(".")[0]
+            if first in packages and f" as {first}:" not in text:
+                found.add((page, name))
+    return sorted(found)
+
+
+@pytest.mark.parametrize(("page", "name"), dotted_names())
+def test_names_within_the_package_exist(page: str, name: str) -> None:
+    pkgutil.resolve_name(f"bouncing_disk_ros.{name}")
 
 
 def test_topic_table_of_the_readme_is_complete() -> None:

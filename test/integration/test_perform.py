@@ -16,6 +16,7 @@ import pytest
 
 from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.nodes.live.performer import cancelling
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
@@ -102,7 +103,7 @@ def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, cloc
         (
             ["spin_up", "--ros-args", "-p", "timeout:=0.5"],
             1,
-            r"^perform: nobody listens on /platform/command after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
+            r"^perform: /platform/command has no subscriber after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
         ),
     ],
 )
@@ -136,7 +137,9 @@ def test_perform_is_interrupted(start: Starter, simulator: Process) -> None:
     process = start("perform", "spin_up")
     process.wait_for(r"^sent:")
     assert process.end(signal.SIGINT) == 130
-    assert "Traceback" not in process.output
+    (line,) = process.stderr.splitlines()
+    assert line.startswith("perform: interrupted; the simulator goes on with spin_up. A programme")
+    assert line.endswith(cancelling("/platform/command"))
 
 
 def test_echo_impacts_counts_rows(start: Starter, simulator: Process) -> None:
@@ -178,7 +181,7 @@ def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
 def test_echo_impacts_waits_and_says_for_what(start: Starter) -> None:
     process = start("echo_impacts")
     process.wait_for(
-        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: nobody publishes it"
+        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: no node publishes it"
     )
     assert process.end(signal.SIGINT) == 0
     code, process = start.finish("echo_impacts", "--ros-args", "-p", "timeout:=0.5")

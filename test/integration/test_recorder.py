@@ -273,7 +273,7 @@ def test_pause_resume_and_split(start: Starter, talker: Talker, tmp_path: Path) 
 
     assert talker.call("resume") == "recording"
     say("one", 1)
-    assert talker.call("split") == "a new file is begun"
+    assert talker.call("split") == "a new file was begun"
     say("two", 2)
     assert talker.call("pause") == "paused"
     publisher.publish(String(data="not this"))

@@ -192,7 +192,7 @@ def test_an_action_whose_step_another_ends_is_aborted(make: Make) -> None:
     goal = Goal(2)
     answer = finish(services, services.simulate_steps(goal), lambda: run.pause(True))
     assert goal.ends == ["aborted"]
-    assert "something else has ended the step" in answer.result.error_message
+    assert "another request has ended the step" in answer.result.error_message
 
 
 def test_the_state_of_the_entities(make: Make) -> None:

@@ -52,7 +52,7 @@ def test_a_late_subscriber_gets_the_labels_with_the_lowest_row_at_the_bottom(
 ) -> None:
     files = ("-r", "__ns:=/lab", "--params-file", str(ROOT / "config" / "fig4a.yaml"))
     node = begin(start, "basins", tmp_path / "b", *files, width=40, height=30, hold="true")
-    node.wait_for("holding the topics", WAIT)
+    node.wait_for("running until Ctrl-C", WAIT)
     labels = pixels(wait_for_message(Image, "/lab/basins/result", latched=True))
     assert wait_for_message(Float32, "/lab/basins/progress", latched=True).data == 1.0
     check_figure("/lab/basins/figure/compressed", tmp_path / "b" / "basins.png")
@@ -71,7 +71,7 @@ def test_a_late_subscriber_gets_the_labels_with_the_lowest_row_at_the_bottom(
 def test_speeds_are_an_image_of_floats(start: Starter, tmp_path: Path) -> None:
     sizes = {"phase_lag_begin": "-0.5pi", "phase_lag_count": 9, "amplitude_angle_count": 7}
     node = begin(start, "toss_map", tmp_path / "m", **sizes, hold="true", netcdf="false")
-    node.wait_for("holding the topics", WAIT)
+    node.wait_for("running until Ctrl-C", WAIT)
     speeds = pixels(wait_for_message(Image, "/toss_map/result", latched=True))
     check_figure("/toss_map/figure/compressed", tmp_path / "m" / "toss_map.png")
     assert node.end(signal.SIGTERM) == 0
@@ -112,7 +112,7 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     assert "Traceback" not in node.output
     again = begin(start, "basin_shares", output, **values)
     assert again.wait(WAIT) == 0
-    again.wait_for(f"going on: {found.group(1)} of 12 parts are there")
+    again.wait_for(f"continuing: {found.group(1)} of 12 parts are done")
     at_once = run(named("basin_shares", **values), tmp_path / "at_once.zarr", workers=2)
     assert at_once is not None
     resumed = open_result(output / "result.zarr")

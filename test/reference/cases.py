@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
+from support.offset_runs import Spliced, knots, points
 
 NS = 1_000_000_000
 
@@ -56,6 +57,7 @@ class Case(NamedTuple):
     initial: InitialState
     fades: tuple[Fade, ...] = ()
     impulses: tuple[Kick, ...] = ()
+    trajectories: tuple[Spliced, ...] = ()
 
     def start(self, report_speed: float = 0.0) -> Simulation:
         """The run at t = 0, with its inputs queued."""
@@ -65,6 +67,8 @@ class Case(NamedTuple):
             run.command([(fade.end_ns, fade.target) for fade in self.fades], crossfade_ns=duration)
         for impulse in self.impulses:
             run.apply_impulse(*impulse)
+        for one in self.trajectories:
+            run.trajectory(one.begin_ns, knots(one.axial), knots(one.angular))
         return run
 
     @property
@@ -154,6 +158,7 @@ def runs(
     inputs: bool = True,
     restitution: st.SearchStrategy[float] | None = None,
     brake: bool = False,
+    offsets: bool = False,
 ) -> Case:
     """A run of the whole model; the inputs fall within `periods` of a motion of 1 Hz."""
     disk = draw(disks(restitution))
@@ -174,4 +179,13 @@ def runs(
         angular = draw(st.floats(-1.0, 1.0)) * omega * motion.angular_amplitude
         at = round(periods * NS * draw(st.floats(0.0, 0.8)))
         impulses = (Kick(at, disk.mass * axial, inertia * angular),)
-    return Case(motion, disk, initial, fades, impulses)
+    trajectories: tuple[Spliced, ...] = ()
+    if offsets:
+        rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+        height = 0.3 * math.pi * effective_gravity(disk) / math.tau**2
+        begin = int(rng.uniform(0.0, 0.5) * NS)
+        trajectories = tuple(
+            Spliced(at, points(rng, at, height, 1.0), points(rng, at, 0.3, 1.0))
+            for at in (begin, begin + NS // 3)
+        )
+    return Case(motion, disk, initial, fades, impulses, trajectories)

@@ -21,6 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
+from reference.offset_path import Piece
 
 SEGMENT = 11  # columns of a segment: see `segments`
 
@@ -94,21 +95,68 @@ def _forcing(rows, t):  # type: ignore[no-untyped-def]
     return i, b, b1, tau + w * elapsed + dw * blend_integral, w + dw * b
 
 
+def no_offset() -> NDArray[np.float64]:
+    """Rows of an offset that is 0 for good."""
+    return np.array([[0.0] * 7])
+
+
+def offset_rows(found: Sequence[Piece]) -> NDArray[np.float64]:
+    """Rows (begin, six coefficients of the time since then) of the pieces of an offset."""
+    rows = []
+    for piece in found:
+        orders = range(3) if piece.kind else range(1)
+        taylor = [float(piece.at(piece.begin, k)) / math.factorial(k) for k in orders]
+        taylor += [0.0] * (6 - len(taylor))
+        if piece.kind > 1:  # the rest from the end: p, ṗ and p̈ there
+            taylor[3:] = _upper(piece, taylor)
+        rows.append([float(piece.begin), *taylor])
+    return np.array(rows)
+
+
+def _upper(piece: Piece, lower: Sequence[float]) -> list[float]:
+    """Third to fifth coefficients of a piece, from its first three and the state at its end."""
+    d = float(piece.end - piece.begin)
+    powers = np.array(
+        [[d**k * math.perm(k, order) / d**order for k in (3, 4, 5)] for order in range(3)]
+    )
+    known = [
+        sum(math.perm(k, order) * lower[k] * d ** (k - order) for k in range(order, 3))
+        for order in range(3)
+    ]
+    wanted = [float(piece.at(piece.end, order)) - known[order] for order in range(3)]
+    return [float(value) for value in np.linalg.solve(powers, wanted)]
+
+
 @njit(cache=True)
-def axial(rows, t):  # type: ignore[no-untyped-def]
+def _offset(rows, t):  # type: ignore[no-untyped-def]
+    """Return an offset and its velocity at time t."""
+    i = len(rows) - 1
+    while i > 0 and rows[i, 0] > t:
+        i -= 1
+    x, p, v = t - rows[i, 0], 0.0, 0.0
+    for k in range(5, -1, -1):
+        v = v * x + p
+        p = p * x + rows[i, 1 + k]
+    return p, v
+
+
+@njit(cache=True)
+def axial(rows, offset, t):  # type: ignore[no-untyped-def]
     """Return s, ṡ at time t."""
     i, b, b1, tau, rate = _forcing(rows, t)
     a, change = rows[i, 3] + rows[i, 4] * b, rows[i, 4] * b1
-    return a * math.sin(tau), change * math.sin(tau) + a * rate * math.cos(tau)
+    p, v = _offset(offset, t)
+    return a * math.sin(tau) + p, change * math.sin(tau) + a * rate * math.cos(tau) + v
 
 
 @njit(cache=True)
-def angular(rows, t):  # type: ignore[no-untyped-def]
+def angular(rows, offset, t):  # type: ignore[no-untyped-def]
     """Return β, β̇ at time t."""
     i, b, b1, tau, rate = _forcing(rows, t)
     phi, change = rows[i, 5] + rows[i, 6] * b, rows[i, 6] * b1
     turn, turn_rate = tau + rows[i, 9] + rows[i, 10] * b, rate + rows[i, 10] * b1
-    return phi * math.sin(turn), change * math.sin(turn) + phi * turn_rate * math.cos(turn)
+    q, v = _offset(offset, t)
+    return phi * math.sin(turn) + q, change * math.sin(turn) + phi * turn_rate * math.cos(turn) + v
 
 
 @njit(cache=True)
@@ -129,14 +177,15 @@ def _after(free, platform, rub, hold):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _integrate(rows, impulses, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
+def _integrate(rows, offsets, impulses, constants, state, end, h, seed):  # type: ignore[no-untyped-def]
     restitution, limit, gravity, load, brake = constants
+    p_rows, q_rows = offsets
     x, v, angle, spin = state
     np.random.seed(seed)  # noqa: NPY002 (numba has this one)
     t, k = 0.0, 0
-    s, s1 = axial(rows, t)
+    s, s1 = axial(rows, p_rows, t)
     if x <= s and v < s1:  # an impact at once, before a kick of the same instant
-        p, slip = (1.0 + restitution) * (s1 - v), spin - angular(rows, t)[1]
+        p, slip = (1.0 + restitution) * (s1 - v), spin - angular(rows, q_rows, t)[1]
         v += p
         spin -= min(max(slip, -limit * p), limit * p)
     while True:
@@ -151,13 +200,15 @@ def _integrate(rows, impulses, constants, state, end, h, seed):  # type: ignore[
         dt = after - t
         v_free, spin_free = v - gravity * dt, spin - load * dt
         rub = 0.0
-        if x + 0.5 * dt * v <= axial(rows, t + 0.5 * dt)[0]:  # P/m, angular impulse/(m a_g²)
-            before, then = v - axial(rows, t)[1], v_free - axial(rows, after)[1]
+        if (
+            x + 0.5 * dt * v <= axial(rows, p_rows, t + 0.5 * dt)[0]
+        ):  # P/m, angular impulse/(m a_g²)
+            before, then = v - axial(rows, p_rows, t)[1], v_free - axial(rows, p_rows, after)[1]
             p = max(0.0, -restitution * before - then)
             v_free += p
             rub = limit * p
         if rub > 0.0 or brake > 0.0:
-            spin_free = _after(spin_free, angular(rows, after)[1], rub, brake * dt)
+            spin_free = _after(spin_free, angular(rows, q_rows, after)[1], rub, brake * dt)
         x += 0.5 * dt * (v + v_free)
         angle += 0.5 * dt * (spin + spin_free)
         t, v, spin = after, v_free, spin_free
@@ -171,11 +222,13 @@ def integrate(
     end: float,
     h: float,
     seed: int,
+    offsets: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
 ) -> State:
     """State at time `end` (s) by steps of random length around h (s); the same seed, the same
     steps.
 
-    `rows` come from `segments`; kicks are in order of time and act between two steps.
+    `rows` come from `segments`; kicks are in order of time and act between two steps; `offsets`,
+    of both joints, from `offset_rows`.
     """
     inertia = disk.mass * disk.gyration_radius**2 + disk.load_inertia
     scaled = [
@@ -189,4 +242,5 @@ def integrate(
         disk.brake_torque / inertia,
     )
     table = np.array(scaled, dtype=np.float64).reshape(-1, 3)
-    return State(*_integrate(rows, table, constants, tuple(state), end, h, seed))
+    offsets = offsets or (no_offset(), no_offset())
+    return State(*_integrate(rows, offsets, table, constants, tuple(state), end, h, seed))

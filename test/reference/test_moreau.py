@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample
 from reference import moreau
 from reference.cases import NS, SLOW, Case, Fade, examples, runs
+from reference.offset_path import Point, Trajectory, pieces
 
 PERIODS = 2.0
 HALVINGS = 7  # J
@@ -116,13 +117,26 @@ def response(case: Case, end_ns: int, long: float = LONG, halvings: int = HALVIN
     return math.log2(size[0] / size[1]) / halvings
 
 
+def offset_tables(case: Case) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The offsets of both joints, by the formula that shares nothing with the core."""
+    lanes = []
+    for joint in ("axial", "angular"):
+        messages = [
+            Trajectory(one.begin_ns, tuple(Point(int(p[0]), p[1:]) for p in getattr(one, joint)))
+            for one in case.trajectories
+        ]
+        lanes.append(moreau.offset_rows(pieces(messages, float)))
+    return lanes[0], lanes[1]
+
+
 def root_mean_square(case: Case, end_ns: int, h: float, seeds: range) -> float:
     """Distance of Moreau's final states, one for each seed, from the core's, in the units of the
     model."""
     fades = [moreau.Crossfade(f.begin_ns / NS, f.end_ns / NS, f.target) for f in case.fades]
     impulses = [moreau.Kick(k.at_ns / NS, k.axial, k.angular) for k in case.impulses]
     rows = moreau.segments(case.motion, case.initial.forcing_phase, fades)
-    s, s1 = moreau.axial(rows, 0.0)
+    offsets = offset_tables(case)
+    s, s1 = moreau.axial(rows, offsets[0], 0.0)
     velocity = case.initial.axial_velocity
     start = moreau.State(
         s + case.initial.height,
@@ -132,7 +146,10 @@ def root_mean_square(case: Case, end_ns: int, h: float, seeds: range) -> float:
     )
     end = by_core(case, end_ns)
     found = np.array(
-        [moreau.integrate(rows, impulses, case.disk, start, end_ns / NS, h, seed) for seed in seeds]
+        [
+            moreau.integrate(rows, impulses, case.disk, start, end_ns / NS, h, seed, offsets)
+            for seed in seeds
+        ]
     )
     return float(np.sqrt(np.mean(np.sum(((found - end) / case.scales) ** 2, axis=1))))
 
@@ -150,17 +167,24 @@ def order(
     return math.log2(first / last) / halvings, last
 
 
-@pytest.mark.parametrize(("start", "brake"), [(1, False), (2, False), (4, True), (5, True)])
-def test_time_stepping_converges_to_the_core(start: int, brake: bool) -> None:
+@pytest.mark.parametrize(
+    ("start", "brake", "offsets", "number"),
+    [(1, False, False, 6), (2, False, False, 6), (4, True, False, 6), (5, True, False, 6),
+     (6, False, True, 4), (7, True, True, 2)],
+)  # fmt: skip
+def test_time_stepping_converges_to_the_core(
+    start: int, brake: bool, offsets: bool, number: int
+) -> None:
     end_ns = round(PERIODS * NS)
     judged: list[float] = []
     left_out: list[Case] = []
 
     @seed(start)
-    @given(runs(PERIODS, restitution=st.just(0.0) | st.floats(0.1, 0.9), brake=brake))
+    @given(runs(PERIODS, restitution=st.just(0.0) | st.floats(0.1, 0.9), brake=brake,
+                offsets=offsets))  # fmt: skip
     @settings(
         SLOW,
-        max_examples=examples(6),
+        max_examples=examples(number),
         suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
     )
     def converges(case: Case) -> None:

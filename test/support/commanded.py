@@ -12,6 +12,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
@@ -41,6 +42,7 @@ class CommandedSession:
         self.records: list[Record] = []
         self.refused = 0
         self.lines: list[str] = []
+        self.gates: Gates | None = None
         self.last: InputError | None = None
         self.session = Session(parameters.complete(values), self.records.append)
         node = cast("Node", NoNode())

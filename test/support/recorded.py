@@ -64,7 +64,7 @@ class RecordedRun:
                     conversions.new_joint_state(), sample, self._stamp(now)
                 ),
             )
-            speeds = conversions.mean_speed(before, sample)
+            speeds = before.mean_speeds(sample)
             self._send("disk/rotor_speed", conversions.speed_to_msg(speeds, self._stamp(now)))
             before = sample
             if now % NS == 0:

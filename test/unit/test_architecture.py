@@ -36,6 +36,7 @@ TABLES = {
     "safe_path",
     "parsing",
     "regular_file",
+    "sliders",
     "study_tables",
     "topics",
     "units",
@@ -73,6 +74,9 @@ MAY_IMPORT = {
                      "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
                       "run", "study", "core"} | ANALYSIS | TABLES,
+    "workbench": {"workbench", "plots", "study", "run", *MAP, "core"} | ANALYSIS | TABLES,
+    "nodes.workbench": {"nodes.workbench", "nodes.bags", "nodes.shared", "workbench", "ros", "bag",
+                        "run", "core"} | ANALYSIS | TABLES,
     "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",
                    "run", "core"} | ANALYSIS | TABLES,
     "testing": {"nodes.simulator", "ros", "run", "core"} | TABLES,
@@ -92,6 +96,7 @@ LIBRARIES = {
     "run": {"numpy", "yaml"},
     "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4", "tqdm"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
+    "workbench": {"numpy", "bokeh", "matplotlib", "tornado", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "nodes": {
@@ -101,6 +106,7 @@ LIBRARIES = {
         "tqdm",
         "xarray",
         "rclpy",
+        "tornado",
         "ament_index_python",
         "messages",
     },
@@ -121,10 +127,10 @@ NOT_IN_CORE = {
 
 #: what the core may use of libraries of numbers: nothing whose last digits are the library's choice
 EXACT = {
-    "math": {"ceil", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
-    "np": {"array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo", "flatnonzero",
-           "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique", "void",
-           "zeros"},
+    "math": {"ceil", "comb", "floor", "inf", "isfinite", "nan", "pi", "remainder", "sqrt", "tau"},
+    "np": {"arange", "array", "ascontiguousarray", "concatenate", "dtype", "empty", "finfo",
+           "flatnonzero", "float32", "float64", "int8", "int32", "int64", "roll", "uint8", "unique",
+           "void", "zeros"},
 }  # fmt: skip
 
 FILES = sorted(PACKAGE.rglob("*.py"))

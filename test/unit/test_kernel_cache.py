@@ -278,15 +278,17 @@ def test_kernels_are_compiled_once_by_a_process_for_each_share(
 ) -> None:
     clean.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     clean.setattr(kernel_cache, "_PARTS", (("errors",), ("units", "angles")))
+    log = tmp_path / "log"
+    write = f"open({str(log)!r}, 'a').write"
     clean.setattr(
         kernel_cache, "_import_command",
-        lambda modules: [sys.executable, "-c", f"print({' '.join(modules)!r})"],
+        lambda modules: [sys.executable, "-c", f"{write}({' '.join(modules)!r} + chr(10))"],
     )  # fmt: skip
     kernel_cache.compile_kernels()
-    out, err = capfd.readouterr()
-    assert sorted(out.split("\n")[:2]) == ["errors", "units angles"]
-    assert out.split("\n")[2] == "core.stepper"
-    assert err.count("compiling the physics once for this machine") == 1
+    lines = log.read_text("utf-8").splitlines()
+    assert sorted(lines[:2]) == ["errors", "units angles"]
+    assert lines[2:] == ["core.stepper"]
+    assert capfd.readouterr().err.count("compiling the physics once for this machine") == 1
     kernel_cache.compile_kernels()
     assert capfd.readouterr() == ("", "")
 
@@ -326,3 +328,13 @@ def test_another_installation_of_the_same_sources_compiles_nothing(
         found.append(int(compiled))
     assert found[0] > 0
     assert found[1] == 0
+
+
+def test_a_process_of_ours_loads_no_blas_with_its_kernels() -> None:
+    code = (
+        "import sys; from bouncing_disk_ros.kernel_cache import announce_compilation; "
+        "announce_compilation('x'); import bouncing_disk_ros.core.platform; "
+        "import importlib.util; assert importlib.util.find_spec('scipy'); "
+        "assert not {'scipy.linalg', 'scipy.linalg.cython_blas'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -189,7 +189,7 @@ def test_slow_motion_has_an_end(factor: float, fine: bool) -> None:
 
 
 def test_an_initial_velocity_of_its_own_must_be_asked_for() -> None:
-    with pytest.raises(InputError, match="Set initial_with_platform false"):
+    with pytest.raises(InputError, match="Set initial_with_platform to false"):
         parameters.complete({"initial_axial_velocity": 1.0})
     values = {"initial_axial_velocity": 1.0, "initial_with_platform": False}
     assert parameters.complete(values)["initial_axial_velocity"] == 1.0

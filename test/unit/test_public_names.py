@@ -18,6 +18,7 @@ from matplotlib.image import imread
 
 import bouncing_disk_ros
 from bouncing_disk_ros import (
+    NEED_ROS,
     InputError,
     MapState,
     NextCollisionMap,
@@ -36,7 +37,7 @@ SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
 
 def test_dir_lists_what_is_public_and_no_more() -> None:
     shown = [name for name in dir(bouncing_disk_ros) if not name.startswith("__")]
-    assert sorted({*shown, "__version__"}) == sorted(bouncing_disk_ros.__all__)
+    assert sorted({*shown, "__version__"}) == sorted([*bouncing_disk_ros.__all__, *NEED_ROS])
     for module in (plots, study):
         assert {name for name in dir(module) if not name.startswith("_")} >= set(module.__all__)
 
@@ -206,7 +207,7 @@ def test_a_study_shows_its_progress_when_asked(
 def test_what_cannot_be_run_is_told(given: object, parameters: dict[str, int], words: str) -> None:
     with pytest.raises(InputError, match=words):
         run_study(given, **parameters)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="allowed: none beside a study that has its own"):
+    with pytest.raises(InputError, match="allowed: none with a study that has its own"):
         run_study(named("basins", **SMALL), width=3)
 
 
@@ -297,5 +298,36 @@ def test_a_diagram_is_drawn_from_its_result_alone() -> None:
 
 
 def test_what_is_no_result_of_a_study_is_not_drawn() -> None:
-    with pytest.raises(InputError, match="result: got 'a dataset without the name of a study'"):
+    with pytest.raises(InputError, match="result: got 'Dataset without the name of a study'"):
         bouncing_disk_ros.figures(xr.Dataset())
+    with pytest.raises(InputError, match="result: got 'Result without the name of a study'"):
+        bouncing_disk_ros.figures(simulate(0.0))  # type: ignore[arg-type]
+
+
+def test_everything_can_be_imported_without_ros() -> None:
+    code = (
+        "import sys; sys.modules['rclpy'] = None; from bouncing_disk_ros import *; "
+        "assert simulate and basins"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_result_is_opened_from_its_store_and_from_the_folder_of_a_command(tmp_path: Path) -> None:
+    run_study("basins", tmp_path / "mine" / "result.zarr", **SMALL)
+    for path in (tmp_path / "mine", tmp_path / "mine" / "result.zarr"):
+        assert study.open_result(path)["label"].shape == (12, 16)
+    with pytest.raises(InputError, match=f"path: got '{tmp_path}', allowed: the output folder"):
+        study.open_result(tmp_path)
+
+
+def test_a_study_says_which_parameters_it_takes() -> None:
+    text = str(bouncing_disk_ros.motor.__doc__)
+    assert "- `preload_torque`" not in text
+    assert "- `load_torque` (0.0 N·m): " in text
+    assert "`workers`" in text
+    assert text.index(">>>") < text.index("`workers`")
+
+
+def test_a_diagram_that_would_begin_beyond_its_end_is_refused() -> None:
+    with pytest.raises(InputError, match=r"end: got 0\.65, allowed: > 0\.822273\. The period-1"):
+        named("bifurcation", restitution=0.1, begin=0.0, end=0.65)

@@ -1,4 +1,4 @@
-"""The search for attractors of the axial next-collision map: none is given beforehand."""
+"""Search for the attractors of the axial next-collision map; none is given beforehand."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ MOST_OPEN = 64
 
 
 def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Attractors:
-    """The attractors that starts (τ, w_A < 0), in this order, and the contact lead to.
+    """Attractors reached from contact and from a list of starts (τ, w_A < 0), in this order.
 
-    Of `section` its Γ and ε alone count.
+    Only Γ and ε of `section` are used.
 
     An orbit is periodic when Newton's method, started from a piece of it that nearly repeats, finds
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE

@@ -1,4 +1,4 @@
-"""Which attractors the axial next-collision map has: found from many starts, none given beforehand.
+"""Attractors of the axial next-collision map, found from many starts; none is given beforehand.
 
 All contact ends at separation, sin τ_sep = 1/(πΓ), with no gap and no relative speed (paper, eq.
 3): every orbit that comes to contact goes on as one and the same orbit. So there is at most one
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.collision_map.map_tangent import flight_tangents, log_growth
+from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ order of 1, and an error that has come so far passes 1 within a few impacts."""
 
 
 class AttractorKind(StrEnum):
-    """What an attractor is."""
+    """Kind of an attractor."""
 
     REST = "rest"  # contact for good, Γ ≤ 1/π
     CHATTERING = "chattering"  # comes to contact, and separates, in every repetition
@@ -45,7 +46,7 @@ class AttractorKind(StrEnum):
 
 
 class Attractor(NamedTuple):
-    """One attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
+    """An attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
 
     kind: AttractorKind
     forcing_phases: Floats  # (n,) τ of the impacts, rad; chattering: from the first after contact
@@ -54,8 +55,8 @@ class Attractor(NamedTuple):
     multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
 
     def __repr__(self) -> str:
-        """The name, and the multiplier where there is one."""
-        size = "" if math.isnan(self.multiplier) else f", multiplier {self.multiplier:.6g}"
+        """The name, and the modulus of the largest multiplier where there is one."""
+        size = "" if math.isnan(self.multiplier) else f", |multiplier| {self.multiplier:.6g}"
         return f"<attractor {self.name}{size}>"
 
     @property
@@ -84,7 +85,7 @@ class Attractors(NamedTuple):
 
 
 def error_at_end(flights: Floats, axial_forcing: float, restitution: float) -> float:
-    """What the roundings of an orbit grow to; flights (n, 4): τ, w, delay and the next impact's w.
+    """Size to which rounding errors grow; flights (n, 4): τ, w, delay and the next impact's w.
 
     The error grows as a small change along the orbit does, and each impact adds ROUNDING.
     """
@@ -135,3 +136,20 @@ class Cells:
         """Which states (τ, w) lie on visited cells."""
         visited: NDArray[np.bool_] = self._visited[self._place(tau, w)]
         return visited
+
+
+def refuse_conservative(restitution: float) -> None:
+    """InputError at ε = 1: the map keeps areas there and has no attractors."""
+    if restitution == 1.0:
+        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
+        raise InputError("restitution", restitution, "less than 1", hint)
+
+
+def numbered(names: list[str]) -> list[str]:
+    """The names, those that occur more than once with a number."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
+    return found

@@ -37,7 +37,7 @@ WATCHED = 200
 
 
 class LabelRule(NamedTuple):
-    """When a start is given to an attractor."""
+    """Rule that decides to which attractor a start belongs."""
 
     tolerance: float = 1e-4  # of τ (rad) and w_A (πg/ω) to a point of a periodic attractor
     repetitions: int = 4  # so often in a row it must go around, and at least 8 impacts
@@ -114,7 +114,7 @@ def _label(
 
 
 def impacts_needed(attractors: Attractors, tolerance: float) -> int:
-    """A cap that the approach to the slowest attractor does not exceed, at most MOST.
+    """Limit of impacts that is enough to reach the slowest attractor, at most MOST.
 
     TRANSIENT impacts to come near, and three times those in which the distance to the slowest
     periodic attractor shrinks from 1 to the tolerance, by its multiplier in each round.

@@ -53,8 +53,8 @@ def mean_speed(found: Attractor, section: NextCollisionMap) -> float:
 def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
     """The phase lag with the largest mean speed: a search around the circle, then a golden section.
 
-    The speed changes its sign with θ by half a turn, so the largest is also the most negative one's
-    mirror image. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
+    A change of θ by half a turn changes the sign of the speed, so the largest and the most negative
+    speed have the same magnitude. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
 
     >>> section = NextCollisionMap(0.45, 0.5, angular_forcing=100.0)
     >>> best_lag(find_attractors(section, [(0.7, -1.3)]).found[0], section)

@@ -1,4 +1,4 @@
-"""How tangled the boundary of basins is: basin entropy, uncertainty exponent, box dimension.
+"""Measures of the boundary of basins: basin entropy, uncertainty exponent, box dimension.
 
 All three read a map of labels (rows, columns) in blocks of rows, and look at squares of k × k
 pixels, or at pixels k apart, for several k. A label is known at the centre of its pixel alone: so a
@@ -53,7 +53,7 @@ class PowerLaw(NamedTuple):
 
 
 def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
-    """Entropy of the labels within squares of `size` pixels; what is left at the edges is cut."""
+    """Basin entropy of a map, from squares of `size` pixels; pixels left at the edges are cut."""
     rows, _ = _checked(labels, size).shape
     total, squares, boundary_squares = 0.0, 0, 0
     for part in row_blocks(labels, 0, rows // size * size, size):
@@ -78,7 +78,7 @@ def _entropies(squares: NDArray[Any]) -> NDArray[np.float64]:
 def uncertainty_exponent(
     labels: LabelMap, distances: Sequence[int] = (), *, periodic: bool = False
 ) -> PowerLaw:
-    """α of f(d) ~ d^α, the share f of pixels with another label at d pixels along an axis.
+    """Uncertainty exponent α: f(d) ~ d^α pixels have another label at d pixels along an axis.
 
     A pixel (not nearer to an edge than the largest distance) counts when a neighbour at distance d
     to either side, along rows or columns, has another label: then an error of d can change the
@@ -118,10 +118,10 @@ def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[
 def box_dimension(
     labels: LabelMap, sizes: Sequence[int] = (), *, periodic: bool = False
 ) -> PowerLaw:
-    """Box-counting dimension D of the boundary: N(d) ~ d^−D squares of side d hold a part of it.
+    """Box-counting dimension D of the boundary: N(d) ~ d^−D squares of side d contain a part of it.
 
     A square holds a part when its four corners do not all have one label. N(d) is the share of such
-    squares, of all positions of their centres that leave room for the largest, over d². `periodic`:
+    squares, of all positions of their centres where the largest fits, over d². `periodic`:
     the columns close to a ring. The exponent given is D itself: 1 for a smooth line. nan: none.
     """
     chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)

@@ -1,4 +1,4 @@
-"""Where periodic orbits double their period: continuation to the multiplier −1.
+"""Period doublings of periodic orbits, by continuation to the multiplier −1.
 
 An orbit of n impacts is followed along Γ or ε by Newton's method (predictor: its derivative by the
 parameter). With trace T and determinant ε²ⁿ of its derivatives, a multiplier is −1 where
@@ -78,7 +78,7 @@ def moved(orbit: PeriodicOrbit, axis: str, value: float) -> PeriodicOrbit:
 def period_doublings(
     orbit: PeriodicOrbit, axis: str, limit: float, count: int = 5
 ) -> list[Doubling]:
-    """The next points of doubling of a stable orbit along Γ or ε from its own value to `limit`.
+    """Period doublings of a stable orbit along Γ or ε, from its own value to `limit`.
 
     At most `count` of them; fewer where the cascade ends, or an orbit does, before `limit`. From
     the period-1 orbit with axis forcing and ε = 0.5: 0.486003, 0.530664, … Raises InputError for

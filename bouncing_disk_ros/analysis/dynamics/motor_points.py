@@ -1,4 +1,4 @@
-"""What motors settle on: speed, powers and losses of many disks with their platforms and loads."""
+"""Steady means of motors: speed, powers and losses of many disks with their platforms and loads."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _ROOM = 2.0
 
 
 class MotorMeans(NamedTuple):
-    """What n motors settle on, arrays (n,), SI units; nan where the rotor runs away."""
+    """Steady means of n motors, arrays (n,), SI units; nan where the rotor runs away."""
 
     kind: Ints
     period: Ints  # impacts in one repetition, 0: none known

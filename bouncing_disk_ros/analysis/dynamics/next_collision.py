@@ -41,7 +41,7 @@ class MapState(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """Impacts in a row, one element of each array (n,) for each."""
+    """Consecutive impacts: arrays (n,) with one element for each."""
 
     forcing_phase: Array  # τ, rad
     axial_impact_velocity: Array  # w_A/(πg/ω)
@@ -55,7 +55,7 @@ class Impacts(NamedTuple):
 @renamed_fields(forcing="axial_forcing")
 @dataclass(frozen=True)
 class NextCollisionMap:
-    """The map at one set of parameters. Raises InputError for values out of range.
+    """The next-collision map at one set of parameters. Raises InputError for values out of range.
 
     >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> section.orbit(MapState(forcing_phase=1.0, axial_impact_velocity=-1.3), 5).forcing_phase

@@ -1,4 +1,4 @@
-"""What a disk settles on over planes of parameters: kind, period, Lyapunov exponent, speed.
+"""Attractors over planes of parameters: kind, period, Lyapunov exponent, speed.
 
 One start for each point, iterated in lanes. Dimensionless, as in `next_collision`.
 """
@@ -52,7 +52,7 @@ _BESIDE = 1e-3
 
 
 class Settled(NamedTuple):
-    """What n trajectories have settled on, arrays (n,)."""
+    """Attractors that n trajectories have reached, arrays (n,)."""
 
     kind: Ints  # REST, CHATTERING, PERIODIC, CHAOTIC or UNRESOLVED
     period: Ints  # impacts in one repetition; 0: chaotic, at rest, longer or not known

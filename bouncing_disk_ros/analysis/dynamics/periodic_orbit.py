@@ -18,7 +18,7 @@ _STEPS = 40
 
 
 class PeriodicOrbit(NamedTuple):
-    """An orbit of n impacts that repeats."""
+    """A periodic orbit of n impacts."""
 
     map: NextCollisionMap
     cycles: int  # periods of the platform in one repetition

@@ -1,4 +1,4 @@
-"""Restitution and friction from recorded impacts alone, with intervals that can be trusted.
+"""Restitution and friction estimated from recorded impacts alone, with 95 % intervals.
 
 The impact law (docs/model.md): a disk that meets the platform with the relative velocity w_A leaves
 it with −ε w_A; the axial impulse is F̂ = m (1 + ε) |w_A|; friction removes slip up to its limit,
@@ -34,13 +34,18 @@ _ROUNDS = 20
 
 
 class Estimate(NamedTuple):
-    """A value and the interval that holds the truth in 95 of 100 cases."""
+    """An estimated value and its 95 % confidence interval."""
 
     value: float  # nan: not identifiable, see `note`
     low: float
     high: float  # inf: no upper bound
     impacts: int  # rows that were used
     note: str  # what to know about it; '' if there is nothing
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things in words: 1 row, 2 rows."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def platform_velocities(rows: NDArray[np.void], motion: Motion) -> Column:
@@ -87,10 +92,10 @@ def restitution_of(
 
 
 def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
-    """Friction μ from impacts (IMPACT_DTYPE); of `disk` mass, friction and gyration radius count.
+    """Friction μ from impacts (IMPACT_DTYPE); uses mass, friction and gyration radius of `disk`.
 
     Slipping impacts have |Ĥ| = μ a_e F̂. Which impacts slip is judged by their velocities, with a
-    margin for noise (`SURELY`), and μ by their impulses: so the choice does not bend the estimate.
+    margin for noise (`SURELY`), and μ by their impulses: so the choice does not bias the estimate.
     Where (almost) every impact sticks there is only a lower bound: value nan, high inf.
 
     >>> friction_of(record.rows, record.disk)
@@ -238,8 +243,8 @@ def _bounded(found: Estimate, most: float) -> Estimate:
 def _left_out(rows: NDArray[np.void], use: NDArray[np.bool_]) -> list[str]:
     summed = int(np.sum(~single_impacts(rows)))
     other = int(np.sum(~use)) - summed
-    notes = [f"left out {summed} rows of summed impacts"] if summed else []
-    return [*notes, f"left out {other} rows without a value"] if other else notes
+    notes = [f"left out {counted(summed, 'row')} of summed impacts"] if summed else []
+    return [*notes, f"left out {counted(other, 'row')} without a value"] if other else notes
 
 
 def _precision(rows: NDArray[np.void]) -> float:

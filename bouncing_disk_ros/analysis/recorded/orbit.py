@@ -1,4 +1,4 @@
-"""Which orbit the impacts of a run have settled on, without guessing."""
+"""The orbit that the impacts of a run have reached; unresolved where it is not certain."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ class OrbitKind(StrEnum):
     PERIODIC = "periodic"  # single impacts that repeat
     CHATTERING = "chattering"  # repeats, with a complete chatter and contact in each repetition
     CHAOTIC = "chaotic"  # neighbouring orbits part; said only where motion and disk are known
+    CONTACT = "in contact"  # for good: the platform cannot throw the disk; said in reports only
+    REST = "at rest"  # likewise, and neither platform nor disk moves
     UNRESOLVED = "unresolved"  # too few impacts, not settled, or a longer period
 
 

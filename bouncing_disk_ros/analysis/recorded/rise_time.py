@@ -9,21 +9,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 PARTS = (1.0 - math.exp(-1.0), 0.95)
-"""Parts of the way that a rise time is told for."""
+"""Parts of the way that a rise time is given for."""
 LAST_PART = 0.2
 """Share of the time at the end whose mean is the speed that was reached."""
 _CLEAR = 5.0
 """A change counts only if it is so many times the scatter at its end."""
 _LEAST = 8
+_STILL_CHANGES = 0.02
+"""Between the halves of the last part of an exponential approach cut after three time constants,
+of its whole change."""
+_DRIFT = 1.5
+"""Between the halves of a straight line, √3 standard deviations."""
 
 
 class RiseTime(NamedTuple):
     """A change of speed; times are seconds since it began."""
 
     initial: float  # rad/s
-    final: float  # rad/s, mean of the last part
-    to_1_e: float  # until 1 − 1/e of the way is first made
-    to_95: float  # until 95 % of it are
+    final: float  # rad/s, mean of the last part; the last speed where it has not ended
+    to_1_e: float  # until 1 − 1/e of the way is first made; nan where it has not ended
+    to_95: float  # until 95 % of it are; nan likewise
+
+    @property
+    def ended(self) -> bool:
+        """Whether the speed no longer changed at the end of the data."""
+        return not math.isnan(self.to_95)
 
 
 def rise_time_of(
@@ -42,9 +52,24 @@ def rise_time_of(
     final = float(np.mean(late))
     if abs(final - initial) <= _CLEAR * float(np.std(late)) or final == initial:
         return None
+    if _goes_on(late, final - initial):
+        return RiseTime(initial, float(speeds[-1]), math.nan, math.nan)
     at = np.concatenate([[begin], times[after]])
     way = (np.concatenate([[initial], speeds[after]]) - initial) / (final - initial)
     return RiseTime(initial, final, *(_first(at, way, part) - begin for part in PARTS))
+
+
+def _goes_on(late: NDArray[np.float64], change: float) -> bool:
+    """Whether the speed in the last part still goes the way of the change.
+
+    Its second half is ahead of the first by more than _STILL_CHANGES of the change and _DRIFT
+    standard deviations: of a stationary speed, wandering too, that is seldom so.
+    """
+    half = len(late) // 2
+    if half == 0:
+        return False
+    ahead = (float(np.mean(late[-half:])) - float(np.mean(late[:half]))) * math.copysign(1, change)
+    return ahead > max(_STILL_CHANGES * abs(change), _DRIFT * float(np.std(late)))
 
 
 def _first(times: NDArray[np.float64], way: NDArray[np.float64], part: float) -> float:

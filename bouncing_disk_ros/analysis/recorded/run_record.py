@@ -1,4 +1,4 @@
-"""What was seen of a run from outside."""
+"""The record of a run as seen from outside: impacts, samples, motions, inputs."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Change(NamedTuple):
 
 @dataclass
 class RunRecord:
-    """Everything that arrived, in order; times are simulated seconds."""
+    """Record of a run: everything received, in order; times are simulated seconds."""
 
     disk: Disk
     states: list[State] = field(default_factory=list)

@@ -22,7 +22,7 @@ def last_orbit(record: RunRecord) -> Orbit:
 
 
 class Summary(NamedTuple):
-    """What a run amounts to; nan or None where nothing arrived."""
+    """Summary of a run; nan or None where nothing was received."""
 
     impacts: int  # single impacts, those counted in a row included
     lost: int
@@ -39,7 +39,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(record: RunRecord) -> Summary:
-    """The figures of a run.
+    """Summary of a run: orbit, rotor speed, theory, energy, lateness.
 
     >>> summary_of(read_run("output/demo_bag")).orbit.name
     """

@@ -85,6 +85,11 @@ def _words(change: Change) -> str:
     return f"{change.what} ({change.detail})" if change.detail else change.what
 
 
+def time_decimals(length: float) -> int:
+    """Decimal places of simulated times (s) of a run so long: more than three where it is short."""
+    return 3 if length >= 1.0 or length <= 0.0 else min(9, 4 - math.floor(math.log10(length)))
+
+
 def known(disk: Disk) -> bool:
     """Whether the parameters of a disk are known."""
     return not math.isnan(disk.mass)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from bouncing_disk_ros.analysis.motor_curves import mean_speed
 from bouncing_disk_ros.analysis.period_one import PeriodOne, period_one
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK
 from bouncing_disk_ros.analysis.recorded.section import return_map_of, section_of, single_impacts
@@ -101,9 +102,9 @@ def _speed(
         first = Speeds(record).of(part.segment, report.shown_rows)[0][:1]
         drawn += _fitted(part.transient, float(first[0]), part.segment.end) if len(first) else []
     theory = _theory(report)
-    if part and theory and part.orbit and part.orbit.is_period_one:
+    if part and part.segment.motion and theory and part.orbit and part.orbit.is_period_one:
         ends = np.array([part.segment.begin, part.segment.end])
-        level = np.full(2, theory.angular_velocity)
+        level = np.full(2, mean_speed(part.segment.motion, part.segment.disk))
         drawn.append(series("eq. 4, period 1", ends, level, SeriesStyle.DASHED, 1))
     return Panel("Rotor speed", TIME, "angular velocity α̇ (rad/s)", drawn, note, spans, marks,
                  x_range=time_range(report))  # fmt: skip

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from bouncing_disk_ros.analysis.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate, counted
 from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
-from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS
 from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
-from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report
+from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report, SegmentReport
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parsing import read_json
@@ -42,11 +42,11 @@ def _recording(report: Report) -> Pairs:
     run = f", run {source.run} of {source.runs}" if source.runs > 1 else ""
     single = int((rows["count"] == 1).sum())
     summed = int(rows["count"].sum()) - single
-    chatter = f", {summed} of chatters in {len(rows) - single} rows" if summed else ""
+    chatter = f", {summed} of chatters in {counted(len(rows) - single, 'row')}" if summed else ""
     impacts = f"{single + summed}{chatter}" if len(rows) else f"none {_absent(report)}"
     found = [
         ("bag", f"{source.name}, simulator {source.namespace}{run}"),
-        ("simulated time", f"{report.begin:.3f} s to {report.end:.3f} s"),
+        ("simulated time", _span(report, report.begin, report.end)),
         ("impacts", impacts),
     ]
     found += [("version", source.version)] if source.version else []
@@ -55,16 +55,24 @@ def _recording(report: Report) -> Pairs:
     return [*found, *(("damage", remark) for remark in source.remarks)]
 
 
+def _span(report: Report, begin: float, end: float) -> str:
+    """Two simulated times in words."""
+    return f"{begin:.{report.decimals}f} s to {end:.{report.decimals}f} s"
+
+
 def _absent(report: Report) -> str:
     return f"({ABSENT})" if "disk/impacts" in report.source.missing else "recorded"
 
 
 def _drive(report: Report) -> Pairs:
     if report.chosen is None:
-        return [("nothing", "the bag holds no time")]
+        return [("nothing", "the bag has no simulated time")]
     segment = report.chosen.segment
     found = [
-        ("time", (f"{segment.begin:.3f} s to {segment.end:.3f} s, begins with {segment.began_by}"))
+        (
+            "time",
+            f"{_span(report, segment.begin, segment.end)}, begins with {segment.began_by}",
+        )
     ]
     if motion := segment.motion:
         found.append(
@@ -106,7 +114,7 @@ def _orbit(report: Report) -> Pairs:
     if part is None or part.orbit is None:
         return [("orbit found", "unresolved: no impacts")]
     orbit, segment = part.orbit, part.segment
-    found = [("orbit found", f"{orbit.name}, from {part.rows} rows of impacts")]
+    found = [("orbit found", f"{orbit.name}, from {counted(part.rows, 'row')} of impacts")]
     if orbit.exponent is not None:
         exponent = estimate_text(orbit.exponent, "impacts", " per impact")
         found.append(("Lyapunov exponent", exponent))
@@ -137,34 +145,55 @@ def _speed(report: Report) -> Pairs:
     if part is None or part.transient is None or math.isnan(part.settled):
         absent = report.source.absence("disk/impacts", "joint_states")
         return [("rotor speed", f"not known: impacts and joint_states are {absent}")]
-    segment = part.segment
-    found = [("at the end", f"{part.settled:.6f} rad/s, mean of the last {SETTLED_SECONDS:g} s")]
-    theory = segment.motion and period_one(segment.motion, segment.disk)
-    loaded = segment.disk.load_torque or segment.disk.brake_torque
-    if theory and known(segment.disk) and not loaded:
-        predicted = theory.angular_velocity
-        if part.orbit and part.orbit.is_period_one:
-            found.append(
-                (
-                    "eq. 4, ωΦ cos(τ_imp + θ)",
-                    (f"{predicted:.6f} rad/s, difference {part.settled - predicted:+.1e} rad/s"),
-                )
-            )
+    changes = part.transient.kind is TransientKind.LINEAR and not part.transient.finished
+    still = ", still changing" if changes else ""
+    tail = f"mean of the last {part.tail:.3g} s{still}"
+    found = [("at the end", f"{part.settled:.6f} rad/s, {tail}")]
+    found += _theory_rows(part)
     found.append(("transient", transient_text(part.transient)))
-    changes = [(place, one.rise) for place, one in enumerate(report.segments, start=1) if one.rise]
-    return [*found, *(rise_row(place, rise) for place, rise in changes[:MOST_CHANGES])]
+    rises = [(place, one.rise) for place, one in enumerate(report.segments, start=1) if one.rise]
+    return [*found, *(rise_row(report, place, rise) for place, rise in rises[:MOST_CHANGES])]
+
+
+def _theory_rows(part: SegmentReport) -> Pairs:
+    """The mean speed of the period-1 orbit by eq. 4, less what the loads take between impacts."""
+    motion, disk = part.segment.motion, part.segment.disk
+    if motion is None or not known(disk) or not (part.orbit and part.orbit.is_period_one):
+        return []
+    predicted = mean_speed(motion, disk)
+    if math.isnan(predicted):
+        return []
+    name = "eq. 4, ωΦ cos(τ_imp + θ)"
+    text = f"{predicted:.6f} rad/s, difference {part.settled - predicted:+.1e} rad/s"
+    if disk.load_torque or disk.brake_torque:
+        name = "eq. 4, less the loads"
+        text += f"; {no_load_speed(motion, disk):.6f} rad/s without loads"
+    return [(name, text)]
 
 
 MOST_CHANGES = 10
 """Rise and stop times of so many segments are told."""
 
 
-def rise_row(place: int, rise: RiseTime) -> tuple[str, str]:
-    """Rise or stop time of a segment."""
+def rise_row(report: Report, place: int, rise: RiseTime) -> tuple[str, str]:
+    """Rise or stop time of a segment (from 1), or that the segment ends before the change does."""
     slower = abs(rise.final) < abs(rise.initial)
-    path = f"from {rise.initial:.5g} to {rise.final:.5g} rad/s"
+    path = path_text(rise.initial, rise.final)
     text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}"
+    if not rise.ended:
+        end = report.segments[place - 1].segment.end
+        why = "the segment ends"
+        if end >= report.end:
+            why = "--to cuts it" if report.source.is_cut_off else "the recording ends"
+        text = f"not over at {end:.{report.decimals}f} s, where {why}: {path} so far"
     return f"{'stop' if slower else 'rise'} time, segment {place}", text
+
+
+def path_text(initial: float, final: float) -> str:
+    """From one speed to another, rad/s; what is a rounding error of the larger one is 0."""
+    least = 1e-9 * max(abs(initial), abs(final))
+    first, last = (0.0 if abs(speed) <= least else speed for speed in (initial, final))
+    return f"from {first:.5g} to {last:.5g} rad/s"
 
 
 def _estimates(report: Report) -> Pairs:
@@ -197,8 +226,10 @@ def estimate_text(estimate: Estimate, of: str, unit: str = "") -> str:
 def transient_text(transient: Transient) -> str:
     """A transient in one line."""
     note = f" ({transient.note})" if transient.note else ""
-    path = f"from {transient.initial:.5g} to {transient.final:.5g} rad/s"
+    path = path_text(transient.initial, transient.final)
     match transient.kind:
+        case TransientKind.EXPONENTIAL if transient.finished and not transient.is_known:
+            return "no curve fitted: too few speeds on the way to tell its shape"
         case TransientKind.EXPONENTIAL:
             constant = estimate_text(transient.time_constant, "points", " s")
             return f"exponential {path}, time constant T {constant}{note}"
@@ -223,7 +254,10 @@ def energy(report: Report) -> Pairs:
     else:
         e = last.energy
         found += [
-            ("ledger at", f"{last.simulated:.3f} s, since the start or the last reset"),
+            (
+                "ledger at",
+                f"{last.simulated:.{report.decimals}f} s, since the start or the last reset",
+            ),
             ("work of the platform", f"{e.work_axial:.6g} J axial, {e.work_angular:.6g} J angular"),
             ("work of impulses, parameters", f"{e.work_impulses:.4g} J, {e.work_parameters:.4g} J"),
             (
@@ -249,14 +283,15 @@ def _checked(report: Report) -> Pairs:
                 ("not possible: needs impacts, the disk's parameters and reports on /diagnostics"),
             )
         ]
-    rest = f", {check.missing} rows lost" if check.missing else ""
+    rest = f", {counted(check.missing, 'row')} lost" if check.missing else ""
     summed = ""
     if check.summed:
-        summed = f"; {check.summed} rows of chatters left out: about {check.in_summed:.2g} J axial"
+        left = f"{counted(check.summed, 'row')} of chatters left out"
+        summed = f"; {left}: about {check.in_summed:.2g} J axial"
     return [
         (
             "recomputed from",
-            (f"{check.rows} rows, {check.begin:.3f} s to {check.end:.3f} s{rest}{summed}"),
+            (f"{check.rows} rows, {_span(report, check.begin, check.end)}{rest}{summed}"),
         ),
         (
             "axial loss in them",
@@ -290,7 +325,7 @@ def real_time(report: Report) -> Pairs:
             ("samples skipped", str(real.skipped)),
             ("inputs refused", str(real.refused)),
         ]
-    found.append(("impacts lost by index", f"{report.record.lost} rows"))
+    found.append(("impacts lost by index", counted(report.record.lost, "row")))
     lost = [t for t in report.source.topics if t.lost != "0"]
     found.append(("messages lost by number", "; ".join(f"{t.topic} {t.lost}" for t in lost) or "0"))
     return [*found, *_noted(report)]
@@ -308,7 +343,7 @@ def _noted(report: Report) -> Pairs:
         lost = read_json("lost", notes["lost"]) or "0"
         dropped = read_json("dropped", notes.get("received_but_not_recorded", "{}")) or "0"
     except InputError:
-        return [("recorder's notes", "not to be understood")]
+        return [("recorder's notes", "cannot be read")]
     return [
         (
             "recorder's notes",

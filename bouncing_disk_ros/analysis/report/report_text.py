@@ -30,21 +30,21 @@ def segment_rows(report: Report, most: int = MOST_LINES) -> list[tuple[str, ...]
     """The list of segments with its headings; of many, the last ones and the one shown."""
     numbered = list(enumerate(report.segments))
     keep = {place for place, _ in numbered[-most:]} | {report.shown}
-    cells = [_segment_cells(place, part) for place, part in numbered if place in keep]
+    cells = [_segment_cells(report, place, part) for place, part in numbered if place in keep]
     left = len(numbered) - len(cells)
     more = [("", "", "", f"({left} earlier segments not listed)", "", "", "", "")] if left else []
     return [HEADINGS, *more, *cells]
 
 
-def _segment_cells(place: int, part: SegmentReport) -> tuple[str, ...]:
+def _segment_cells(report: Report, place: int, part: SegmentReport) -> tuple[str, ...]:
     segment = part.segment
     axial_forcing = "?"
     if segment.motion is not None and known(segment.disk):
         axial_forcing = f"{axial_forcing_of(segment.motion, segment.disk):.4f}"
     return (
         str(place + 1),
-        f"{segment.begin:.3f}",
-        f"{segment.end:.3f}",
+        f"{segment.begin:.{report.decimals}f}",
+        f"{segment.end:.{report.decimals}f}",
         segment.began_by,
         axial_forcing,
         str(part.impacts),

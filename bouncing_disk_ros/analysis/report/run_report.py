@@ -1,4 +1,4 @@
-"""What a recorded run amounts to: segments, orbits, transients, estimates, energy, real time."""
+"""Report on a recorded run: segments, orbits, transients, estimates, energy, real time."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.period_one import separation_phase
 from bouncing_disk_ros.analysis.recorded.estimate import (
     Estimate,
     friction_of,
@@ -18,11 +19,12 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
     restitution_of,
 )
 from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
-from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
+from bouncing_disk_ros.analysis.recorded.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.analysis.recorded.record_validation import checked_times
 from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime, rise_time_of
-from bouncing_disk_ros.analysis.recorded.run_record import SETTLED_SECONDS, Health, RunRecord
-from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
+from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord
+from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of, time_decimals
+from bouncing_disk_ros.analysis.recorded.steady_tail import mean_in_flight, tail_begin
 from bouncing_disk_ros.analysis.recorded.transient import LEAST, Transient, transient_of
 from bouncing_disk_ros.core.model import Disk, ImpactKind, join_rows
 from bouncing_disk_ros.errors import InputError
@@ -30,6 +32,8 @@ from bouncing_disk_ros.errors import InputError
 ABSENT = "not in this bag"
 MOST_SEGMENTS = 50
 """Of so many segments, those with the most impacts, orbit and transient are worked out."""
+STILL = 1e-9
+"""A rotor slower than this (rad/s) is at rest."""
 MOST_ESTIMATED = 200_000
 """Restitution and friction are estimated from at most so many rows, the last ones."""
 LONGEST, LAST = "longest", "last"
@@ -61,6 +65,7 @@ class Source:
     remarks: tuple[str, ...] = ()  # damage
     limits: tuple[str, ...] = ()  # what was left out or downsampled on reading
     is_cut: bool = False  # only the times asked for were read
+    is_cut_off: bool = False  # of these, the run goes on after the last one
 
     def absence(self, *topics: str) -> str:
         """Why nothing of these topics (if named) is there, in words that follow "is"."""
@@ -77,7 +82,8 @@ class SegmentReport(NamedTuple):
     impacts: int  # those summed in a row included
     orbit: Orbit | None
     transient: Transient | None
-    settled: float  # rotor speed at its end, mean over SETTLED_SECONDS, rad/s
+    settled: float  # mean rotor speed in its steady tail, rad/s
+    tail: float  # length of that, s: at most SETTLED_SECONDS
     rise: RiseTime | None = None  # from the speed before it; None: no clear change, or not known
 
 
@@ -114,6 +120,11 @@ class Report:
     def chosen(self) -> SegmentReport | None:
         """The segment of the figures; None: nothing was recorded."""
         return self.segments[self.shown] if self.segments else None
+
+    @property
+    def decimals(self) -> int:
+        """Decimal places of simulated times, s."""
+        return time_decimals(self.end - self.begin)
 
     @property
     def shown_rows(self) -> Rows:
@@ -175,17 +186,31 @@ def _segment(
     own = segment.of(rows)
     times, rotor = speeds.of(segment, own)
     disk = segment.disk if known(segment.disk) else None
+    transient = transient_of(times, rotor) if worked else None
+    tail = tail_begin(segment, transient)
+    settled = speeds.settled(segment, own, tail)
+    orbit = orbit_of(own, motion=segment.motion, disk=disk) if worked else None
+    if orbit and orbit.kind is OrbitKind.UNRESOLVED and speeds.stays_in_contact(segment, own):
+        orbit = orbit._replace(kind=_contact_kind(segment, settled))
     return SegmentReport(
         segment,
         len(own),
         int(np.sum(own["count"], dtype=np.int64)),
-        orbit_of(own, motion=segment.motion, disk=disk) if worked else None,
-        transient_of(times, rotor) if worked else None,
-        speeds.settled(segment, own),
+        orbit,
+        transient,
+        settled,
+        segment.end - tail,
         rise_time_of(*speeds.since(before, segment, rows), before.end)
         if worked and before is not None and not segment.began_by.startswith("reset")
         else None,
     )
+
+
+def _contact_kind(segment: Segment, speed: float) -> OrbitKind:
+    """What to call contact that lasts, with this rotor speed (rad/s) at the end."""
+    motion = segment.motion
+    moves = motion is not None and (motion.axial_amplitude or motion.angular_amplitude)
+    return OrbitKind.CONTACT if moves or not abs(speed) < STILL else OrbitKind.REST
 
 
 def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimate, Estimate]:
@@ -242,6 +267,10 @@ def _real_time(health: list[Health]) -> RealTime | None:
     )
 
 
+LEAST_GAPS = 2
+"""So many samples in contact show that contact lasts ..."""
+TOUCHING = 1e-12
+"""... and in contact the disk is less than this above the platform, m: rounding."""
 MOST_POINTS = 5000
 """A transient is fitted to at most so many points, evenly taken."""
 
@@ -252,6 +281,8 @@ class Speeds:
     def __init__(self, record: RunRecord) -> None:
         states = [(state.time, state.angular_velocity) for state in record.states]
         self._states, self._means = _sorted(states), _sorted(record.speeds)
+        gaps = [(one.time, one.disk_position - one.platform_position) for one in record.states]
+        self._gaps = _sorted(gaps)
 
     def of(self, segment: Segment, own: Rows) -> tuple[Column, Column]:
         """Times (s) and rotor speeds (rad/s) of a segment: just after impacts, or samples.
@@ -279,26 +310,40 @@ class Speeds:
         whole = before._replace(end=segment.end).of(rows)
         return whole["time"], whole["angular_velocity"]
 
-    def settled(self, segment: Segment, own: Rows) -> float:
-        """Mean rotor speed in time over the last SETTLED_SECONDS of a segment, rad/s; nan: unknown.
+    def stays_in_contact(self, segment: Segment, own: Rows) -> bool:
+        """Whether the disk lies on a platform that cannot throw it, at the end of a segment.
 
-        From disk/rotor_speed, which is the angle turned over time; else from joint_states; else
-        from the impacts, where the disk only flies between them.
+        Γ is at most 1/π, and a chatter has ended in contact or no sample since is off the platform.
         """
-        begin = max(segment.begin, segment.end - SETTLED_SECONDS)
+        motion, disk = segment.motion, segment.disk
+        if motion is None or not known(disk) or separation_phase(motion, disk) is not None:
+            return False
+        if not len(own):
+            since = segment.begin
+        elif own["kind"][-1] == ImpactKind.CHATTER_TAIL:
+            return True
+        else:
+            since = float(own["time"][-1])
+        gaps = _between(self._gaps, since, segment.end)
+        return len(gaps) >= LEAST_GAPS and bool(np.all(np.abs(gaps) < TOUCHING))
+
+    def settled(self, segment: Segment, own: Rows, begin: float) -> float:
+        """Mean rotor speed in time from `begin` to the end of a segment, rad/s; nan: unknown.
+
+        From disk/rotor_speed, which is the angle turned over time; else from the impacts, where the
+        disk only flies between them and its loads are known; else from joint_states.
+        """
         means = _between(self._means, begin, segment.end)
         if len(means) > 1:
             return float(np.mean(means[1:]))  # the first is over a time that may begin before
+        last = own[own["time"] >= begin]
+        flown = mean_in_flight(last, segment.disk) if known(segment.disk) else math.nan
+        if not math.isnan(flown):
+            return flown
         states = _between(self._states, begin, segment.end)
         if len(states):
             return float(np.mean(states))
-        last = own[own["time"] >= begin]
-        if len(last) < 2 or np.any(last["kind"] != ImpactKind.IMPACT):
-            return math.nan
-        flown = np.diff(last["time"])
-        if not flown.sum() > 0.0:
-            return math.nan
-        return float(last["angular_velocity"][:-1] @ flown / flown.sum())
+        return mean_in_flight(last, segment.disk)
 
 
 def _sorted(pairs: Sequence[tuple[float, float]]) -> Column:

@@ -1,8 +1,8 @@
 """Single tosses: how fast and how efficiently a platform motion throws the disk (paper, Fig. 2).
 
-The disk starts in contact, sticking and sliding, until the platform falls away
-from under it (eq. 3). All motions have the same arc amplitude c = √(A² + (a_e Φ)²) and are told
-apart by the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The tosses
+The disk starts in contact, sticking and sliding, until the platform falls away from
+under it (eq. 3). All motions have the same arc amplitude c = √(A² + (a_e Φ)²) and differ only
+in the phase lag θ and the amplitude angle φ_L: A = c cos φ_L, a_e Φ = c sin φ_L. The tosses
 are computed by the core (collision_map.single_toss; many in lanes, collision_map.lanes.toss_lanes).
 SI units, angles in rad.
 
@@ -27,7 +27,7 @@ from bouncing_disk_ros.parameters import DEFAULTS, complete, spec_of
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int8]
 
-PAPER_DISK = Disk(*(float(DEFAULTS[name]) for name in Disk._fields))._replace(gravity=10.0)
+PAPER_DISK = Disk.of(DEFAULTS)._replace(gravity=10.0)
 """The paper's dough: the defaults (μ = 0.6, d = 0.30 m) with the paper's g. The mass is chosen: no
 speed and no ratio depends on it. Nor does the restitution matter before the first impact."""
 LOWEST = float(DEFAULTS["initial_forcing_phase"])
@@ -45,7 +45,7 @@ _EVENTS = 1000  # phases of contact before separation; from rest there are three
 
 
 class TossSetting(NamedTuple):
-    """What all tosses of a map have in common; the defaults are those of the paper's Fig. 2."""
+    """Parameters that all tosses of a map share; the defaults are those of the paper's Fig. 2."""
 
     arc_amplitude: float = 0.25  # c, m: half of the 50 cm that a hand travels
     frequency: float = float(DEFAULTS["frequency"])  # ω/2π, Hz

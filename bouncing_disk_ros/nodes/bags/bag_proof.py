@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import bouncing_disk_ros
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode, InputError, MissingLibraryError
 from bouncing_disk_ros.nodes.bags.simulators import choose, is_there
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.run.input_records import Record, from_json
@@ -27,7 +27,7 @@ INPUTS, IMPACTS = "disk/inputs", "disk/impacts"
 def prove_bag(given: argparse.Namespace) -> int:
     """Prove the events of the runs in a bag and print a summary; DONE where none is refuted."""
     if importlib.util.find_spec("flint") is None:
-        raise InputError("--prove", "no python-flint", "with it", "pip install python-flint")
+        raise MissingLibraryError("--prove", "python-flint")
     if given.every < 1 or given.run < 0:
         field, value = ("every", given.every) if given.every < 1 else ("run", given.run)
         raise InputError(field, value, "a whole number > 0")

@@ -1,4 +1,4 @@
-"""The executable `bag_recover`: make a whole bag of a cut or damaged one."""
+"""The executable `bag_recover`: repair a bag that is incomplete or damaged."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
-_ABOUT = """Rebuild the index and metadata.yaml of a bag that was cut off or damaged, into a new
-folder, and say what was lost. The bag itself stays as it is. All whole chunks are saved."""
+_ABOUT = """Repair a bag that is incomplete or damaged: copy all its complete chunks into a new
+folder, rebuild index and metadata.yaml, and say what was lost. The original bag is not changed."""
 _EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
 
 

@@ -1,4 +1,4 @@
-"""The executable `bag_report`: what a recorded run amounts to, from its bag alone."""
+"""The executable `bag_report`: a report on a recorded run, from its bag alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.shared.startup import split_arguments
-from bouncing_disk_ros.ros.stop import interrupt_on_signals
+from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.analysis.report.run_report import Report
@@ -72,31 +72,34 @@ def parser() -> argparse.ArgumentParser:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Report on a bag; exit code 0 done, 1 failed or refuted, 2 bad input, 130 interrupted."""
-    given = parser().parse_intermixed_args(split_arguments(args)[0])
+    with ending_at_once(NAME):
+        given = parser().parse_intermixed_args(split_arguments(args)[0])
+        folders.use_package_index()
+        use_matplotlib_folder()
     interrupt_on_signals()
-    folders.use_package_index()
-    use_matplotlib_folder()
     return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
 
 
 def _report(given: argparse.Namespace) -> int:
     if given.prove:
-        announce_compilation(NAME)
-        from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
+        with ending_at_once(NAME):
+            announce_compilation(NAME)
+            from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
 
         return prove_bag(given)
     kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
-    from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
+    with ending_at_once(NAME):
+        announce_compilation(NAME)
+        import numpy as np
 
-    announce_compilation(NAME)
+        from bouncing_disk_ros.analysis.report.report_text import lines
+        from bouncing_disk_ros.nodes.bags import bag_run as _  # noqa: F401 (slow to import)
+        from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
+
     files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
     check_ours(files)
-    import numpy as np
-
     with np.errstate(all="ignore"):  # of numbers that mean nothing: what follows from them is nan
         report = read(given)
-        from bouncing_disk_ros.analysis.report.report_text import lines
-
         print("\n".join(lines(report)), flush=True)
         for file in files:
             _write(report, file)
@@ -140,12 +143,14 @@ def _write(report: Report, file: Path) -> None:
     from bouncing_disk_ros.nodes.bags.report_files import replaced
 
     if file.suffix == ".html":
-        from bouncing_disk_ros.plots.report_html import report_html
+        with ending_at_once(NAME):
+            from bouncing_disk_ros.plots.report_html import report_html
 
         text = report_html(report)
         replaced(file, lambda path: path.write_text(text, "utf-8"))
     else:
-        from bouncing_disk_ros.plots.report_page import report_page, save_page
+        with ending_at_once(NAME):
+            from bouncing_disk_ros.plots.report_page import report_page, save_page
 
         figure = report_page(report)
         replaced(file, lambda path: save_page(figure, path))

@@ -52,7 +52,7 @@ class ReadOptions(NamedTuple):
             if math.isfinite(time)
         )
         inside = self.begin <= last and self.end > first
-        hint = "No message lies within." if inside else "That lies outside the run."
+        hint = "There is no message in this time." if inside else "This time is outside the run."
         allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
         return InputError("from, to", given, allowed, hint)
 
@@ -89,6 +89,7 @@ class BagRun:
         self._missing = tuple(sorted(set(names.values()) - set(self._names.values())))
         self._losses = Losses()
         self._stopped = ""
+        self._cut_off = False  # the run goes on after the times wished for
         self._runs = self._kept_run = 0
         self.record = RunRecord(UNKNOWN_DISK)
         self._bounded = self._bound()
@@ -175,6 +176,7 @@ class BagRun:
         record.speeds[:] = [row for row in record.speeds if low <= row[0] < high]
         record.health[:] = [row for row in record.health if low <= row.simulated < high]
         heard = record.states or record.speeds or record.health or len(record.rows)
+        self._cut_off = max(times, default=-math.inf) >= high
         if times and not heard:
             raise self._wish.nothing_between(min(times), max(times))
 
@@ -191,6 +193,7 @@ class BagRun:
                 TopicCount(n, bag.topics[n].count, self._losses.of(n, self._runs)) for n in found
             ),
             self._missing, bag.notes, tuple(damage), tuple(self._limits()), self._wish.is_cut,
+            self._cut_off,
         )  # fmt: skip
 
     def _limits(self) -> Iterator[str]:

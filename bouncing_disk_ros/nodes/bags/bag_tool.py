@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from bouncing_disk_ros.errors import ExitCode, InputError, one_line
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
 
 
 def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str = "") -> int:
@@ -22,6 +22,9 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
     except InputError as error:
         print(f"{name}: {error.line}", file=sys.stderr)
         return ExitCode.BAD_INPUT
+    except FailedError as error:
+        print(f"{name}: {one_line(str(error))}", file=sys.stderr)
+        return ExitCode.FAILED
     except (BagError, OSError) as error:
         text = one_line(str(error))
         where = "" if path in text else f"{path}: "

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.plots.report_signature import MARK
 
 FORMATS = ("html", "png", "pdf", "svg")
@@ -34,12 +34,22 @@ def check_ours(files: Iterable[Path]) -> None:
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")
 
 
-def replaced(file: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under a passing name, then put it in its place; the folder is made."""
-    file.parent.mkdir(parents=True, exist_ok=True)
+def replaced(file: Path, write: Callable[[Path], object], field: str = "output") -> None:
+    """Write a file under a passing name, then put it in its place; the folder is made.
+
+    InputError, naming `field`, where no file can be there; FailedError where writing fails.
+    """
     passing = file.with_name(f".{file.stem}.part{file.suffix}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        passing.touch()
+    except OSError as error:
+        allowed = "a file in a folder that can be written to"
+        raise InputError(field, str(file), allowed, f"{error.strerror}.") from None
     try:
         write(passing)
         passing.replace(file)
+    except OSError as error:
+        raise FailedError(f"{file} cannot be written: {error.strerror or error}") from None
     finally:
         passing.unlink(missing_ok=True)

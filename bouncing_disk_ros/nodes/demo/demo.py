@@ -1,4 +1,4 @@
-"""The executable `demo`: the paper's story, live over DDS, with a summary and a picture."""
+"""The executable `demo`: a helical toss into the period-1 orbit, live over DDS, with a summary."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from bouncing_disk_ros.parameters import Spec
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
 watch both over DDS, record the run, and show the result: a summary, a picture, a report on
-the bag, and its replay. Ctrl-C ends all of it. Where ROS is not installed, the same story is
+the bag, and its replay. Ctrl-C ends all of it. Where ROS is not installed, the same run is
 simulated in one process, without a bag."""
 _EXAMPLE = "python -m bouncing_disk_ros demo --ros-args -p duration:=30.0"
 BAG = "output/demo_bag"
 
 _SPECS = (
-    Spec("duration", 18.0, "s", "end so long after the programme has begun", low=3.0, high=3600.0),
+    Spec("duration", 18.0, "s", "time from the programme's begin to the end", low=3.0, high=3600.0),
     Spec("picture", "output/demo.png", "", "file for the picture (png, pdf, svg)"),
 )
 OPTIONS = {spec.name: spec for spec in _SPECS}

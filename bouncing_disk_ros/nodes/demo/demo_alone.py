@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord, State
-from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.core.model import Disk, Sample
 from bouncing_disk_ros.nodes.demo.demo_story import (
     OPENING,
     PROGRAMME,
     change_text,
-    disk_of,
     picture_of,
     show_summary,
     start_values,
@@ -38,19 +36,19 @@ def present_without_ros(table: Mapping[str, Spec], ros: Sequence[str]) -> int:
     print(
         f"{OPENING}\nWithout ROS: simulated in this process at once, and not recorded.", flush=True
     )
-    told = _Told(start_values())
-    told.run(round(duration * NS))
-    for motion in told.record.motions:
+    story = _Story(start_values())
+    story.run(round(duration * NS))
+    for motion in story.record.motions:
         if motion.begin_ns < motion.end_ns:
-            print(f"{motion.begin_ns / NS:6.2f} s  {change_text(motion, told.record.disk)}")
-    return verdict(show_summary(told.record, picture), duration)
+            print(f"{motion.begin_ns / NS:6.2f} s  {change_text(motion, story.record.disk)}")
+    return verdict(show_summary(story.record, picture), duration)
 
 
-class _Told:
+class _Story:
     """Runs the programme and keeps what happens, as a record of a run."""
 
     def __init__(self, values: Mapping[str, Value]) -> None:
-        self.record = RunRecord(disk_of(values))
+        self.record = RunRecord(Disk.of(values))
         self.record.disks.append((0.0, self.record.disk))
         self._session = Session(values, lambda _: None)
         self._shown = -1  # index of the last motion kept
@@ -81,9 +79,7 @@ class _Told:
 
     def speed(self, first: Sample, second: Sample) -> None:
         """Keep the mean speed between two samples."""
-        turned = math.tau * (second.turns - first.turns) + (second.angle - first.angle)
-        seconds = (second.time_ns - first.time_ns) / NS
-        self.record.speeds.append((second.time_ns / NS, turned / seconds))
+        self.record.speeds.append((second.time_ns / NS, first.mean_speeds(second)[1]))
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Keep rows of impacts."""

@@ -17,7 +17,7 @@ def remove_old_bag(folder: Path) -> None:
     if not folder.exists():
         return
     if not folder.is_dir() or not all(map(_is_of_a_bag, folder.iterdir())):
-        hint = "There is something else of that name."
+        hint = "There is a file of that name, or a folder that is not a bag."
         raise InputError("--bag", str(folder), "a new folder, or an earlier bag to replace", hint)
     try:
         shutil.rmtree(folder)
@@ -69,7 +69,7 @@ def _report(report: subprocess.Popen[str], stop: Stop) -> str:
     if stop.asked:
         raise KeyboardInterrupt
     if report.returncode:
-        reason = (wrong.strip().splitlines() or ["it said nothing"])[-1]
+        reason = (wrong.strip().splitlines() or ["without a message"])[-1]
         raise FailedError(f"no report on the bag: {reason}")
     return os.path.relpath(said.strip().splitlines()[-1].removeprefix("written: "))
 

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import ExitCode, FailedError
-from bouncing_disk_ros.nodes.demo.child import Child
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
 from bouncing_disk_ros.nodes.demo.demo_story import (
     AT_REST,
@@ -19,13 +19,13 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     PRESET,
     PROGRAMME,
     change_text,
-    disk_of,
     picture_of,
     show_summary,
     start_values,
     verdict,
 )
 from bouncing_disk_ros.nodes.demo.watcher import DemoWatcher
+from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
@@ -43,7 +43,7 @@ class DemoNode(DemoWatcher):
     """The demonstration; `children` are its processes, `folder` is that of the bag."""
 
     def __init__(self, table: Mapping[str, Spec], children: Children, folder: Path) -> None:
-        super().__init__("demo", disk_of(start_values()))
+        super().__init__("demo", Disk.of(start_values()))
         chosen = options(self, table)
         self._duration, self._picture = float(chosen["duration"]), picture_of(chosen)
         self._recorder, self._simulator, self._performer = children
@@ -68,10 +68,10 @@ class DemoNode(DemoWatcher):
             yield recorder, simulator, perform
 
     def present(self, stop: Stop, export: str) -> int:
-        """The whole show; the exit code."""
+        """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
-            "Starting the simulator (the first start on a machine compiles for about 20 s) ...",
+            "Starting the simulator (the first start on a machine compiles for about 25 s) ...",
             flush=True,
         )
         started = wait_for(self, stop, lambda: self._is_over() or self.time > 0.0, START_SECONDS)
@@ -99,10 +99,10 @@ class DemoNode(DemoWatcher):
             (self._performer, self._performer.code not in (None, 0)),
         ):
             if unwell:
-                said = child.log.strip().splitlines() or ["it said nothing"]
+                said = child.log.strip().splitlines() or ["without a message"]
                 raise FailedError(f"{child.name} ended with code {child.code}: {said[-1]}")
         if not expected:
-            raise FailedError(f"the simulator shows nothing within {START_SECONDS:g} s")
+            raise FailedError(f"the simulator published nothing within {START_SECONDS:g} s")
 
     # --- while it runs ----------------------------------------------------------------------------
     def _report_progress(self) -> None:

@@ -35,11 +35,6 @@ def start_values() -> dict[str, Value]:
     return parameters.complete({**load_preset(PRESET), **AT_REST})
 
 
-def disk_of(values: Mapping[str, Value]) -> Disk:
-    """The disk of a set of parameters."""
-    return Disk(*(float(values[name]) for name in Disk._fields))
-
-
 def picture_of(chosen: Mapping[str, Value]) -> Path:
     """The file of the picture; InputError for a kind that cannot be drawn."""
     picture = Path(str(chosen["picture"]))
@@ -85,9 +80,9 @@ def verdict(summary: Summary, duration: float) -> int:
     found = f"the orbit found is {summary.orbit.name}, not period-1"
     if summary.inputs > 1:
         others = summary.inputs - 1
-        print(f"Not verified: {found}; others gave {others} input(s).", flush=True)
+        print(f"Not verified: {found}; other nodes sent {others} input(s).", flush=True)
         return ExitCode.DONE
     if duration < SETTLING_SECONDS and not summary.orbit.impacts:
-        print(f"Not verified: {found}; {duration:g} s are too short to tell.", flush=True)
+        print(f"Not verified: {found}; {duration:g} s are too short to reach it.", flush=True)
         return ExitCode.DONE
     raise FailedError(found)

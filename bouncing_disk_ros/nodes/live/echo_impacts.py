@@ -19,7 +19,7 @@ _SPECS = (
     Spec("once", False, "", "end after the first message"),
     Spec("count", 0, "", "end after this many rows; 0: go on", low=0, high=10**12),
     Spec("csv", False, "", "all fields as comma-separated values, floats in round-trip form"),
-    Spec("timeout", 0.0, "s", "end with exit code 1 when no row came for this long; 0: wait",
+    Spec("timeout", 0.0, "s", "end with exit code 1 when no row is received for this long; 0: wait",
          low=0.0, high=1e6),
 )  # fmt: skip
 OPTIONS = {spec.name: spec for spec in _SPECS}

@@ -19,7 +19,7 @@ _SPECS = (
          "may also be given as the first argument"),
     Spec("lead", 0.5, "s", "the programme starts at least this long after it is published", low=0.0,
          high=3600.0),
-    Spec("timeout", 10.0, "s", "how long to wait for a simulator that listens", low=0.0, high=1e6),
+    Spec("timeout", 10.0, "s", "how long to wait for a simulator", low=0.0, high=1e6),
 )  # fmt: skip
 OPTIONS = {spec.name: spec for spec in _SPECS}
 

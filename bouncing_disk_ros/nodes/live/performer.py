@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
-from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
@@ -40,6 +41,11 @@ def answered(values: Sequence[Any]) -> list[Value] | None:
         return None
 
 
+def cancelling(topic: str) -> str:
+    """The command line that cancels the motions of a programme that have not begun."""
+    return f"ros2 topic pub --once {topic} trajectory_msgs/msg/JointTrajectory '{{}}'"
+
+
 class Performer(Node):
     """Publishes one programme. `programme` wins over the option of that name when not empty."""
 
@@ -50,6 +56,8 @@ class Performer(Node):
         self._lead, self._timeout = float(values["lead"]), float(values["timeout"])
         command = TOPICS["platform/command"]
         self._publisher = self.create_publisher(JointTrajectory, command.name, profile_of(command))
+        offsets = TOPICS["platform/joint_trajectory"]
+        self._offsets = self.create_publisher(JointTrajectory, offsets.name, profile_of(offsets))
         self._motion: MotionInForce | None = None
         self._stamp_ns = 0  # of the beginning of that motion, ROS time
         self._phase = ""
@@ -88,7 +96,15 @@ class Performer(Node):
             )
         if done:
             print(f"{self.programme.name}: in force", flush=True)
-        return ExitCode.DONE if done else ExitCode.INTERRUPTED
+            return ExitCode.DONE
+        topic = self._publisher.topic_name
+        print(
+            f"perform: interrupted; the simulator goes on with {self.programme.name}. A programme "
+            f"without points cancels what has not begun: {cancelling(topic)}",
+            file=sys.stderr,
+            flush=True,
+        )
+        return ExitCode.INTERRUPTED
 
     def _find(self, stop: Stop) -> None:
         """Wait for a simulator that listens and shows its motion."""
@@ -96,17 +112,19 @@ class Performer(Node):
 
         def ready() -> bool:
             heard = self._motion is not None and self._phase and self.get_clock().now().nanoseconds
-            return bool(heard and self._publisher.get_subscription_count())
+            listeners = [self._publisher]
+            listeners += [self._offsets] if self.programme.trajectory is not None else []
+            return bool(heard and all(one.get_subscription_count() for one in listeners))
 
         if wait_for(self, stop, ready, self._timeout) or stop.asked:
             return
         if self._publisher.get_subscription_count():
             raise FailedError(
-                f"somebody listens on {topic}, but shows no platform/motion: is the simulator "
-                "configured and active?"
+                f"{topic} has a subscriber, but platform/motion is not published: is the "
+                "simulator configured and active?"
             )
         raise FailedError(
-            f"nobody listens on {topic} after {self._timeout:g} s: is the simulator running, in "
+            f"{topic} has no subscriber after {self._timeout:g} s: is the simulator running, in "
             f"this ROS_DOMAIN_ID ({self.context.get_domain_id()}) and this namespace?"
         )
 
@@ -120,7 +138,7 @@ class Performer(Node):
             if answer is not None:
                 return dict(zip(ASKED, answer, strict=True))
         if not stop.asked:
-            self.get_logger().warning(f"{name} does not give its parameters: taking real time")
+            self.get_logger().warning(f"{name} does not give its parameters: assuming real time")
         return settings
 
     def _simulator(self) -> str:
@@ -174,6 +192,15 @@ class Performer(Node):
         self._publisher.publish(
             programme_to_msg(request._replace(points=points, stamp_ns=stamp_ns))
         )
+        trajectory = self.programme.trajectory
+        if trajectory is not None:
+            knots = tuple(
+                point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
+                for point in trajectory.points
+            )
+            self._offsets.publish(
+                trajectory_to_msg(trajectory._replace(points=knots, stamp_ns=stamp_ns))
+            )
         after_ns, target = self.programme.targets(self._motion.target)[-1]
         end_ns = start_ns + after_ns
         wait = (start_ns - line.to_simulated(now_ns)) / NS / factor

@@ -9,8 +9,8 @@ from functools import partial
 from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS
 from bouncing_disk_ros.nodes.shared.startup import Start
 
-_ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C ends
-it in order. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""
+_ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C
+completes the bag and ends. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""
 _EXAMPLE = "ros2 run bouncing_disk_ros recorder run_1 --ros-args -p max_duration:=60.0"
 
 

@@ -179,7 +179,7 @@ class Recorder(Node):
 
     def _split(self) -> str:
         self._recording.do(self._recording.writer.split)
-        return "a new file is begun"
+        return "a new file was begun"
 
     # --- telling ----------------------------------------------------------------------------------
     def _refuse(self, error: InputError) -> None:

@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.bag import Options
 
 _SPECS = (
-    Spec("output", "", "", "folder of the bag, must be new; may also be the first argument; empty: "
-         "bag_ with date and time", read_only=True),
+    Spec("output", "", "", "folder of the bag, which must not exist; may also be the first "
+         "argument; empty: bag_ with date and time", read_only=True),
     Spec("topics", "", "", "names of the topics; empty: those that the simulator publishes, unless "
          "regex or all is given", read_only=True, listed=True),
-    Spec("regex", "", "", "regular expression; topics whose whole name matches are recorded as "
-         "well", read_only=True),
+    Spec("regex", "", "", "regular expression; topics whose whole name matches are recorded in "
+         "addition", read_only=True),
     Spec("exclude", "", "", "regular expression; topics whose whole name matches are not recorded",
          read_only=True),
-    Spec("all", False, "", "record every topic but hidden ones", read_only=True),
+    Spec("all", False, "", "record every topic except hidden ones", read_only=True),
     Spec("compression", "zstd", "", "compression of the chunks: zstd, lz4 or none", read_only=True),
-    Spec("chunk_size", 1 << 20, "B", "a chunk is closed when it holds this much", low=1,
-         high=1 << 30, read_only=True),
-    Spec("chunk_period", 1.0, "s", "a chunk is closed when it is this old: the most that a killed "
-         "recorder loses", low=0.01, high=3600.0, read_only=True),
+    Spec("chunk_size", 1 << 20, "B", "a chunk is closed when it reaches this size",
+         low=1, high=1 << 30, read_only=True),
+    Spec("chunk_period", 1.0, "s", "a chunk is closed when it reaches this age: the most that a "
+         "killed recorder loses", low=0.01, high=3600.0, read_only=True),
     Spec("max_size", 0.0, "MB", "go on in a new file after this much; 0: one file", low=0.0,
          high=1e9, read_only=True),
     Spec("max_duration", 0.0, "s", "go on in a new file after this long; 0: one file", low=0.0,
@@ -37,12 +37,12 @@ _SPECS = (
     Spec("repeat_latched", True, "", "begin every further file with the latched messages in force, "
          "so that it can be used alone", read_only=True),
     Spec("presets", "", "", "files that may be attached when a simulator names one of them as its "
-         "preset; the presets of the package always are", read_only=True, listed=True),
-    Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; what comes beyond is "
+         "preset; the presets of the package always may", read_only=True, listed=True),
+    Spec("queue_size", 256.0, "MB", "messages that may wait for the disk; messages beyond are "
          "dropped and counted", low=0.001, high=1e6, read_only=True),
     Spec("start_paused", False, "", "record nothing before ~/resume", read_only=True),
-    Spec("status_period", 5.0, "s", "a line on the log this often; 0: none", low=0.0, high=1e6,
-         read_only=True),
+    Spec("status_period", 5.0, "s", "time between status lines on the log; 0: none", low=0.0,
+         high=1e6, read_only=True),
 )  # fmt: skip
 OPTIONS: Mapping[str, Spec] = {spec.name: spec for spec in _SPECS}
 MB = 1_000_000

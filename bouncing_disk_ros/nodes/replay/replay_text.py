@@ -28,8 +28,8 @@ def run_lines(number: int, run: Replay) -> list[str]:
     if run.first_row:
         lines.append(f"  the bag begins with row {run.first_row}")
     if run.not_compared:
-        lines.append(f"  {run.not_compared} rows not compared: they are of before the first "
-                     "snapshot, or of after a lost record")  # fmt: skip
+        lines.append(f"  {run.not_compared} rows not compared: they are from before the first "
+                     "snapshot, or from after a lost record")  # fmt: skip
     return lines + [_gap_line(gap) for gap in run.gaps]
 
 

@@ -37,7 +37,7 @@ def compare(
         diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
         title = f"{recorded.bag.path.name}: what if {changes.label}"
         picture = two_runs_picture(first, second, diverged, title)
-        replaced(figure, lambda path: save_picture(picture, path))
+        replaced(figure, lambda path: save_picture(picture, path), "--figure")
         print(f"figure: {figure}")
 
 

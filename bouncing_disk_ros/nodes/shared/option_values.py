@@ -19,7 +19,7 @@ def option_values(
     taken = dict(given)
     for name in taken:
         if name not in table and not is_rclpy_parameter(name):
-            hint = closest(name, table) or "--help lists them."
+            hint = closest(name, table) or "--help lists the parameters."
             raise InputError("parameter", name, ", ".join(table), hint)
         if name in lists:
             taken[name] = listed_text(taken[name])

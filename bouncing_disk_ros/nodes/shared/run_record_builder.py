@@ -142,7 +142,7 @@ class RunRecordBuilder:
 
     def _take_disk(self, time: float, values: Mapping[str, Any]) -> bool:
         """Whether the disk is another one than before."""
-        disk = Disk(*(float(values[name]) for name in Disk._fields))
+        disk = Disk.of(values)
         if self.record.disks and self.record.disks[-1][1] == disk:
             return False
         self.record.disks.append((time, disk))

@@ -8,11 +8,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import NoReturn
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.stop import Stop
 
 
@@ -46,7 +49,17 @@ class Start:
         given = self.parser.parse_args(self.own)
         if self._needs_ros:
             require_ros(self.name)
+        if "--params-file" in self.ros:
+            self._warn_of_unused_files()
         return given
+
+    def _warn_of_unused_files(self) -> None:
+        """Name parameter files that are for other nodes: ROS ignores these without a word."""
+        with suppress(InputError):  # where the arguments are used, it is reported
+            given = RosArguments(self.ros, self.name)
+            for file in given.unused_files:
+                why = f"it sets nothing for a node called {given.node_name}, and is ignored"
+                print(f"{self.name}: --params-file {file}: {why}", file=sys.stderr, flush=True)
 
 
 def require_ros(name: str) -> None:
@@ -54,7 +67,7 @@ def require_ros(name: str) -> None:
     if environment.ros_is_here():
         return
     why = "needs ROS 2, and rclpy or its message packages are not installed here"
-    how = "pip install '.[ros]' brings them on x86-64 Linux; README.md says what works without"
+    how = "pip install '.[ros]' installs them on x86-64 Linux; README.md lists what works without"
     print(f"{name}: {why}. {how}", file=sys.stderr, flush=True)
     raise SystemExit(int(ExitCode.BAD_INPUT))
 
@@ -87,6 +100,16 @@ def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
     return argv[:at], argv[at:]
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says where parameters belong."""
+
+    def error(self, message: str) -> NoReturn:
+        """End the process with one line and exit code 2."""
+        if "unrecognized arguments" in message and "=" in message:
+            message += ". Parameters come after --ros-args: --ros-args -p NAME:=VALUE"
+        super().error(message)
+
+
 def parser_of(
     name: str, about: str, table: Mapping[str, Spec], example: str
 ) -> argparse.ArgumentParser:
@@ -94,7 +117,7 @@ def parser_of(
     lines = ["parameters (--ros-args -p NAME:=VALUE):"]
     for spec in table.values():
         lines += spec_lines(spec)
-    return argparse.ArgumentParser(
+    return _Parser(
         prog=name,
         description=about,
         usage=f"{name} [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]",

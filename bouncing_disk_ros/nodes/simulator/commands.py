@@ -19,6 +19,7 @@ from bouncing_disk_ros.ros.serialized import (
     programme_from_bytes,
     value_from_bytes,
 )
+from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     Instant,
@@ -30,7 +31,14 @@ from bouncing_disk_ros.run.command_validation import (
     validate_impulse,
     validate_programme,
 )
+from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import (
+    TrajectoryRequest,
+    describe_trajectory,
+    schedule_trajectory,
+    validate_trajectory,
+)
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
 from bouncing_disk_ros.units import NS
 
@@ -40,6 +48,10 @@ class CommandNode(Protocol):
 
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
+
+    @property
+    def gates(self) -> Gates | None:
+        """The gates of a lockstep, which hold inputs; None: it is off."""
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
@@ -63,6 +75,8 @@ class Commands:
         self._node, self._target = node, target
         self.subscriptions: dict[str, NumberedSubscription] = {}
         self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
+        trajectory = "platform/joint_trajectory"
+        self._subscribe(JointTrajectory, trajectory, trajectory_from_bytes, self.trajectory)
         self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes, self.apply_impulse)
         for name in MOTION_NAMES:
             parse = partial(value_from_bytes, name)
@@ -76,6 +90,14 @@ class Commands:
         accept: Callable[[Any], bool],
     ) -> None:
         def take(data: bytes) -> bool:
+            gates = self._target.gates
+            if gates is None:
+                return act(data)
+            gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
+            gates.go_on()
+            return True
+
+        def act(data: bytes) -> bool:
             try:
                 request = parse(topic, data)
             except InputError as error:
@@ -99,6 +121,23 @@ class Commands:
         session.command(points)
         line = f"{describe(points)}; pending: {session.pending}"
         self._target.log_accepted(request.field, line, far_ahead(request, instant))
+        self._target.publish_consequences()
+        return True
+
+    def trajectory(self, request: TrajectoryRequest) -> bool:
+        """Validate an offset trajectory and splice it."""
+        try:
+            validate_trajectory(request)
+            session, instant = self._opened(request.field)
+            offset = session.latest_offset
+            splice = schedule_trajectory(request, instant, offset, session.values)
+        except InputError as error:
+            self._target.refuse(error)
+            return False
+        session.trajectory(splice)
+        self._target.log_accepted(
+            request.field, describe_trajectory(splice), far_ahead(request, instant)
+        )
         self._target.publish_consequences()
         return True
 

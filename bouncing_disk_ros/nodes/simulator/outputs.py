@@ -40,6 +40,7 @@ class Outputs:
         self._inputs = self._publisher(String, "disk/inputs")
         self._phase = self._publisher(String, "disk/phase")
         self._motion = self._publisher(JointTrajectory, "platform/motion")
+        self._offset = self._publisher(JointTrajectory, "platform/offset")
         self._clock = self._publisher(Clock, "/clock") if times.clock_is_simulated else None
         self._clock_ns = 0
         self._frames = Frames.of(values)
@@ -49,6 +50,7 @@ class Outputs:
         self._shown_phase = ""
         self._phase_is_new = False
         self._shown_motion = -1
+        self._shown_offset = 0
 
     def _publisher(self, kind: type[Any], name: str) -> Publisher:
         publisher = self._node.create_publisher(kind, name, profile_of(TOPICS[name]))
@@ -86,7 +88,7 @@ class Outputs:
 
     def speed(self, first: Sample, second: Sample) -> None:
         """One message of disk/rotor_speed."""
-        speeds = conversions.mean_speed(first, second)
+        speeds = first.mean_speeds(second)
         stamp = self._stamp(second.time_ns)
         self._speed.publish(conversions.speed_to_msg(speeds, stamp, self._frames.world))
 
@@ -106,6 +108,10 @@ class Outputs:
             motion = simulation.motion_in_force
             stamp = self._times.to_ros(motion.begin_ns)
             self._motion.publish(conversions.motion_to_msg(motion, stamp, self._frames.world))
+        if simulation.offset_index != self._shown_offset:
+            self._shown_offset = simulation.offset_index
+            stamp = self._times.to_ros(simulation.offset_begin_ns)
+            self._offset.publish(conversions.offset_to_msg(simulation, stamp, self._frames.world))
         if not running:
             self._show_phase("paused")
         elif not self._phase_is_new:  # no sample since the last call

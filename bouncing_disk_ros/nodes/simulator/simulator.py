@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["SimulatorNode", "main"]
 
 _USAGE = "simulator [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]"
-_ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time: commands in,
-disk state, every impact and the rotor speed out. Ctrl-C ends it."""
+_ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time. It takes
+commands for the platform and publishes the state of the disk, every impact and the rotor
+speed. Ctrl-C ends it."""
 
 
 def help_text() -> str:

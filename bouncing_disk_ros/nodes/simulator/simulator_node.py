@@ -29,6 +29,7 @@ from bouncing_disk_ros.ros.validated_parameters import (
     with_slider,
 )
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
+from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap, tick_period
@@ -42,7 +43,7 @@ has been seen to take up to 3.1 s."""
 
 
 class SimulatorNode(LifecycleNode):
-    """Simulates one disk; further keyword arguments are those of rclpy's Node.
+    """The simulator of one disk as a node; further keyword arguments are those of rclpy's Node.
 
     Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
     `finished` turns true on a lifecycle shutdown; `ticks` is the timer of the loop. A long `~/step`
@@ -63,6 +64,7 @@ class SimulatorNode(LifecycleNode):
         self._error: InputError | None = None
         self.last_refusal: InputError | None = None
         self._starting = False
+        self.holding: Gates | None = None  # set by tests that apply inputs themselves
         try:
             self._set_up()
             if self._values["autostart"]:
@@ -160,7 +162,7 @@ class SimulatorNode(LifecycleNode):
         return SUCCESS
 
     def _make_run(self) -> None:
-        self.run = Run(self, self._values, self._stopping)
+        self.run = Run(self, self._values, self._stopping, self.refuse)
 
     def _set_active(self, active: bool) -> None:
         assert self.run is not None
@@ -255,6 +257,11 @@ class SimulatorNode(LifecycleNode):
     def quit(self) -> None:
         """End the process in order, once the answer is sent."""
         self.trigger_shutdown()
+
+    @property
+    def gates(self) -> Gates | None:
+        """The gates that hold inputs: of a lockstep, or `holding`; None: inputs act at once."""
+        return self.holding if self.run is None or self.holding else self.run.gates
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""

@@ -9,9 +9,11 @@ from dataclasses import replace
 from rclpy.node import Node
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.gates import Lockstep
 from bouncing_disk_ros.run.health import Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
@@ -29,9 +31,14 @@ class Run:
     """
 
     def __init__(
-        self, node: Node, values: Mapping[str, Value], stopping: Callable[[], bool]
+        self,
+        node: Node,
+        values: Mapping[str, Value],
+        stopping: Callable[[], bool],
+        refuse: Callable[[InputError], None],
     ) -> None:
         self._node, self._values, self._stopping = node, values, stopping
+        self._refuse = refuse
         self._times = self._line_through(0, self._ros_now())
         self._outputs = Outputs(node, self._times, values)
         self.session = Session(values, self._outputs.record, paused=True)
@@ -42,10 +49,17 @@ class Run:
         self._active = False
         self._paused = bool(values["start_paused"])
         self._next_snapshot = 0
+        self._lockstep = Lockstep(str(values["lockstep"]))
+        self.gates: GateTopics | None = None
+        if self._lockstep is not Lockstep.OFF:
+            self.gates = GateTopics(node, values, refuse, lambda: self.tick(time.monotonic_ns()))
+            self._open_gate(self.gates)
 
     def destroy(self) -> None:
         """Take the topics away."""
         self._outputs.destroy()
+        if self.gates is not None:
+            self.gates.destroy()
 
     # --- time -------------------------------------------------------------------------------------
     def _ros_now(self) -> int:
@@ -101,23 +115,79 @@ class Run:
         """Simulate all that is due at a reading of the steady clock, at most one slice of work."""
         if self.loop.resolve_waiting() and not self.session.paused:
             free = self._times.factor == 0.0
-            self.loop.slice(FAR_NS if free else self._times.due(now_ns))
+            self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
             if now_ns >= self._next_snapshot and not self.session.fault:
                 self._next_snapshot = now_ns + self._snapshot_ns
                 self.session.snapshot()
-        elif self._step_until is not None and self.loop.slice(self._step_until):
+        elif self._step_until is not None and self._slice_step(self._step_until):
             self._step_until = None
+        if self.gates is not None:
+            self.gates.report()
         self._publish_work()
 
     def advance_to(self, until_ns: int) -> None:
         """Simulate up to an instant at once, whatever the clock says (for tests)."""
-        while not self._slice(until_ns) and not self._stopping() and not self.session.fault:
-            pass
+        while not self.loop.resolve_waiting() or not self.loop.slice(until_ns):
+            if self._stopping() or self.session.fault:
+                break
         self._publish_work()
 
-    def _slice(self, until_ns: int) -> bool:
-        """One slice of work; True when no input waits and the instant was reached."""
-        return self.loop.resolve_waiting() and self.loop.slice(until_ns)
+    def advance_to_impact(self, until_ns: int) -> bool:
+        """Simulate until a row of impacts is published; False where there is none before."""
+        simulation = self.session.simulation
+        before = simulation.rows_total
+        while not self.loop.resolve_waiting() or not self.loop.slice(until_ns, to_impact=True):
+            if simulation.rows_total > before or self._stopping() or self.session.fault:
+                break
+        self._publish_work()
+        return simulation.rows_total > before
+
+    # --- slices of work ---------------------------------------------------------------------------
+    def _slice_step(self, until_ns: int) -> bool:
+        """One slice of a step; True when it has ended."""
+        if not self.loop.resolve_waiting():
+            return False
+        before = self.session.simulation.rows_total
+        to_impact = self._values["step_until"] == "impact"
+        reached = self._slice_to_gate(until_ns, to_impact=to_impact)
+        return reached or (to_impact and self.session.simulation.rows_total > before)
+
+    def _slice_to_gate(self, until_ns: int, *, to_impact: bool = False) -> bool:
+        """One slice of work, up to the next gate of a lockstep; True when it was reached."""
+        gates = self.gates
+        if gates is None:
+            return self.loop.slice(until_ns, to_impact=to_impact)
+        if gates.is_open:
+            if not gates.is_complete:
+                return False
+            self._apply_inputs(gates)
+            if gates.is_open:
+                return False
+        before = self.session.simulation.rows_total
+        if self._lockstep is Lockstep.IMPACT:
+            self.loop.slice(until_ns, to_impact=True)
+            if self.session.simulation.rows_total > before:
+                self._open_gate(gates)
+        else:
+            sample_ns = self.loop.next_sample_ns
+            self.loop.slice(min(until_ns, sample_ns), to_impact=to_impact)
+            if self.session.time_ns >= sample_ns:
+                self._open_gate(gates)
+        return self.session.time_ns >= until_ns
+
+    def _apply_inputs(self, gates: GateTopics) -> None:
+        """Close a complete gate; an impact that its inputs bring about at once opens the next."""
+        before = self.session.simulation.rows_total
+        for held in gates.close():
+            held.act()
+        is_by_impact = self._lockstep is Lockstep.IMPACT
+        if is_by_impact and self.session.simulation.rows_total > before:
+            self.loop.flush()
+            self._open_gate(gates)
+
+    def _open_gate(self, gates: GateTopics) -> None:
+        self._publish_work()
+        gates.publish(self.session.time_ns, self.session.simulation.rows_total)
 
     def publish_state(self) -> None:
         """Publish motion, phase and clock as they are now."""
@@ -157,6 +227,8 @@ class Run:
         self.session.set_parameters(values)
         if "real_time_factor" in values:
             self._anchor()
+        if self.gates is not None:
+            self.gates.set_timeout(self._values)
         if {"state_rate", "rotor_speed_rate"} & values.keys():
             self.loop.set_rates()
         self.publish_consequences()
@@ -197,23 +269,31 @@ class Run:
         session, _ = self.open("~/step")
         if not session.paused:
             raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
-        periods = int(self._values["step_periods"]) * times
-        frequency = session.simulation.motion_in_force.target.frequency
-        end = min(self._steps.next_end(session.time_ns, frequency, periods), FAR_NS)
+        end, what = self._step_end(times)
         deadline = time.monotonic_ns() + _STEP_NS
-        while not self._slice(end) and not session.fault:
-            if time.monotonic_ns() >= deadline:
+        while not self._slice_step(end) and not session.fault:
+            if time.monotonic_ns() >= deadline or (self.gates is not None and self.gates.is_open):
                 self._step_until = end
                 break
         self._publish_work()
         if session.fault:
             raise ended(self._node, "~/step")
         if self._step_until is None:
-            return f"{periods} period(s), now{self._at}"
-        return (
-            f"{periods} period(s) under way, now{self._at}, until {end / NS:.9f} s; "
-            "pause again to end it here"
-        )
+            return f"{what}, now{self._at}"
+        until = "" if end == FAR_NS else f", until {end / NS:.9f} s"
+        return f"{what} under way, now{self._at}{until}; pause again to end it here"
+
+    def _step_end(self, times: int) -> tuple[int, str]:
+        """Where a step ends at the latest, simulated ns, and what it is in words."""
+        now, until = self.session.time_ns, self._values["step_until"]
+        if until == "impact":
+            return FAR_NS, "to the next impact"
+        if until == "nanoseconds":
+            nanos = int(self._values["step_nanoseconds"]) * times
+            return min(now + nanos, FAR_NS), f"{nanos} ns"
+        periods = int(self._values["step_periods"]) * times
+        frequency = self.session.simulation.motion_in_force.target.frequency
+        return min(self._steps.next_end(now, frequency, periods), FAR_NS), f"{periods} period(s)"
 
     def reset(self) -> str:
         """Back to the initial state and motion; paused stays paused."""
@@ -224,6 +304,11 @@ class Run:
         if not session.paused:
             self._anchor()
         self.publish_consequences()
+        if self.gates is not None:
+            for held in self.gates.drop():
+                refused = InputError(held.topic, "an input before the reset", "inputs after it")
+                self._refuse(refused)
+            self._open_gate(self.gates)
         return "reset" + self._at
 
     @property
@@ -272,6 +357,7 @@ class Run:
             fault=session.fault,
             pending=session.pending,
             motion_index=session.simulation.motion_index,
+            silent=() if self.gates is None else tuple(self.gates.silent(now)),
         )
 
 
@@ -279,7 +365,7 @@ def ended(node: Node, field: str) -> InputError:
     """The refusal of an input by a run that a fault has ended."""
     name = node.get_fully_qualified_name()
     hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
-    return InputError(field, "an input after the run has ended", "inputs while it goes on", hint)
+    return InputError(field, "an input after the run has ended", "inputs while a run goes on", hint)
 
 
 def inactive(node: Node, field: str, state: str) -> InputError:

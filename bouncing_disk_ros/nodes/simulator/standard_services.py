@@ -151,7 +151,7 @@ class StandardServices:
             return self._inactive(response)
         scope = request.scope or kind.SCOPE_ALL
         if not scope & kind.SCOPE_STATE:
-            message = "without the state nothing can be reset: SCOPE_STATE or SCOPE_ALL"
+            message = "only SCOPE_STATE and SCOPE_ALL can be reset"
             return self._answer(response, self._result.RESULT_FEATURE_UNSUPPORTED, message)
         if not scope & kind.SCOPE_TIME:
             return self._carry_out(response, run.reset, self._result.RESULT_OPERATION_FAILED)
@@ -180,7 +180,8 @@ class StandardServices:
                 at = run.session.time_ns / 1e9
                 raise InputError(
                     "steps", request.steps, "what can be simulated in a tenth of a second",
-                    f"Paused at {at:.9f} s of simulated time. The action ~/simulate_steps goes on.",
+                    f"Paused at {at:.9f} s of simulated time. The action ~/simulate_steps has no "
+                    "such limit.",
                 )  # fmt: skip
 
         return self._carry_out(response, advance, self._result.RESULT_OPERATION_FAILED)
@@ -229,7 +230,7 @@ class StandardServices:
                 return ""
             await self._tick()
         if run is not self._node.run or run.session.time_ns < end_ns:
-            return "something else has ended the step"
+            return "another request has ended the step"
         return ""
 
     async def _tick(self) -> None:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.basin_shares_study import BasinShares
 
-_ABOUT = """How much of the plane of starts each attractor has, over a parameter (the ease of a
-multiple toss), with the best phase lag and the speed it gives."""
+_ABOUT = """Share of the plane of starts that goes to each attractor, over a parameter (how easy a
+multiple toss is), with the best phase lag and its mean speed."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
 
 
@@ -55,7 +55,7 @@ def lines(result: xr.Dataset) -> list[str]:
             at = int(share.argmax())
             value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
             known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
-            rows.append(f"  {name:16} at most {100 * share.max():7.3f} %, at {value:.5g}{known}")
+            rows.append(f"  {name:16} at most {100 * share.max():.3f} %, at {value:.5g}{known}")
     return rows + _missed_lines(result)
 
 
@@ -68,7 +68,7 @@ def _missed_lines(result: xr.Dataset) -> list[str]:
         return []
     some = ", ".join(f"{value:.5g}" for value in values[:MOST_NAMED])
     more = ", …" if len(values) > MOST_NAMED else ""
-    what = "  the search missed attractors with small basins, open starts led to them"
+    what = "  the search missed attractors with small basins; starts without a label led to them"
     return [f"{what}: at {some}{more}"]
 
 

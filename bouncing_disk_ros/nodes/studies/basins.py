@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.study.basin_study import Basins
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
-attractor that it goes to; the attractors are found, not given. Fig. 4 of the paper."""
+attractor that it goes to; the attractors are searched first. Fig. 4 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
 
 
@@ -66,7 +66,7 @@ def lines(result: xr.Dataset) -> list[str]:
         names = ", ".join(map(str, result["missed_attractor_name"].values))
         rows.append(f"  unresolved starts lead to attractors that the search missed: {names}")
     if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
-        rows.append("  no boundary within the window, or too little of it")
+        rows.append("  no boundary in the window, or too short a one")
     elif "box_dimension" in result:
         entropy = float(result["boundary_basin_entropy"])
         rows.append(
@@ -82,7 +82,18 @@ def lines(result: xr.Dataset) -> list[str]:
             f"{alpha[1]:.3f}, by boxes {box[0]:.3f} ± {box[1]:.3f} (95 %; 1: a smooth line)"
         )
         rows.append(f"  {scales(result)}; it may differ at smaller distances")
-    return rows + _speed_lines(result)
+    return rows + _period_one_lines(result) + _speed_lines(result)
+
+
+def _period_one_lines(result: xr.Dataset) -> list[str]:
+    """From which forcing on there are period-1 orbits, where the window's has none."""
+    forcing, restitution = (
+        float(result.attrs[f"parameter_{name}"]) for name in ("axial_forcing", "restitution")
+    )
+    first = (1.0 - restitution) / (1.0 + restitution)
+    if forcing >= first:
+        return []
+    return [f"  no period-1 orbit: at ε = {restitution:g} they begin at Γ = {first:.6g}"]
 
 
 def scales(result: xr.Dataset) -> str:

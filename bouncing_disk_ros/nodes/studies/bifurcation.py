@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.bifurcation_study import Bifurcation
 
-_ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from where
-the one before ended. With starts:=24, follow so many starts at each value instead: that shows the
-attractors that coexist. Period doublings are computed by continuation. Fig. 3 of the paper."""
+_ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from the
+last state of the one before. With starts:=24, so many starts are followed at each value instead:
+that shows the attractors that coexist. Period doublings are computed by continuation. Fig. 3 of
+the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p end:=0.45"
 
 APART = 0.01
@@ -113,7 +114,7 @@ def _start_lines(result: xr.Dataset) -> list[str]:
     after = speed.where(contact)
     apart = int((after.max("start") - after.min("start") > APART).sum())
     if apart:
-        why = "let it settle longer, unless it is chaotic or friction holds several speeds"
+        why = "increase settling, unless the motion is chaotic or friction keeps several speeds"
         rows.append(f"  after contact the mean speed depends on the start at {apart} values: {why}")
     return rows
 

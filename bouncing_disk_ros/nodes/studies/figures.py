@@ -19,19 +19,20 @@ if TYPE_CHECKING:
 
 
 def figures(result: xr.Dataset) -> dict[str, Figure]:
-    """The figures of a study's result, by their names: those that its command stores.
+    """Figures of a study's result by name: those that the study's command stores.
 
     `result` comes from a study (`basins`, `bifurcation` ...) or from its result.nc; its attributes
     say which study it is. Raises InputError where they do not.
 
     >>> figures(bifurcation(restitution=0.3, begin=0.0, count=201))["bifurcation"].savefig("f.pdf")
     """
-    identity = result.attrs.get("identity", {})
+    identity = getattr(result, "attrs", {}).get("identity", {})
     if isinstance(identity, str):
         identity = json.loads(identity)  # from NetCDF
     name = str(identity.get("study", ""))
     if name not in STUDY_TABLES:
-        raise InputError("result", "a dataset without the name of a study", "a study's result")
+        given = f"{type(result).__name__} without the name of a study"
+        raise InputError("result", given, "the dataset that a study gave")
     study = named(name, **identity["parameters"])
     tool: StudyTool = importlib.import_module(entry_point(name).split(":")[0]).TOOL
     return dict(tool.make_view().pictures(study, result))

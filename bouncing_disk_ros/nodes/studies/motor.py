@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.nodes.studies.plane_lines import kind_shares, largest
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
@@ -16,10 +17,9 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.motor_study import Motor
 
-_ABOUT = """A motor whose rotor is pressed on a vibrating stator, over a plane of two of its
-parameters: mean speed, output power, efficiency, losses, time in contact, impacts and wear; from
-them no-load speed, stall torque, best efficiency and best phase lag. Left out, parameters are those
-of the preset swum."""
+_ABOUT = """Ultrasonic motor over a plane of two of its parameters: mean speed, output power,
+efficiency, losses, time in contact, impacts and wear; from these no-load speed, stall torque, best
+efficiency and best phase lag. By default the parameters are those of the preset swum."""
 _EXAMPLE = (
     "ros2 run bouncing_disk_ros motor --ros-args -p y_axis:=phase_lag -p y_begin:=-0.5pi "
     "-p y_end:=0.5pi"
@@ -58,16 +58,10 @@ def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
-    kind = result["kind"]
-    rows = []
-    for number, name in zip(kind.attrs["flag_values"], kind.attrs["flag_meanings"].split(),
-                            strict=True):  # fmt: skip
-        share = 100.0 * float((kind == number).mean())
-        if share > 0.0:
-            rows.append(f"  {name:12} at {share:7.3f} % of the points")
-    rows += _largest(result, "mean_speed", "mean speed", " rad/s")
-    rows += _largest(result, "output_power", "output power", " W")
-    rows += _largest(result, "efficiency", "efficiency", "")
+    rows = kind_shares(result)
+    rows += largest(result, "mean_speed", "mean speed", " rad/s", ".6g")
+    rows += largest(result, "output_power", "output power", " W", ".6g")
+    rows += largest(result, "efficiency", "efficiency", "", ".6g")
     rows += _range(result, "no_load_speed", "no-load speed", "rad/s")
     rows += _range(result, "stall_torque", "stall torque", "N·m")
     rows += _range(result, "best_phase_lag", "best phase lag", "rad")
@@ -79,18 +73,8 @@ def lines(result: xr.Dataset) -> list[str]:
     rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
     if count := int(rough.sum()):
         rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
-                    f"at {count} points: longest:=... lets them run on")  # fmt: skip
+                    f"at {count} points: increase longest to improve them")  # fmt: skip
     return rows
-
-
-def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
-    """Where a field is largest; nothing where it is nowhere known."""
-    values = result[field]
-    if not bool(values.notnull().any()):
-        return []
-    best = values.isel(values.argmax(...))
-    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(values.dims))
-    return [f"  largest {name} {float(best):.6g}{unit} at {at}"]
 
 
 def _range(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The executable `parameter_map`: what a disk settles on over two parameters."""
+"""The executable `parameter_map`: attractors over two parameters."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.nodes.studies.plane_lines import kind_shares, largest
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
@@ -16,9 +17,9 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study.parameter_map_study import ParameterMap
 
-_ABOUT = """Over a plane of two of the parameters axial forcing, restitution, phase lag and angular
-forcing: the period of the attractor that one start leads to, its largest Lyapunov exponent and the
-mean speed of the disk."""
+_ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag
+and angular forcing: the period of the attractor that one start reaches, its largest Lyapunov
+exponent and the mean speed of the disk."""
 _EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 -p y_count:=400"
 
 SETTLED = 0.01
@@ -59,38 +60,21 @@ def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds, the periods that occur, the largest speed and exponent."""
     kind, period = result["kind"], result["period"]
-    rows = []
-    for number, name in zip(kind.attrs["flag_values"], kind.attrs["flag_meanings"].split(),
-                            strict=True):  # fmt: skip
-        share = 100.0 * float((kind == number).mean())
-        if share > 0.0:
-            rows.append(f"  {name:12} at {share:7.3f} % of the points")
+    rows = kind_shares(result)
     single = 100.0 * float(((kind == 2) & (period == 1)).mean())
-    rows.append(f"  period 1     at {single:7.3f} %")
+    rows.append(f"  period 1     {single:7.3f} %")
     rare = 100.0 * float(((kind == 1) & (period == 0)).mean())
     if rare > 0.0:
-        rows.append(f"  contact so rare at {rare:7.3f} % that rounding decides when it comes: "
-                    "its period is not known")  # fmt: skip
-    rows += _largest(result, "mean_speed", "mean speed", " ωΦ")
-    rows += _largest(result, "lyapunov_exponent", "Lyapunov exponent", "")
+        rows.append(f"  contact at {rare:.3f} % of the points is so rare that rounding decides "
+                    "when it comes: its period is not known")  # fmt: skip
+    rows += largest(result, "mean_speed", "mean speed", " ωΦ", ".4f")
+    rows += largest(result, "lyapunov_exponent", "Lyapunov exponent", "", ".4f")
     moving = int(((abs(result["mean_speed_change"]) > SETTLED) & (kind != 3)).sum())
     if moving:
-        why = "let it settle longer if the speed matters there"
+        why = "increase settling if the speed matters there"
         rows.append(f"  the mean speed still changes by more than {SETTLED:g} at {moving} points "
                     f"without chaos: {why}")  # fmt: skip
     return rows
-
-
-def _largest(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
-    """Where a field is largest; nothing where it is nowhere known."""
-    values = result[field]
-    known = values.where(abs(values) < float("inf"))
-    if not bool(known.notnull().any()):
-        return []
-    place = known.argmax(...)
-    best = known.isel(place)
-    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(known.dims))
-    return [f"  largest {name} {float(best):.4f}{unit} at {at}"]
 
 
 TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, make_view)

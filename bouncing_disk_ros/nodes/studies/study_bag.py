@@ -7,14 +7,19 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from tqdm import tqdm
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
-from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of
+from bouncing_disk_ros.analysis.recorded.segments import (
+    Segment,
+    known,
+    segments_of,
+    time_decimals,
+)
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS, angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
@@ -36,7 +41,9 @@ class FromBag(NamedTuple):
 def read_bag(
     path: str, namespace: str | None, wanted: Mapping[str, Spec], *, takes_loads: bool = False
 ) -> FromBag:
-    """The options of a study that are `wanted`, from the last steady motion of the last run.
+    """The options of a study that are `wanted`, from the last steady motion up and down.
+
+    It is that of the last run in the bag, with the disk in force then.
 
     `takes_loads`: the study knows load and brake torque, so that nothing is left out.
 
@@ -44,11 +51,12 @@ def read_bag(
     use; FailedError when the disk fails.
     """
     try:
-        segment = last_steady(_record(path, namespace), path)
+        steady = steady_segments(_record(path, namespace), path)
     except bag.BagError as error:
         raise InputError("bag", path, "a bag that can be read", str(error)) from None
     except OSError as error:
         raise FailedError(f"{path}: {error}") from None
+    segment = _last_moving(steady, path, wanted)
     assert segment.motion is not None
     values = numbers(segment.motion, segment.disk)
     taken = {name: _checked(path, spec, float(values[name])) for name, spec in wanted.items()}
@@ -56,8 +64,11 @@ def read_bag(
         f"{_symbol(wanted[name])} = {value:.10g}{_unit(wanted[name])}"
         for name, value in taken.items()
     )
+    decimals = time_decimals(steady[-1].end - steady[0].begin)
+    begin, end = (f"{time:.{decimals}f}" for time in (segment.begin, segment.end))
+    which = "" if segment is steady[-1] else ", the last in which the platform moves up and down"
     text = (
-        f"from {path}, steady motion from {segment.begin:.3f} to {segment.end:.3f} s: "
+        f"from {path}, steady motion from {begin} to {end} s{which}: "
         f"{shown or 'nothing, all is given'}"
     )
     return FromBag(taken, text, () if takes_loads else tuple(_warnings(segment.disk)))
@@ -80,8 +91,8 @@ def _record(path: str, namespace: str | None) -> RunRecord:
         return reader.record
 
 
-def last_steady(record: RunRecord, path: str) -> Segment:
-    """The last stretch with a known steady motion and a known disk. Raises InputError."""
+def steady_segments(record: RunRecord, path: str) -> list[Segment]:
+    """The stretches with a known steady motion and a known disk, in order. Raises InputError."""
     rows = record.rows
     times = [float(rows["time"][-1])] if len(rows) else []
     times += [time for time, _ in record.speeds[-1:]] + [time for time, _ in record.disks[-1:]]
@@ -92,7 +103,20 @@ def last_steady(record: RunRecord, path: str) -> Segment:
     if not steady:
         allowed = "a bag with platform/motion and disk/inputs of a steady motion"
         raise InputError("bag", path, allowed, "Give the options themselves instead.")
-    return steady[-1]
+    return steady
+
+
+FORCING = ("axial_amplitude", "axial_forcing")
+"""What a platform that does not move up and down has none of."""
+
+
+def _last_moving(steady: Sequence[Segment], path: str, wanted: Collection[str]) -> Segment:
+    """The last stretch with a motion up and down; the last one where no such motion is wanted."""
+    moving = [one for one in steady if one.motion and one.motion.axial_amplitude > 0.0]
+    if moving or not set(FORCING) & set(wanted):
+        return (moving or steady)[-1]
+    allowed = "a bag with a steady motion in which the platform moves up and down"
+    raise InputError("bag", path, allowed, "Give the options themselves instead.")
 
 
 def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
@@ -111,7 +135,7 @@ def _checked(path: str, spec: Spec, value: float) -> Value:
     try:
         return spec.checked(value)
     except InputError as error:
-        hint = f"That is what {path} amounts to; give another with {spec.name}:=..."
+        hint = f"This value is computed from {path}; give another with {spec.name}:=..."
         raise InputError(f"{spec.name} from the bag", value, error.allowed, hint) from None
 
 

@@ -30,6 +30,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
+from bouncing_disk_ros.study.store import RESULT
 from bouncing_disk_ros.study_tables import COMMON
 
 MOST_SENT = 2048
@@ -150,7 +151,7 @@ class StudyWork:
                     outlet.progress(self._progress.done / max(1, self._progress.total))
 
             if not outlet.wait(lambda: not worker.is_alive(), report):
-                print(f"{self._name}: stopping when the parts at work are done",
+                print(f"{self._name}: stopping after the parts that are being computed",
                       file=sys.stderr, flush=True)  # fmt: skip
             worker.join()  # a signal: what is at work is finished and kept
             report()
@@ -166,14 +167,15 @@ class StudyWork:
             return ExitCode.INTERRUPTED
         self._show(self._result, outlet)
         if self._options["hold"]:
-            print(f"{self._name}: holding the topics until Ctrl-C", flush=True)
+            print(f"{self._name}: running until Ctrl-C, so that the topics can be read", flush=True)
             outlet.wait(lambda: False, lambda: None)
         return ExitCode.DONE
 
     def _raise_error(self) -> None:
         if isinstance(self._error, OSError):  # a full disk, a scheduler that is gone
             why = " ".join(str(self._error).split()) or type(self._error).__name__
-            raise FailedError(f"{why}; what is done is kept in {self._folder}") from self._error
+            line = f"{why}; the parts that are done are kept in {self._folder}"
+            raise FailedError(line) from self._error
         if self._error is not None:
             raise self._error
 
@@ -181,7 +183,7 @@ class StudyWork:
         try:
             self._result = run(
                 self._study,
-                self._folder / "result.zarr",
+                self._folder / RESULT,
                 workers=int(self._options["workers"]) or os.cpu_count() or 1,
                 scheduler=str(self._options["scheduler"]),
                 on_progress=self._note,
@@ -192,8 +194,8 @@ class StudyWork:
 
     def _note(self, progress: Progress) -> None:
         if 0 < progress.resumed == progress.done < progress.total:
-            there = f"{progress.resumed} of {progress.total} parts are there"
-            print(f"{self._name}: going on: {there}", flush=True)
+            there = f"{progress.resumed} of {progress.total} parts are done"
+            print(f"{self._name}: continuing: {there}", flush=True)
         self._progress = progress
 
     # --- the result -------------------------------------------------------------------------------
@@ -211,7 +213,7 @@ class StudyWork:
                 files.append(self._folder / "result.nc")
         except OSError as error:
             raise FailedError(f"{self._folder} cannot be written: {error}") from None
-        print("written: " + ", ".join(map(str, [*files, self._folder / "result.zarr"])), flush=True)
+        print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
         if outlet.takes_result:
             drawn = next((file for file in files if file.suffix == ".png"), None)
             png = drawn.read_bytes() if drawn else _png(next(iter(figures.values())))

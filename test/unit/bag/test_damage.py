@@ -302,7 +302,7 @@ def test_other_storages_are_refused_with_the_converting_command(folder: Path) ->
 def test_what_is_no_bag_is_refused(folder: Path) -> None:
     with pytest.raises(InputError, match=r"It holds no .mcap file"):
         bag.open(folder)
-    with pytest.raises(InputError, match=r"There is nothing of that name"):
+    with pytest.raises(InputError, match=r"There is no file or folder of that name"):
         bag.open(folder / "nothing")
     (folder / "a.mcap").write_bytes(b"")
     with pytest.raises(InputError, match=r"a readable .mcap file"):
@@ -379,7 +379,7 @@ def test_a_chunk_that_contradicts_itself_is_lost_and_told(tmp_path: Path) -> Non
     file = tmp_path / "run.mcap"
     file.write_bytes(forged({"schema.id": 7}, whole)[:-8])
     with bag.open(file) as run:
-        assert any("defines the number 7 unlike an earlier" in line for line in run.remarks)
+        assert any("definition of number 7 differs from an earlier" in line for line in run.remarks)
         assert list(run.messages()) == []
     report = bag.recover(file, tmp_path / "mended")
     assert report.saved == 0

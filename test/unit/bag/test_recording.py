@@ -71,7 +71,7 @@ def test_an_error_of_the_thread_that_writes_ends_in_a_bag(tmp_path: Path, breaks
     assert recording.error is not None
     line = str(recording.error)
     assert "recording ended: an error of the recorder itself, " in line
-    assert "What is there can be read" in line
+    assert "The bag can be read up to that point" in line
     assert not recording.put("/a", bytes(400), 21, 21, 21)
     with bag.open(tmp_path / "run") as run:
         found = list(run.messages())

@@ -203,7 +203,7 @@ def test_what_cannot_be_asked_is_refused_in_one_line(folder: Path) -> None:
             run.columns("/joint_states", ["positon"])
         with pytest.raises(InputError, match=r"field: got 'indx'.*Did you mean index"):
             run.columns("/disk/impacts", ["indx"])
-        with pytest.raises(InputError, match="Take `columns`"):
+        with pytest.raises(InputError, match="Use `columns`"):
             run.rows("/joint_states")
 
 

@@ -22,7 +22,7 @@ PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("collision_map", "core")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"config", "from_dtype", "njit", "types"}, "numba.extending": {"intrinsic"},
-         "numba.core": {"event", "caching"}}  # fmt: skip
+         "numba.core": {"event", "caching"}, "numba.np": {"arraymath"}}  # fmt: skip
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 

@@ -74,7 +74,7 @@ def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
     figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.2, width=50, height=50,
                               angular_velocities="0 1")  # fmt: skip
     assert "rest: 100.00 ± 0.00 %" in text_of(figures["basins"])
-    assert "  no boundary within the window, or too little of it" in lines
+    assert "  no boundary in the window, or too short a one" in lines
     assert lines[-1] == "  from α̇ = +1 ωΦ: all come to rest"
 
 
@@ -239,7 +239,7 @@ def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
         y_count=1, settling=10, measured=256,
     )  # fmt: skip
     assert "rest" in text_of(figures["parameter_map"])
-    assert lines == ["  rest         at 100.000 % of the points", "  period 1     at   0.000 %"]
+    assert lines == ["  rest         100.000 % of the points", "  period 1       0.000 %"]
 
 
 def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
@@ -307,6 +307,22 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert any(line.startswith("  stall torque from ") for line in lines)
 
 
+def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path: Path) -> None:
+    """Contours end where the first of two lines does; cells show each point."""
+    figures, _, result = shown(
+        tmp_path, motor.TOOL, x_count=12, y_begin=22.0, y_end=28.0, y_count=2
+    )
+    right = figures["speed_torque"].axes[1]
+    (image,) = right.images
+    assert right.get_ylim() == (19.0, 31.0), "whole cells"
+    known = np.isfinite(result["efficiency"].transpose("preload", "load_torque").values)
+    assert (known.sum(axis=1) > 1).all()
+    assert known[0].sum() < known[1].sum(), "friction gives way at a smaller torque"
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(~np.ma.getmaskarray(drawn), known)
+
+
 def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
     figures, lines, _ = shown(
         tmp_path, motor.TOOL, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
@@ -322,7 +338,7 @@ def test_a_motor_at_one_point(tmp_path: Path) -> None:
         tmp_path, motor.TOOL, x_end=0.0, x_count=1, y_begin=33.0, y_end=33.0, y_count=1
     )
     assert "no efficiency anywhere" in [t.get_text() for t in figures["speed_torque"].axes[1].texts]
-    assert lines[0] == "  contact_only at 100.000 % of the points"
+    assert lines[0] == "  contact_only 100.000 % of the points"
 
 
 def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:

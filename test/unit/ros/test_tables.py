@@ -9,9 +9,10 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from bouncing_disk_ros.parameters import TABLE, Spec, slider_of
+from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of, with_slider
+from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
 
 

@@ -11,8 +11,11 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.analysis.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord, State
+from bouncing_disk_ros.analysis.report.height_panel import PERIODS, height_panel
+from bouncing_disk_ros.analysis.report.panel import SeriesStyle
 from bouncing_disk_ros.analysis.report.report_tables import tables
-from bouncing_disk_ros.analysis.report.run_report import Source, report_of
+from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.analysis.scales import acceleration
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
@@ -84,3 +87,63 @@ def test_the_report_tells_rise_and_stop_times() -> None:
     count = len(report.segments)
     assert told[f"stop time, segment {count}"].startswith(f"{stop.to_1_e:.4g} s to 1 − 1/e, ")
     assert f"rise time, segment {count - 1}" in told
+    assert told["simulated time"] == "0.000000 s to 0.036000 s", "periods last 25 µs"
+
+
+@pytest.fixture(scope="module")
+def running() -> Report:
+    """The report on a run that ends in the middle of the stop, 0.4 ms after it began."""
+    return report_of(record_of(0.0311, 40_000.0), Source("a", is_cut=True, is_cut_off=True))
+
+
+def test_the_speed_at_the_end_leaves_the_run_up_out(running: Report) -> None:
+    part = running.chosen
+    assert part is not None
+    motion, disk = part.segment.motion, part.segment.disk
+    assert motion is not None
+    assert part.settled == pytest.approx(mean_speed(motion, disk), rel=1e-9)
+    length = part.segment.end - part.segment.begin
+    assert 0.5 * length < part.tail < 0.95 * length
+    told = {name: text for table in tables(running) for name, text in table.rows}
+    assert told["at the end"].endswith(f"rad/s, mean of the last {part.tail:.3g} s")
+    assert told["eq. 4, less the loads"].startswith(f"{part.settled:.6f} rad/s, difference ")
+
+
+def test_a_rotor_that_has_stopped_is_at_rest(running: Report) -> None:
+    stopped = running.segments[1]
+    assert stopped.orbit is not None
+    assert (stopped.orbit.name, stopped.settled) == ("at rest", 0.0)
+    slowing = running.segments[-1]
+    assert slowing.orbit is not None
+    assert slowing.orbit.name == "in contact", "the rotor still turns"
+
+
+def test_a_stop_that_is_cut_has_no_times(running: Report) -> None:
+    rise = running.segments[-1].rise
+    assert rise is not None
+    assert not rise.ended
+    assert rise.final == running.record.states[-1].angular_velocity
+    told = {name: text for table in tables(running) for name, text in table.rows}
+    said = told[f"stop time, segment {len(running.segments)}"]
+    assert said.startswith("not over at 0.031100 s, where --to cuts it: from 100.")
+
+
+def test_heights_are_drawn_from_the_impacts_where_there_is_one_sample_a_period(
+    running: Report,
+) -> None:
+    panel = height_panel(running, "t")
+    platform, disk, impacts = panel.series
+    assert platform.look is disk.look is SeriesStyle.LINE
+    assert len(impacts.x) == PERIODS
+    assert (disk.y >= platform.y - 1e-12).all(), "the disk is on or above the platform"
+    at = np.searchsorted(disk.x, impacts.x)
+    np.testing.assert_allclose(disk.y[at], impacts.y, rtol=1e-12)
+    np.testing.assert_allclose(platform.y[at], impacts.y, rtol=1e-9)
+    part = running.chosen
+    assert part is not None
+    assert part.segment.motion is not None
+    # a step before the next impact a parabola is as far from it as the fastest disk gets in a step
+    fall = acceleration(part.segment.disk) / part.segment.motion.frequency
+    fastest = float(running.shown_rows["axial_velocity"][-1]) + fall
+    arriving = np.abs(disk.y[at[1:] - 1] - impacts.y[1:])
+    assert arriving.max() <= 1e3 * fastest * np.diff(disk.x).max()

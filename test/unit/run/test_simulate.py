@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters, simulate
-from bouncing_disk_ros.core.model import IMPACT_DTYPE
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
-from bouncing_disk_ros.run.session import disk_of, motion_of
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 
 
 def axial_forcing(values: dict[str, parameters.Value]) -> float:
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     omega = math.tau * motion.frequency
     gravity = disk.gravity + disk.preload / disk.mass
     return motion.axial_amplitude * omega**2 / (math.pi * gravity)
@@ -37,7 +38,7 @@ def test_presets_override_and_do_not_repeat_what_follows_from_nothing(name: str)
 
 def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
     values = parameters.complete(load_preset("pizza_single_toss"))
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     arc = math.hypot(motion.axial_amplitude, disk.friction_radius * motion.angular_amplitude)
     assert arc == pytest.approx(0.25, abs=1e-15)
     angle = math.atan2(disk.friction_radius * motion.angular_amplitude, motion.axial_amplitude)
@@ -51,7 +52,7 @@ def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
 @pytest.mark.parametrize("name", ["pizza_multiple_toss", "swum"])
 def test_period_one_presets_stay_on_their_orbit_at_full_speed(name: str) -> None:
     values = parameters.complete(load_preset(name))
-    motion, disk = motion_of(values), disk_of(values)
+    motion, disk = motion_of(values), Disk.of(values)
     forcing = axial_forcing(values)
     assert 1 / 3 < forcing < 0.486
     phase = math.acos((1 - disk.restitution) / (1 + disk.restitution) / forcing)
@@ -205,3 +206,31 @@ def test_a_result_sums_up_speed_work_and_efficiency() -> None:
     assert parameters["brake_torque"] == 2e-3
     assert inputs[0]["kind"] == "snapshot"
     assert len(samples) == 2001
+
+
+def test_a_trajectory_moves_the_platform() -> None:
+    way = [(0.2, {"platform_axial": (0.02, 0.0)}), (0.4, {"platform_axial": (0.0, 0.0)})]
+    still: dict[str, Any] = {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
+    result = simulate(1.0, trajectory=way, sample_rate=100.0, **still)
+    positions = result.samples["platform_position"]
+    assert positions[20] == 0.02
+    assert positions[40:].tolist() == [0.0] * 61
+    assert [one["kind"] for one in result.inputs] == ["snapshot", "trajectory"]
+    again = simulate(1.0, trajectory=way, sample_rate=100.0, **still)
+    assert again.samples.tobytes() == result.samples.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("way", "said"),
+    [
+        ([(0.1, {"axial": 1.0})], "platform_axial"),
+        ([(0.1, {"platform_axial": "up"})], "position"),
+        ([(0.1, {"platform_axial": (0, 0, 0, 0)})], "position"),
+        ([(-0.1, {"platform_axial": 0.0})], "seconds"),
+        ([(0.1, {"platform_axial": 0.0}), (0.2, {"platform_rotation": 0.0})], "first point"),
+        ([(0.2, {"platform_axial": 0.0}), (0.1, {"platform_axial": 0.0})], "increasing"),
+    ],
+)
+def test_a_wrong_trajectory_is_refused(way: list[Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        simulate(1.0, trajectory=way)

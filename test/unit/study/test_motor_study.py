@@ -15,7 +15,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import motor_study as motor_module
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study.motor_numbers import stall
+from bouncing_disk_ros.study.motor_numbers import derived, stall
 from bouncing_disk_ros.study.motor_study import Motor
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
@@ -78,7 +78,7 @@ def test_a_map_does_not_depend_on_how_it_is_cut(
 
 
 def test_the_best_phase_lag_meets_the_impact(tmp_path: Path) -> None:
-    """θ = −τ_imp, or half a turn beside it: the rotor turns as fast, the other way."""
+    """θ = −τ_imp; half a turn beside it the rotor turns as fast, but backwards."""
     _, found = result_of(
         tmp_path, x_axis="phase_lag", x_begin=-1.5, x_end=1.5, x_count=301, y_begin=22.3,
         y_end=22.3, y_count=1,
@@ -86,6 +86,14 @@ def test_the_best_phase_lag_meets_the_impact(tmp_path: Path) -> None:
     assert float(found["best_phase_lag"][0]) == pytest.approx(-0.7384, abs=0.006)
     assert float(found["best_speed"][0]) == pytest.approx(100.53, rel=1e-4)
     assert "stall_torque" not in found
+
+
+def test_a_load_that_turns_the_rotor_back_has_no_part_in_the_best_phase_lag() -> None:
+    speed = xr.DataArray([[40.0, 60.0, 20.0], [-90.0, 10.0, -100.0]], dims=("load", "phase_lag"))
+    result = xr.Dataset({"mean_speed": speed}, {"phase_lag": [-1.5, -0.7, 1.5]})
+    found = derived(result, "load", "phase_lag", lambda _: np.zeros(0))
+    assert found["best_phase_lag"].values.tolist() == [-0.7, -0.7]
+    assert found["best_speed"].values.tolist() == [60.0, 10.0]
 
 
 @pytest.mark.parametrize("axis", sorted(motor_module.AXES))

@@ -123,7 +123,7 @@ def test_run_goes_on_where_one_was_killed(tmp_path: Path) -> None:
 def test_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")
-    with pytest.raises(InputError, match="It holds something else"):
+    with pytest.raises(InputError, match="It holds other data"):
         run(Products(VALUES), tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "keep"
 

@@ -53,3 +53,24 @@ def test_no_clear_change_or_nothing_from_before_it(
     speeds: np.ndarray[tuple[int], np.dtype[np.float64]],
 ) -> None:
     assert rise_time_of(times, speeds, 0.0) is None
+
+
+@pytest.mark.parametrize(("end", "ended"), [(0.7, False), (2.0, False), (5.0, True)])
+def test_a_change_that_is_cut_has_no_times(end: float, ended: bool) -> None:
+    """After five time constants 1 % of the way is left, after two 14 %."""
+    times = np.linspace(-1.0, end, 400)
+    speeds = 25.0 * np.where(times < 0.0, 0.0, 1.0 - np.exp(-times))
+    found = rise_time_of(times, speeds, 0.0)
+    assert found is not None
+    assert found.ended is ended
+    if not ended:
+        assert found.final == speeds[-1]
+        assert math.isnan(found.to_1_e)
+
+
+def test_a_speed_that_wanders_after_the_change_has_ended() -> None:
+    times = np.linspace(-1.0, 30.0, 600)
+    speeds = np.where(times < 0.0, 0.0, 25.0 + 2.0 * np.sin(3.0 * times))
+    found = rise_time_of(times, speeds, 0.0)
+    assert found is not None
+    assert found.ended

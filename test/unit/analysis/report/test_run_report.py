@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate, counted
 from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
 from bouncing_disk_ros.analysis.recorded.run_record import (
     UNKNOWN_DISK,
@@ -18,9 +18,10 @@ from bouncing_disk_ros.analysis.recorded.run_record import (
     RunRecord,
     State,
 )
+from bouncing_disk_ros.analysis.recorded.segments import time_decimals
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.analysis.report.report_panels import panels
-from bouncing_disk_ros.analysis.report.report_tables import tables
+from bouncing_disk_ros.analysis.report.report_tables import path_text, tables, transient_text
 from bouncing_disk_ros.analysis.report.report_text import lines
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.core.model import Motion, join_rows
@@ -355,3 +356,19 @@ def report_with(rate: Estimate) -> Report:
         one._replace(transient=line) if one is part else one for one in report.segments
     )
     return dataclasses.replace(report, segments=segments)
+
+
+def test_a_transient_of_a_few_steps_has_no_curve() -> None:
+    known = Estimate(1.0, 0.9, 1.1, 25, "")
+    none = Estimate(math.nan, math.nan, math.nan, 0, "not linear")
+    found = Transient(TransientKind.EXPONENTIAL, True, 24.0, 27.4, known, none, math.nan, "")
+    assert transient_text(found).startswith("exponential from 24 to 27.4 rad/s, time constant")
+    steps = found._replace(time_constant=known._replace(low=0.6, high=2.0))
+    assert transient_text(steps).startswith("no curve fitted: too few speeds")
+
+
+def test_words_of_numbers() -> None:
+    assert path_text(-1e-17, 27.39) == "from 0 to 27.39 rad/s"
+    assert path_text(-0.0, 0.0) == "from 0 to 0 rad/s"
+    assert [counted(number, "row") for number in (0, 1, 2)] == ["0 rows", "1 row", "2 rows"]
+    assert [time_decimals(length) for length in (0.0, 60.0, 1.0, 0.5, 0.034)] == [3, 3, 3, 5, 6]

@@ -116,10 +116,14 @@ def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("limits", "given", "why"),
     [
-        ({"begin": 100.0, "end": 200.0}, "from 100 s to 200 s", "That lies outside the run."),
-        ({"begin": 13.0}, "from 13 s", "That lies outside the run."),
-        ({"end": -1.0}, "to -1 s", "That lies outside the run."),
-        ({"begin": 5.0001, "end": 5.0002}, "from 5.0001 s to 5.0002 s", "No message lies within."),
+        ({"begin": 100.0, "end": 200.0}, "from 100 s to 200 s", "This time is outside the run."),
+        ({"begin": 13.0}, "from 13 s", "This time is outside the run."),
+        ({"end": -1.0}, "to -1 s", "This time is outside the run."),
+        (
+            {"begin": 5.0001, "end": 5.0002},
+            "from 5.0001 s to 5.0002 s",
+            "There is no message in this time.",
+        ),
     ],
 )
 def test_times_without_anything_say_where_the_run_is(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.nodes.bags.report_files import check_ours, replaced, targets
 from bouncing_disk_ros.plots.report_signature import MARK
 
@@ -51,7 +51,15 @@ def test_a_file_is_whole_or_stays_as_it_was(tmp_path: Path) -> None:
         path.write_text("half")
         raise OSError("the disk is full")
 
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(FailedError, match=r"a\.html cannot be written: the disk is full"):
         replaced(file, fail)
     assert file.read_text() == "first"
     assert list(file.parent.iterdir()) == [file]
+
+
+def test_a_place_where_no_file_can_be_is_named_as_it_was_given(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"^output: got '/proc/x\.html', allowed: .*No such file"):
+        replaced(Path("/proc/x.html"), lambda path: path.write_text("never"))
+    with pytest.raises(InputError, match=r"^--figure: got '.*/file/x\.png'"):
+        replaced(tmp_path / "file" / "x.png", lambda path: path.write_text("never"), "--figure")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 
 from bouncing_disk_ros.help_text import spec_lines
-from bouncing_disk_ros.nodes.shared.startup import parser_of, split_arguments
+from bouncing_disk_ros.nodes.shared.startup import Start, parser_of, split_arguments
 from bouncing_disk_ros.parameters import Spec
 
 
@@ -35,3 +36,22 @@ def test_help_has_every_option_with_type_default_and_unit() -> None:
     assert "lead (double, default 0.5 s)" in text
     assert text.startswith("usage: tool [--help] [--ros-args")
     assert text.endswith("example:\n  tool now\n")
+
+
+def test_a_file_for_another_node_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "other.yaml"
+    for node, said in (("basins", True), ("tool", False), ("/**", False)):
+        file.write_text(f"{node}:\n  ros__parameters:\n    width: 3\n", encoding="utf-8")
+        arguments = ["--ros-args", "--params-file", str(file)]
+        Start("tool", "", {}, "", arguments, needs_ros=False).parse()
+        line = f"tool: --params-file {file}: it sets nothing for a node called tool, and is ignored"
+        assert capsys.readouterr().err == (f"{line}\n" if said else "")
+
+
+def test_a_parameter_before_ros_args_is_told_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        Start("tool", "", {}, "", ["width:=3"], needs_ros=False).parse()
+    assert ended.value.code == 2
+    assert "come after --ros-args: --ros-args -p NAME:=VALUE" in capsys.readouterr().err

@@ -86,7 +86,7 @@ def test_accepted_commands_are_logged_with_what_is_pending() -> None:
     assert commanded.take("disk/impulse", serialize_message(later))
     assert "2 motion(s), 1 impulse(s), the first at 5.000000000 s" in commanded.lines[-1]
     assert commanded.take("platform/command", serialize_message(trajectory([])))
-    assert "what was pending is cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
+    assert "pending motions are cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
 
 
 @pytest.mark.parametrize(("ahead", "remarked"), [(86_399, False), (3 * 86_400, True)])

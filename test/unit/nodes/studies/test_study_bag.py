@@ -54,6 +54,26 @@ def test_the_last_steady_motion_and_its_disk_are_taken(tmp_path: Path) -> None:
     assert found.warnings == ()
 
 
+def test_a_motion_that_is_switched_off_at_the_end_does_not_count(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        run = RecordedRun(writer, preset="pizza_multiple_toss")
+        before = run.session.simulation.motion_in_force.target
+        off = before._replace(axial_amplitude=0.0, angular_amplitude=0.0)
+        run.run(4.0, {2.0: lambda session: session.command([(2 * NS, off)])})
+    found = read_bag(str(tmp_path / "run"), None, WANTED)
+    assert found.values["axial_forcing"] == pytest.approx(0.45)
+    assert "from 0.000 to 2.000 s, the last in which the platform moves up and" in found.text
+
+
+def test_a_platform_that_never_moves_is_refused_where_its_motion_is_wanted(tmp_path: Path) -> None:
+    folder = str(period_one_bag(tmp_path / "run", 1.0, axial_amplitude=0.0))
+    with pytest.raises(InputError, match="a steady motion in which the platform moves"):
+        read_bag(folder, None, WANTED)
+    assert read_bag(folder, None, {"restitution": WANTED["restitution"]}).values == {
+        "restitution": 0.5
+    }
+
+
 def test_a_load_torque_is_one_line(tmp_path: Path) -> None:
     folder = period_one_bag(tmp_path / "run", 1.0, load_torque=2e-4)
     (warning,) = read_bag(str(folder), None, {}).warnings

@@ -2,38 +2,43 @@
 
 from __future__ import annotations
 
-import ctypes
+import os
 import signal
 import subprocess
 import sys
 import tempfile
 from types import TracebackType
 
+_RUN = """
+import os, sys
+import bouncing_disk_ros  # makes the search for modules safe, before others are looked for
+import ctypes, signal
 PR_SET_PDEATHSIG = 1
-"""Linux, prctl(2): the kernel signals a process when its parent dies, however that dies."""
-_LIBC = ctypes.CDLL(None)
-
-
-def _die_with_parent() -> None:
-    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+if os.getppid() != int(sys.argv.pop(1)):
+    sys.exit(1)
+from bouncing_disk_ros.__main__ import main
+sys.exit(main())
+"""
+"""What the process runs. Linux, prctl(2): the kernel signals it when its parent dies, however that
+dies. It asks for that itself: a parent with threads can run nothing between fork and exec."""
 
 
 class Child:
     """A started executable; leaving the `with` block ends it.
 
-    To be started while this process has one thread (before rclpy.init).
+    To be started by the main thread: the end of the thread that starts it counts as the parent's.
     """
 
     def __init__(self, name: str, *arguments: str) -> None:
         self.name = name
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with this object)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "bouncing_disk_ros", name, *arguments],
+            [sys.executable, "-c", _RUN, str(os.getpid()), name, *arguments],
             stdin=subprocess.DEVNULL,
             stdout=self._log,
             stderr=subprocess.STDOUT,
             start_new_session=True,  # Ctrl-C is for the parent, which ends this one in order
-            preexec_fn=_die_with_parent,
         )
 
     def __enter__(self) -> Child:

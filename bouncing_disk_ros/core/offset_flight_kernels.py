@@ -1,0 +1,11 @@
+"""Compiles flight and impacts for motions with an offset (see `offset_kernels`)."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.core.arithmetic import compile_also
+from bouncing_disk_ros.core.flight_event import after_flight
+from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
+from bouncing_disk_ros.core.resolve_event import resolve
+
+for _entry in (after_flight, resolve):
+    compile_also(_entry, MOTION.dtype, OFFSET_MOTION.dtype)

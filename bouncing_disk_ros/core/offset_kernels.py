@@ -1,0 +1,26 @@
+"""Compiles the kernels for motions with an offset, or loads them, when it is imported.
+
+That is where an offset is used for the first time: a start without one does not wait for them.
+"""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.core import offset_contact_kernels, offset_flight_kernels, stepper
+from bouncing_disk_ros.core.arithmetic import compile_also
+from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
+from bouncing_disk_ros.core.next_event import find_next
+
+PARTS = (offset_contact_kernels, offset_flight_kernels)
+"""Modules of what is called by those here; compiled in processes of their own (kernel_cache)."""
+
+compile_also(find_next, MOTION.dtype, OFFSET_MOTION.dtype)
+for _entry in (
+    stepper.advance,
+    stepper.advance_to,
+    stepper.apply_impulse,
+    stepper.keep_sticking,
+    stepper.classify_after_input,
+    stepper.change_disk,
+    stepper.observe,
+):
+    compile_also(_entry, MOTION, OFFSET_MOTION)

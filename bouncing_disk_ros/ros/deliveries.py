@@ -1,0 +1,126 @@
+"""Deliveries between nodes of one executor: whether each message has reached its callbacks.
+
+Publishers and subscriptions of the nodes are counted, by wrapping them. What was published while
+the middleware had not yet matched both sides is not counted: it may be lost.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+LATCHED = DurabilityPolicy.TRANSIENT_LOCAL
+
+
+class _Reader:
+    """A subscription, what it is to get and what it has got."""
+
+    def __init__(self, subscription: Subscription) -> None:
+        self.subscription = subscription
+        self.expected = self.got = 0
+        callback = subscription.callback
+        if inspect.iscoroutinefunction(callback):
+
+            @functools.wraps(callback)
+            async def counted(*received: Any) -> Any:
+                result = await callback(*received)
+                self.got += 1
+                return result
+        else:
+
+            @functools.wraps(callback)
+            def counted(*received: Any) -> Any:
+                result = callback(*received)
+                self.got += 1
+                return result
+
+        subscription.callback = counted
+
+
+class _Writer:
+    """A publisher, and how many messages it has published since it is counted."""
+
+    def __init__(self, publisher: Publisher, readers: Callable[[_Writer], list[_Reader]]) -> None:
+        self.publisher, self.published = publisher, 0
+        publish = publisher.publish
+
+        def counted(msg: Any) -> None:
+            ready = readers(self)
+            matched = publisher.get_subscription_count() >= len(ready)
+            publish(msg)
+            self.published += 1
+            if matched:
+                for reader in ready:
+                    reader.expected += 1
+
+        publisher.publish = counted
+
+    def reaches(self, subscription: Subscription) -> bool:
+        """Whether messages go to a subscription: its topic, and a quality that fits."""
+        mine, other = self.publisher.qos_profile, subscription.qos_profile
+        best = ReliabilityPolicy.BEST_EFFORT
+        return bool(
+            self.publisher.topic_name == subscription.topic_name
+            and not (mine.reliability == best != other.reliability)
+            and not (mine.durability != LATCHED == other.durability)
+        )
+
+
+class Deliveries:
+    """Counts what nodes publish and what reaches their callbacks."""
+
+    def __init__(self) -> None:
+        self._nodes: list[Node] = []
+        self._readers: dict[int, _Reader] = {}
+        self._writers: dict[int, _Writer] = {}
+
+    def add(self, node: Node) -> None:
+        """Count for a node too."""
+        self._nodes.append(node)
+        self.look()
+
+    def remove(self, node: Node) -> None:
+        """Count no more for a node."""
+        self._nodes.remove(node)
+        self.look()
+
+    def look(self) -> None:
+        """Look for publishers and subscriptions that are new, or gone."""
+        publishers = {id(one): one for node in self._nodes for one in node.publishers}
+        subscriptions = {id(one): one for node in self._nodes for one in node.subscriptions}
+        for gone in self._writers.keys() - publishers.keys():
+            del self._writers[gone]
+        for gone in self._readers.keys() - subscriptions.keys():
+            del self._readers[gone]
+        for key, publisher in publishers.items():
+            if key not in self._writers:
+                self._writers[key] = _Writer(publisher, self._readers_of)
+        for key, subscription in subscriptions.items():
+            if key not in self._readers:
+                self._readers[key] = _Reader(subscription)
+
+    def _readers_of(self, writer: _Writer) -> list[_Reader]:
+        return [one for one in self._readers.values() if writer.reaches(one.subscription)]
+
+    @property
+    def unmatched(self) -> list[str]:
+        """Topics of which a publisher does not know all subscriptions yet."""
+        return [
+            writer.publisher.topic_name
+            for writer in self._writers.values()
+            if writer.publisher.get_subscription_count() < len(self._readers_of(writer))
+        ]
+
+    @property
+    def missing(self) -> Sequence[str]:
+        """Topics of which a message has not reached all callbacks yet."""
+        return [
+            one.subscription.topic_name for one in self._readers.values() if one.got < one.expected
+        ]

@@ -1,0 +1,35 @@
+"""Ranges of the sliders of graphical tools, where what a parameter may be is too wide for one."""
+
+from __future__ import annotations
+
+import math
+
+from bouncing_disk_ros.parameters import TABLE, Value
+
+_SLIDERS = {
+    "axial_amplitude": (0.0, 0.1), "angular_amplitude": (0.0, math.pi), "frequency": (0.1, 20.0),
+    "phase_lag": (-math.pi, math.pi), "mass": (0.01, 2.0), "friction": (0.0, 2.0),
+    "friction_radius": (0.01, 0.5), "gyration_radius": (0.01, 0.5), "gravity": (0.0, 20.0),
+    "preload": (-2.0, 10.0), "load_torque": (-0.1, 0.1), "brake_torque": (0.0, 0.1),
+    "load_inertia": (0.0, 0.01), "initial_height": (0.0, 1.0),
+    "initial_axial_velocity": (-5.0, 5.0), "initial_angular_velocity": (-50.0, 50.0),
+    "initial_angle": (-math.pi, math.pi), "initial_forcing_phase": (0.0, math.tau),
+    "real_time_factor": (0.0, 2.0), "state_rate": (1.0, 1000.0), "rotor_speed_rate": (0.1, 100.0),
+    "crossfade_duration": (0.0, 5.0), "command_tolerance": (0.0, 1.0),
+    "chatter_report_speed": (0.0, 0.1), "offset_limit": (0.0, 1.0),
+    "offset_speed_limit": (0.0, 10.0), "offset_acceleration_limit": (0.0, 100.0),
+    "step_periods": (1, 100), "step_nanoseconds": (1, 1_000_000_000),
+    "lockstep_timeout": (0.1, 10.0), "snapshot_period": (0.1, 60.0),
+}  # fmt: skip
+
+
+def slider_of(name: str, value: Value) -> tuple[float, float] | None:
+    """The range that a slider of a parameter shows at a value; None: what is allowed fits one.
+
+    The value lies in it, and twice the value.
+    """
+    if name not in _SLIDERS or isinstance(value, (bool, str)):
+        return None
+    spec, (low, high) = TABLE[name], _SLIDERS[name]
+    low, high = min(low, value, 2 * value), max(high, value, 2 * value)
+    return max(low, spec.low or low), min(high, spec.high or high)

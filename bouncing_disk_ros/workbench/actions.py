@@ -1,0 +1,158 @@
+"""What a control does to a run: the command of ROS that a user would send, as data.
+
+`lines(action, names)` are the command lines; a link to a run (`run_link`) sends actions.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.topics import SERVICES
+
+
+@dataclass(frozen=True)
+class Names:
+    """How the simulator is called: full name of its node, namespace of its topics."""
+
+    node: str = "/bouncing_disk"
+    namespace: str = "/"
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic of the table."""
+        return name if name.startswith("/") else f"{self.namespace.rstrip('/')}/{name}"
+
+
+@dataclass(frozen=True)
+class Move:
+    """Command the platform: values by the names of a motion, now."""
+
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Set:
+    """Set parameters of the node, all or none."""
+
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """Give the disk an impulse now, N·s and N·m·s."""
+
+    axial: float = 0.0
+    angular: float = 0.0
+
+
+@dataclass(frozen=True)
+class Call:
+    """Call a service of the node: pause (with `paused`), step, reset."""
+
+    service: str
+    paused: bool | None = None
+
+
+@dataclass(frozen=True)
+class Lifecycle:
+    """A transition of the node: deactivate, cleanup, configure, activate."""
+
+    transition: str
+
+
+@dataclass(frozen=True)
+class Perform:
+    """Perform a programme of platform motions by its name."""
+
+    programme: str
+
+
+Action = Move | Set | Impulse | Call | Lifecycle | Perform
+
+
+@dataclass(frozen=True)
+class Sequel:
+    """Actions one after the other; each waits for the answer to the one before."""
+
+    actions: Sequence[Action] = field(default_factory=tuple)
+
+
+def number_text(value: float) -> str:
+    """A number as YAML reads it back: the shortest that is the same double."""
+    if math.isinf(value) or math.isnan(value):
+        return {math.inf: ".inf", -math.inf: "-.inf"}.get(value, ".nan")
+    text = repr(float(value))
+    mantissa, e, exponent = text.partition("e")
+    return f"{mantissa}.0{e}{exponent}" if e and "." not in mantissa else text
+
+
+def _value_text(value: Value) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return number_text(value)
+    return str(value)
+
+
+def _published(names: Names, topic: str, kind: str, content: str) -> str:
+    return f"ros2 topic pub --once {names.topic(topic)} {kind} {shlex.quote(content)}"
+
+
+def _move_line(action: Move, names: Names) -> str:
+    if len(action.values) == 1:
+        ((name, value),) = action.values.items()
+        content = f"{{data: {number_text(value)}}}"
+        return _published(names, f"platform/{name}", "std_msgs/msg/Float64", content)
+    joints = ", ".join(action.values)
+    positions = ", ".join(map(number_text, action.values.values()))
+    content = f"{{joint_names: [{joints}], points: [{{positions: [{positions}]}}]}}"
+    kind = "trajectory_msgs/msg/JointTrajectory"
+    return _published(names, "platform/command", kind, content)
+
+
+def _impulse_line(action: Impulse, names: Names) -> str:
+    parts = []
+    if action.axial != 0.0 or action.angular == 0.0:
+        parts.append(f"force: {{z: {number_text(action.axial)}}}")
+    if action.angular != 0.0:
+        parts.append(f"torque: {{z: {number_text(action.angular)}}}")
+    content = f"{{wrench: {{{', '.join(parts)}}}}}"
+    return _published(names, "disk/impulse", "geometry_msgs/msg/WrenchStamped", content)
+
+
+def _call_line(action: Call, names: Names) -> str:
+    kind = SERVICES[f"~/{action.service}"].type
+    request = "" if action.paused is None else f" '{{data: {str(action.paused).lower()}}}'"
+    return f"ros2 service call {names.node}/{action.service} {kind}{request}"
+
+
+def lines(action: Action | Sequel, names: Names) -> list[str]:
+    """The command lines that do the same from a terminal."""
+    match action:
+        case Sequel(actions):
+            return [line for one in actions for line in lines(one, names)]
+        case Move():
+            return [_move_line(action, names)]
+        case Set(values):
+            return [
+                f"ros2 param set {names.node} {name} {shlex.quote(_value_text(values[name]))}"
+                for name in sorted(values, key=_set_order)
+            ]
+        case Impulse():
+            return [_impulse_line(action, names)]
+        case Call():
+            return [_call_line(action, names)]
+        case Lifecycle(transition):
+            return [f"ros2 lifecycle set {names.node} {transition}"]
+        case Perform(programme):
+            space = "" if names.namespace == "/" else f" --ros-args -r __ns:={names.namespace}"
+            return [f"ros2 run bouncing_disk_ros perform {programme}{space}"]
+
+
+def _set_order(name: str) -> tuple[int, int]:
+    """Switches before numbers: some numbers are refused until a switch is set."""
+    place = list(TABLE).index(name) if name in TABLE else len(TABLE)
+    return (0 if name in TABLE and TABLE[name].type is bool else 1, place)

@@ -1,0 +1,299 @@
+"""The bifurcation pane of the workbench: the diagram over Γ with a cursor that the run follows."""
+
+from __future__ import annotations
+
+import html
+import math
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bokeh.events import Tap
+from bokeh.layouts import column
+from bokeh.models import (
+    BoxAnnotation,
+    ColumnDataSource,
+    Div,
+    FixedTicker,
+    LinearColorMapper,
+    Range1d,
+    Slider,
+    Span,
+)
+from bokeh.plotting import figure
+from matplotlib.colors import Colormap, to_hex
+
+from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, numbered
+from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.parameters import DEFAULTS, TABLE
+from bouncing_disk_ros.plots.bifurcation_plot import CONTACT_INK, INK
+from bouncing_disk_ros.plots.style import BLACK, GREEN, REST, in_pi
+from bouncing_disk_ros.workbench.basin_view import attractors_at
+from bouncing_disk_ros.workbench.bifurcation_view import (
+    BEGIN,
+    COARSE,
+    END,
+    FULL,
+    KEPT,
+    LEAST,
+    MOST,
+    STARTS,
+    Diagram,
+    diagram,
+    images,
+)
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
+from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
+
+REST_FORCING = 1.0 / math.pi
+"""Up to this Γ the disk comes to rest on the platform."""
+SEND_MS = 100
+"""The run is sent at most one value in so many milliseconds."""
+_WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 500, "max_width": 1200}
+_SHADES = 64
+_ABOUT = (
+    "Phases of the impacts on all attractors that were found, darker where they are denser; "
+    "<span style='color:#0072B2'>blue</span>: without contact, "
+    "<span style='color:#D55E00'>orange</span>: with contact. They depend on Γ and ε alone. "
+    "Click, or drag the green cursor: the platform of the run is set to its Γ. "
+    "The dashed line is Γ of the run."
+)
+
+Values = Callable[[], Mapping[str, float]]
+
+
+class BifurcationPane:
+    """The diagram at the restitution in force; a cursor sets the axial amplitude of the run.
+
+    `values()` gives the parameters in force by the node's names; `set_values` gets the axial
+    amplitude to set, while the cursor moves at most once in SEND_MS; InputError and FailedError
+    that it raises are shown. Attribute: `layout`, which begins to compute once a browser shows it.
+    All methods are for the thread of its document.
+    """
+
+    def __init__(self, values: Values, set_values: Callable[[Mapping[str, Any]], None]) -> None:
+        self._values, self._set = values, set_values
+        self._section: Section | None = None
+        self._shown: tuple[tuple[float, ...], int] | None = None  # what, of how many columns
+        self._wanted: tuple[float, ...] | None = None  # what was asked for last
+        self._diagrams, self._attractors = LatestWork(), LatestWork()
+        self._asked = self._moved = self._placing = False
+        self._status, self._about = Div(text="&nbsp;", **_WIDE), Div(text=_ABOUT, **_WIDE)
+        self._at_cursor = Div(text="&nbsp;", **_WIDE)
+        self._images = [
+            ColumnDataSource(data={"image": [], "x": [], "y": [], "dw": [], "dh": []})
+            for _ in range(2)
+        ]
+        self._figure = self._drawn()
+        self._slider = Slider(
+            start=BEGIN, end=END, value=BEGIN, step=1e-4, format="0.0000", **_WIDE,
+            title="Γ of the cursor",
+        )  # fmt: skip
+        self._connect()
+        self.layout = column(
+            self._about, self._figure, self._slider, self._at_cursor, self._status, **_WIDE
+        )
+
+    def _drawn(self) -> figure:
+        plot = figure(
+            height=460, **_WIDE, tools="pan,wheel_zoom,box_zoom,reset",
+            active_scroll="wheel_zoom", toolbar_location="above",
+            x_range=Range1d(BEGIN, END, bounds=(LEAST, MOST), min_interval=1e-12),
+            y_range=Range1d(0.0, math.tau, bounds=(0.0, math.tau), min_interval=1e-9),
+            x_axis_label="axial forcing Γ", y_axis_label="forcing phase at impact τ (rad)",
+        )  # fmt: skip
+        plot.toolbar.logo = None
+        plot.yaxis[0].update(
+            ticker=FixedTicker(ticks=[0.25 * math.pi * k for k in range(9)]),
+            major_label_overrides={0.25 * math.pi * k: in_pi(0.25 * k) for k in range(9)},
+        )
+        plot.add_layout(BoxAnnotation(right=REST_FORCING, fill_color=REST, level="image"))
+        for source, ink in zip(self._images, (INK, CONTACT_INK), strict=True):
+            mapper = LinearColorMapper(
+                palette=_palette(ink), low=-3.0, high=0.0, nan_color="rgba(0, 0, 0, 0)"
+            )
+            plot.image("image", "x", "y", "dw", "dh", source=source, color_mapper=mapper)
+        self._in_force = Span(dimension="height", line_color=BLACK, line_dash="dashed")
+        self._cursor = Span(
+            dimension="height", line_color=GREEN, line_width=3, editable=True, level="overlay"
+        )
+        plot.add_layout(self._in_force)
+        plot.add_layout(self._cursor)
+        return plot
+
+    def _connect(self) -> None:
+        for axis in (self._figure.x_range, self._figure.y_range):
+            axis.on_change("start", self._on_change)
+            axis.on_change("end", self._on_change)
+        self._figure.on_change("inner_width", self._on_change)  # once a browser shows it
+        self._figure.on_event(Tap, lambda event: self._move_cursor(float(event.x)))
+        self._cursor.on_change("location", self._on_cursor)
+        self._slider.on_change("value", self._on_cursor)
+
+    def _on_cursor(self, _name: str, _old: object, new: float) -> None:
+        if not self._placing:
+            self._move_cursor(float(new))
+
+    def parameters_changed(self) -> None:
+        """Show Γ in force; compute anew if the restitution is another one."""
+        self._on_change("", None, None)
+
+    def join(self) -> None:
+        """Wait for the threads: for tests and measurements."""
+        self._diagrams.join()
+        self._attractors.join()
+
+    def _on_change(self, _name: str, _old: object, _new: object) -> None:
+        document = self.layout.document
+        if document is not None and not self._asked:
+            self._asked = True
+            on_next_tick(document, self._ask)
+
+    def _ask(self) -> None:
+        """Have the range in view computed at the parameters in force."""
+        self._asked = False
+        try:
+            section = section_of(self._values())
+        except InputError as error:
+            self._refuse(error)
+            return
+        before, self._section = self._section, section
+        self._in_force.location = section.axial_forcing
+        self._figure.title.text = f"Bifurcation diagram at restitution ε = {section.restitution:g}"
+        if before is None:
+            self._begin(section.axial_forcing)
+        elif before.restitution != section.restitution:
+            self._describe_cursor()
+        across, up = self._figure.x_range, self._figure.y_range
+        self._place_cursor(float(self._cursor.location))
+        window = (across.start, across.end, up.start, up.end)
+        given = section.restitution, *window
+        if window[0] < window[1] and window[2] < window[3] and given != self._wanted:
+            self._wanted = given
+            self._diagrams.ask(lambda is_obsolete: self._compute(*given, is_obsolete))
+
+    def _begin(self, axial_forcing: float) -> None:
+        """Put the cursor at the run, within the range shown."""
+        across = self._figure.x_range
+        low, high = min(across.start, 0.9 * axial_forcing), max(across.end, 1.1 * axial_forcing)
+        low = max(low, LEAST)
+        across.update(start=low, end=high, reset_start=low, reset_end=high)
+        self._place_cursor(min(max(axial_forcing, low), high))
+        self._describe_cursor()
+
+    def _place_cursor(self, value: float) -> None:
+        """Show the cursor at a value; the slider's range is that of the figure and holds it."""
+        across = self._figure.x_range
+        self._placing = True  # it is not the user who moves them
+        try:
+            self._cursor.location = value
+            self._slider.update(
+                start=min(across.start, value), end=max(across.end, value), value=value,
+                step=max((across.end - across.start) / 2000.0, 1e-12),
+            )  # fmt: skip
+        finally:
+            self._placing = False
+
+    def _refuse(self, error: Exception) -> None:
+        self._section = self._shown = self._wanted = None
+        for source in self._images:
+            source.data = {name: [] for name in source.data}
+        self._status.text = html.escape(f"No diagram here: {error}")
+
+    def _compute(
+        self, restitution: float, begin: float, end: float, low: float, high: float,
+        is_obsolete: IsObsolete,
+    ) -> None:  # fmt: skip
+        """In the thread of the diagrams: a coarse one first."""
+        clock = time.perf_counter()
+        for count in (COARSE, FULL):
+            found = diagram(restitution, begin, end, count, is_obsolete)
+            if found is None:
+                return
+            both = images(found, low, high)
+            spent = time.perf_counter() - clock
+            self._deliver(
+                lambda found=found, both=both, spent=spent: self._show(  # type: ignore[misc]
+                    found, both, (low, high), spent
+                )
+            )
+
+    def _deliver(self, callback: Callable[[], None]) -> None:
+        document = self.layout.document
+        if document is not None:
+            on_next_tick(document, callback)
+
+    def _show(
+        self, found: Diagram, both: tuple[Any, Any], phases: tuple[float, float], spent: float
+    ) -> None:
+        if self._section is None or found.restitution != self._section.restitution:
+            return  # of parameters that are no longer in force
+        place, before = (*found[:3], *phases), self._shown
+        if before and before[0] == place and before[1] > found.columns:
+            return
+        self._shown = place, found.columns
+        low, high = phases
+        for source, image in zip(self._images, both, strict=True):
+            source.data = {
+                "image": [image], "x": [found.begin], "y": [low], "dw": [found.end - found.begin],
+                "dh": [high - low],
+            }  # fmt: skip
+        refined = "" if found.columns == FULL else ", being refined"
+        self._status.text = (
+            f"{found.columns} values of Γ, {STARTS} starts at each, {KEPT} impacts of each, in "
+            f"{spent:.2f} s{refined}"
+        )
+
+    def _move_cursor(self, axial_forcing: float) -> None:
+        """The cursor was put somewhere: move all that shows it, and send it to the run soon."""
+        if self._section is None:
+            return
+        self._place_cursor(min(max(axial_forcing, LEAST), MOST))
+        document = self.layout.document
+        if document is not None and not self._moved:
+            self._moved = True
+            document.add_timeout_callback(self._send_cursor, SEND_MS)
+
+    def _send_cursor(self) -> None:
+        self._moved = False
+        if self._section is None:
+            return
+        self._describe_cursor()
+        try:
+            amplitude = TABLE["axial_amplitude"].checked(self._amplitude())
+            self._set({"axial_amplitude": amplitude})
+        except (InputError, FailedError) as error:
+            self._at_cursor.text = html.escape(str(error))
+
+    def _amplitude(self) -> float:
+        """The axial amplitude that has Γ of the cursor, m."""
+        assert self._section is not None
+        values = {**DEFAULTS, **self._values()}
+        return self._section.amplitude(self._cursor.location, float(values["frequency"]))
+
+    def _describe_cursor(self) -> None:
+        """Say where the cursor is; what is there is found in a thread."""
+        if self._section is None:
+            return
+        forcing, restitution = float(self._cursor.location), self._section.restitution
+        text = f"Cursor: Γ = {forcing:.6g}, A = {self._amplitude():.6g} m"
+        self._at_cursor.text = html.escape(text)
+
+        def find(is_obsolete: IsObsolete) -> None:
+            found = attractors_at(forcing, restitution)
+            if not is_obsolete():
+                self._deliver(lambda: self._tell(f"{text}. There: {_listed(found)}"))
+
+        self._attractors.ask(find)
+
+    def _tell(self, text: str) -> None:
+        self._at_cursor.text = html.escape(text)
+
+
+def _listed(found: tuple[Attractor, ...]) -> str:
+    names = numbered([one.name for one in found])
+    return "; ".join(map(described, found, names)) or "no attractor was found"
+
+
+def _palette(ink: Colormap) -> list[str]:
+    return [to_hex(ink(k / (_SHADES - 1))) for k in range(_SHADES)]

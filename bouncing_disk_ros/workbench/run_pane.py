@@ -1,0 +1,281 @@
+"""The pane of a run: puts frames of a `RunView` into the figures, as fast as the page draws."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+from bokeh.layouts import column, row
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.period_one import period_one
+from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.flow_control import FlowControl
+from bouncing_disk_ros.workbench.run_figures import (
+    DISK,
+    MARKS,
+    PLATFORM,
+    SIDE_HEIGHT,
+    SIDE_WIDTH,
+    SLICES,
+    run_figures,
+)
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, SPEED_DTYPE, RunHistory
+from bouncing_disk_ros.workbench.run_view import (
+    PATH_SECONDS,
+    SPEED_SECONDS,
+    Frame,
+    RunView,
+    numbers,
+)
+from bouncing_disk_ros.workbench.side_window import SideWindow, fitted, length_unit, side_window
+from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
+
+KEPT_PATH, KEPT_SPEEDS, KEPT_POINTS = 2000, 1000, 5000
+"""Rows that a figure holds in the browser."""
+WINDOW_SECONDS = 1.0
+"""The window of heights is looked at again this often, in seconds of the wall clock."""
+_ASPECT = SIDE_HEIGHT / SIDE_WIDTH
+
+
+class RunPane:
+    """Figures of a run for one page; `update` draws what is new. `clock` in s."""
+
+    def __init__(self, history: RunHistory, clock: Callable[[], float] = time.monotonic) -> None:
+        self.flow = FlowControl()
+        self._history, self._clock = history, clock
+        self._view = RunView(history)
+        self._figures = run_figures()
+        self._path = np.zeros(0, SAMPLE_DTYPE)  # the samples in the figure
+        self._window: SideWindow | None = None
+        self._looked = -math.inf
+        self._size, self._unit = 1.0, "m"
+        self._values: dict[str, float] = {}
+        self._scale = 1.0
+        self._speeds = np.zeros(0, SPEED_DTYPE)  # in the figure
+        self._least_speed, self._predicted = 0.0, cast("float | None", None)
+        self._factor = 1.0
+        figures = self._figures
+        figures.path.x_range.on_change("end", self._on_drawn)
+        self.layout = column(
+            row(figures.side, figures.path, sizing_mode="stretch_width"),
+            figures.caption,
+            row(figures.top, figures.section, figures.speed, sizing_mode="stretch_width"),
+            sizing_mode="stretch_width",
+        )
+
+    def _on_drawn(self, _name: str, _old: Any, new: Any) -> None:
+        if isinstance(new, (int, float)):
+            self.flow.note_drawn(float(new))
+
+    def update(self, until: float = math.inf) -> Frame | None:
+        """Draw what is new; None where nothing is, or the page is not done with the last frames."""
+        now = self._clock()
+        if not self.flow.may_send(now):
+            return None
+        frame = self._view.frame(until)
+        self._take_values(numbers(frame.values))
+        if frame.is_empty or frame.pose is None:
+            return frame
+        if frame.clear:
+            self.flow.restart()
+            self._path, self._speeds = self._path[:0], self._speeds[:0]
+            self._looked = -math.inf
+        self._path = np.concatenate([self._path, frame.samples])[-KEPT_PATH:]
+        self._speeds = np.concatenate([self._speeds, frame.speeds])[-KEPT_SPEEDS:]
+        recent = self._path["time"] > frame.time - self._view.path_seconds
+        self._path = self._path[recent]
+        if now - self._looked > WINDOW_SECONDS or self._is_outside(frame.pose):
+            self._looked = now
+            if self._look():
+                frame = self._anew(until)
+            self._look_at_speeds()
+        self._draw(frame)
+        if len(frame.samples) and self._history.phase != "paused":
+            self.flow.note_sent(now, float(frame.samples["time"][-1]))
+        else:
+            self.flow.sent += 1
+        return frame
+
+    def _anew(self, until: float) -> Frame:
+        """The frame with all rows: heights are in another unit."""
+        self._view.restart()
+        frame = self._view.frame(until)
+        self._path = frame.samples[-KEPT_PATH:]
+        return frame
+
+    # --- what is in force
+    def _take_values(self, values: Mapping[str, float]) -> None:
+        if values == self._values:
+            return
+        self._values = dict(values)
+        motion = Motion(*(values[name] for name in MOTION_NAMES))
+        disk = Disk(*(values[name] for name in Disk._fields))
+        figures = self._figures
+        self._scale = velocity_scale(motion, disk) or 1.0
+        factor = values["real_time_factor"]
+        self._factor = min(1.0, factor) if factor > 0.0 else 1.0
+        self._view.path_seconds = PATH_SECONDS * self._factor
+        figures.path.x_range.follow_interval = PATH_SECONDS * self._factor
+        figures.speed.x_range.follow_interval = SPEED_SECONDS * self._factor
+        self._least_speed = 0.2 * math.tau * motion.frequency * motion.angular_amplitude or 1.0
+        orbit = period_one(motion, disk)
+        forcing = axial_forcing_of(motion, disk)
+        if orbit is None:
+            figures.theory.data = {"phase": [], "velocity": []}
+            figures.predicted.visible = False
+            figures.speed.title.text = f"rotor speed (Γ {forcing:.3g}: no period 1)"
+        else:
+            figures.theory.data = {
+                "phase": [orbit.forcing_phase / math.pi],
+                "velocity": [orbit.axial_impact_velocity / self._scale],
+            }
+            figures.predicted.location = orbit.angular_velocity
+            figures.predicted.visible = True
+            kind = "stable" if orbit.stable else "unstable"
+            figures.speed.title.text = (
+                f"rotor speed; dashed: eq. 4, {orbit.angular_velocity:.4g} rad/s ({kind})"
+            )
+        self._predicted = None if orbit is None else orbit.angular_velocity
+        self._looked = -math.inf
+        self._caption()
+
+    def _caption(self) -> None:
+        values, window = self._values, self._window
+        parts = []
+        if window is not None:
+            parts.append(
+                "side view to scale"
+                if window.magnification == 1.0
+                else f"side view: heights × {window.magnification:,.0f} of the scale of widths"
+            )
+        shown = shown_motion(values["frequency"], values["state_rate"], values["real_time_factor"])
+        if text := text_of(shown, values["frequency"]):
+            parts.append(text)
+        self._figures.caption.text = "; ".join(parts)
+
+    # --- the window of heights
+    def _diameter(self) -> float:
+        return 2.0 * math.sqrt(2.0) * self._values["gyration_radius"]
+
+    def _is_outside(self, pose: Any) -> bool:
+        heights = self._figures.heights
+        return not heights.start <= float(pose["disk_position"]) / self._size <= heights.end
+
+    def _look(self) -> bool:
+        """Fit the window to the path; whether the unit of heights is another one than before."""
+        amplitude = self._values["axial_amplitude"]
+        disk, platform = self._path["disk_position"], self._path["platform_position"]
+        low = min([-amplitude, *([platform.min(), disk.min()] if len(disk) else [])])
+        high = max([amplitude, *([disk.max()] if len(disk) else [])])
+        window = side_window(self._diameter(), float(low), float(high), _ASPECT)
+        held = self._window
+        if held is not None and held.low <= low and high <= held.high:
+            share = (high - low) / (held.high - held.low)
+            if share > 0.25 or window == held:  # it still fits
+                return False
+        self._window = window
+        size, unit = length_unit(0.2 * (window.high - window.low))
+        figures, changed = self._figures, size != self._size
+        self._size, self._unit = size, unit
+        figures.heights.update(start=window.low / size, end=window.high / size)
+        figures.side.yaxis.axis_label = f"height ({unit})"
+        wide, name = length_unit(0.4 * window.half_width)
+        figures.side.x_range.update(start=-window.half_width / wide, end=window.half_width / wide)
+        figures.side.xaxis.axis_label = f"width ({name})"
+        self._caption()
+        return changed
+
+    def _look_at_speeds(self) -> None:
+        """Fit the range of speeds to what is shown."""
+        shown = self._speeds["speed"][
+            self._speeds["time"]
+            > self._path["time"].max(initial=0.0) - (SPEED_SECONDS * self._factor)
+        ]
+        found = [*shown, *([] if self._predicted is None else [self._predicted])]
+        if not found:
+            return
+        _fit(self._figures.speed.y_range, min(found), max(found), self._least_speed)
+
+    # --- drawing
+    def _draw(self, frame: Frame) -> None:
+        figures, size = self._figures, self._size
+        samples, points, speeds = frame.samples, frame.points, frame.speeds
+        path = {
+            "time": samples["time"],
+            "disk": samples["disk_position"] / size,
+            "platform": samples["platform_position"] / size,
+        }
+        _put(figures.path_rows, path, frame.clear, KEPT_PATH)
+        _put(
+            figures.speed_rows, {"time": speeds["time"], "speed": speeds["speed"]}, frame.clear,
+            KEPT_SPEEDS,
+        )  # fmt: skip
+        section = {
+            "phase": points["forcing_phase"] / math.pi,
+            "velocity": points["velocity"] / self._scale,
+        }
+        _put(figures.points, section, frame.clear_section, KEPT_POINTS)
+        shown = np.append(figures.points.data["velocity"], figures.theory.data["velocity"])
+        if len(section["velocity"]):
+            _fit(figures.section.y_range, shown.min(), shown.max(), 1.0)
+        assert frame.pose is not None
+        self._draw_pose(frame.pose)
+
+    def _draw_pose(self, pose: np.void) -> None:
+        window, size = self._window, self._size
+        assert window is not None
+        wide, _ = length_unit(0.4 * window.half_width)
+        height = window.high - window.low
+        radius, half = 0.5 * self._diameter() / wide, 0.92 * window.half_width / wide
+        disk, platform = pose["disk_position"] / size, pose["platform_position"] / size
+        self._figures.side_rows.data = {
+            "left": [-half, -radius],
+            "right": [half, radius],
+            "bottom": [platform - 0.05 * height / size, disk],
+            "top": [platform, disk + 0.03 * height / size],
+            "color": [PLATFORM, DISK],
+        }
+        angle, turned = float(pose["disk_angle"]), float(pose["platform_angle"])
+        step = math.tau / len(SLICES)
+        starts = [math.remainder(angle, math.tau) + k * step for k in range(len(SLICES))]
+        self._figures.slices.data = {
+            "start": starts,
+            "end": [start + step for start in starts],
+            "color": list(SLICES),
+        }
+        self._figures.marks.data = marks_at(turned)
+
+
+def marks_at(angle: float) -> dict[str, list[float]]:
+    """The marks on the platform's rim, turned by an angle in rad; the first is the bold one."""
+    directions = [angle + k * math.tau / MARKS for k in range(MARKS)]
+    inner = [1.05] + [1.25] * (MARKS - 1)
+    return {
+        "x0": [r * math.cos(a) for r, a in zip(inner, directions, strict=True)],
+        "y0": [r * math.sin(a) for r, a in zip(inner, directions, strict=True)],
+        "x1": [1.4 * math.cos(a) for a in directions],
+        "y1": [1.4 * math.sin(a) for a in directions],
+        "width": [6.0] + [2.0] * (MARKS - 1),
+    }
+
+
+def _fit(axis: Any, low: float, high: float, least: float) -> None:
+    """Let an axis show values from `low` to `high`, where it does not yet."""
+    start, end = fitted(float(low), float(high), least, axis.start, axis.end)
+    if (start, end) != (axis.start, axis.end):
+        axis.update(start=start, end=end)
+
+
+def _put(source: Any, rows: Mapping[str, NDArray[np.float64]], clear: bool, keep: int) -> None:
+    """Add rows to a source, or let it begin anew with them."""
+    count = len(next(iter(rows.values())))
+    if clear:
+        source.data = dict(rows)
+    elif count:
+        source.stream(dict(rows), rollover=keep)

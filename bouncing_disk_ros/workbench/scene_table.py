@@ -1,0 +1,150 @@
+"""The scenes of the workbench: small experiments for a lesson, each with a number to find."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.actions import Action, Lifecycle, Perform, Sequel, Set
+from bouncing_disk_ros.workbench.control_table import amplitude_of
+from bouncing_disk_ros.workbench.run_view import numbers
+from bouncing_disk_ros.workbench.strobe import strobe_rate
+
+PIZZA, MOTOR = "pizza_multiple_toss", "swum"
+REST: Mapping[str, Value] = {
+    "initial_with_platform": True,
+    "initial_axial_velocity": 0.0,
+    "initial_forcing_phase": parameters.DEFAULTS["initial_forcing_phase"],
+}
+"""A start at rest on the platform, at its lowest point."""
+RATE = 100.0
+"""Samples a second of joint_states."""
+_GROUPS = ("motion", "disk", "start")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One experiment, by its name; `unit` is that of its number.
+
+    `axial_forcing`: Γ instead of an amplitude. `scene_numbers` computes the number.
+    """
+
+    name: str
+    title: str
+    text: str  # two sentences
+    find: str  # what to find
+    unit: str
+    preset: str = PIZZA
+    values: Mapping[str, Value] = field(default_factory=dict)
+    axial_forcing: float | None = None
+    after: tuple[Action, ...] = ()  # when the run has begun
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        """All parameters of the run's start."""
+        whole = parameters.complete({**load_preset(self.preset), **self.values})
+        if self.axial_forcing is not None:
+            whole["axial_amplitude"] = amplitude_of(self.axial_forcing, numbers(whole))
+        frequency = float(whole["frequency"])
+        whole["state_rate"] = strobe_rate(frequency, RATE)
+        return {
+            name: value
+            for name, value in whole.items()
+            if TABLE[name].group in _GROUPS or name in ("state_rate", "real_time_factor")
+        }
+
+    @property
+    def motion(self) -> Motion:
+        """The motion of the platform at the start."""
+        values = numbers(self.parameters)
+        return Motion(*(values[name] for name in MOTION_NAMES))
+
+    @property
+    def disk(self) -> Disk:
+        """The disk and its loads."""
+        values = numbers(self.parameters)
+        return Disk(*(values[name] for name in Disk._fields))
+
+    def actions(self, own: Mapping[str, Value]) -> Sequel:
+        """What sets it up as a run of its own; `own`: the parameters that the node has."""
+        changed = {name: value for name, value in self.parameters.items() if own.get(name) != value}
+        begin = (Lifecycle("deactivate"), Lifecycle("cleanup"))
+        settings = (Set(changed),) if changed else ()
+        return Sequel(
+            (*begin, *settings, Lifecycle("configure"), Lifecycle("activate"), *self.after)
+        )
+
+
+_SCENES = (
+    Scene(
+        "rest_and_chatter", "Rest and chatter",
+        "The platform stands still and a disk falls on it from 0.2 m. It bounces ever faster and "
+        "lower: infinitely many impacts in a finite time, and then it lies still.",
+        "after how many seconds it lies still; what with another restitution ε?", "s",
+        values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0, "initial_height": 0.2,
+                "initial_axial_velocity": 0.0},
+    ),
+    Scene(
+        "first_toss", "First toss",
+        "From rest, the motion that turns a pizza best only makes it chatter. One helical toss "
+        "first (watch the path after 3 s) brings it into the orbit with one impact in each period.",
+        "the speed at which the rotor settles", "rad/s",
+        values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0},
+        after=(Perform("first_toss_to_period_1"),),
+    ),
+    Scene(
+        "period_1", "Period 1",
+        "One impact in each period, always at the same phase: one point on the section, and a "
+        "closed form for the speed, dashed. The phase lag θ is 0 here, and that is not the best.",
+        "the phase lag θ that turns the disk fastest", "rad",
+        values={"phase_lag": 0.0},
+    ),
+    Scene(
+        "doubling", "Doubling",
+        "Raise Γ slowly: at one value the point on the section becomes two, then four. The orbit "
+        "of one impact still exists beyond (the green cross), but it is unstable.",
+        "the Γ of the first doubling", "",
+        axial_forcing=0.47,
+    ),
+    Scene(
+        "chaos", "Chaos",
+        "Beyond all doublings the impacts never repeat, and the points of the section draw a "
+        "strange attractor. Two starts that differ by little part exponentially.",
+        "by how much an error grows: the Lyapunov exponent for each impact", "",
+        axial_forcing=0.56,
+    ),
+    Scene(
+        "coexisting_orbits", "Coexisting orbits",
+        "With the same motion of the platform the disk either bounces in period 1 or chatters: its "
+        "start decides. Give it impulses, or look at the tab with the basins.",
+        "the share of starts that end in period 1", "",
+        axial_forcing=0.34,
+        values={"phase_lag": 0.0},
+    ),
+    Scene(
+        "fractal_boundary", "Fractal boundary",
+        "The border between the basins is no line: zoom into it, and there is always more of it. "
+        "So the start must be known much better to foretell a little more.",
+        "the exponent α: an error d of the start leaves a share of about d^α open", "",
+        axial_forcing=0.48,
+    ),
+    Scene(
+        "motor_under_load", "Motor under load",
+        "The same physics at 40 kHz and 1 µm turns an ultrasonic motor; you see it by strobe. "
+        "Raise the load torque: the speed falls, until friction cannot hold the load any more.",
+        "the stall torque", "mN·m",
+        preset=MOTOR,
+    ),
+)  # fmt: skip
+SCENES: Mapping[str, Scene] = {scene.name: scene for scene in _SCENES}
+
+
+def shown_number(value: float, unit: str) -> str:
+    """A number found, as the page writes it."""
+    return f"{value:.4g} {unit}".rstrip() if math.isfinite(value) else "none"

@@ -1,0 +1,300 @@
+"""Closed loops: the same bits in every run, by the fixture and by lockstep."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
+from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
+from bouncing_disk_ros.testing import SteppedSimulator
+from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
+from support.ros_peer import Peer
+
+Make = Callable[..., SteppedSimulator]
+
+
+@pytest.fixture
+def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
+    made: list[SteppedSimulator] = []
+
+    def one(**values: Any) -> SteppedSimulator:
+        made.append(SteppedSimulator(**values))
+        return made[-1]
+
+    yield one
+    for simulator in made:
+        simulator.close()
+
+
+def kept(node: SimulatorNode) -> list[dict[str, Any]]:
+    """Keep the records of the inputs of a node from here on."""
+    assert node.run is not None
+    session, records = node.run.session, []
+    publish = session._record
+
+    def record(one: dict[str, Any]) -> None:
+        records.append(one)
+        publish(one)
+
+    session._record = record
+    return records
+
+
+def state_digest(node: SimulatorNode) -> str:
+    """A digest of all that the simulation depends on."""
+    assert node.run is not None
+    text = json.dumps(node.run.session.simulation.snapshot(), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+# --- the fixture ----------------------------------------------------------------------------------
+def test_two_nodes_in_a_loop_give_the_same_bits_each_time(make: Make) -> None:
+    found = []
+    for _ in range(3):
+        simulator = make(state_rate=50.0)
+        records = kept(simulator.node)
+        nodes = [cls(context=simulator.context) for cls in (ImpactAnswerer, SampleAnswerer)]
+        for node in nodes:
+            simulator.add_node(node)
+        simulator.run(2.0)
+        assert nodes[0].heard > 5
+        assert nodes[1].heard >= 100
+        kinds = [one["kind"] for one in records]
+        assert kinds.count("trajectory") > 10
+        assert kinds.count("motion") == 2
+        found.append((state_digest(simulator.node), json.dumps(records)))
+        for node in nodes:
+            simulator.close_node(node)
+    assert len(set(found)) == 1
+
+
+def test_run_to_impact_ends_after_the_next_row_has_been_heard(make: Make) -> None:
+    simulator = make()
+    node = ImpactAnswerer(context=simulator.context)
+    simulator.add_node(node)
+    for count in range(1, 6):
+        simulator.run_to_impact()
+        assert node.heard == count
+        assert simulator.node.run is not None
+        assert simulator.node.run.session.simulation.rows_total == count
+    simulator.close_node(node)
+
+
+def test_run_to_impact_says_when_there_is_none(make: Make) -> None:
+    simulator = make(axial_amplitude=0.0)
+    with pytest.raises(AssertionError, match=r"no impact within 0\.5 s"):
+        simulator.run_to_impact(within=0.5)
+
+
+# --- trajectories over ROS ------------------------------------------------------------------------
+def trajectory(*points: TrajectoryPoint, **fields: Any) -> TrajectoryRequest:
+    return TrajectoryRequest(**{"names": ("platform_axial",), "points": points, **fields})
+
+
+def test_a_trajectory_is_followed_recorded_shown_and_replayed(make: Make) -> None:
+    simulator = make(axial_amplitude=0.0, angular_amplitude=0.0, publish_clock=True)
+    assert simulator.node.run is not None
+    records: list[dict[str, Any]] = []
+    simulator.node.run.session._record = records.append
+    simulator.node.run.session.snapshot()
+    peer = Peer()
+    try:
+        heard, states = peer.heard["platform/offset"], peer.heard["joint_states"]
+        peer.settle()
+        peer.publish("platform/joint_trajectory", move("platform_axial", 0.02, 500_000_000))
+        simulator.spin_until(lambda: any(one["kind"] == "trajectory" for one in records))
+        simulator.advance(1.0)
+        assert simulator.state.platform_position == 0.02
+        assert simulator.state.axial_position == 0.02
+        peer.spin_until(lambda: bool(heard) and list(heard[-1].points[1].positions) == [0.02, 0.0])
+        peer.spin_until(lambda: bool(states) and states[-1].position[2] == 0.02)
+    finally:
+        peer.close()
+    again = input_replay.restored(records[0])
+    for one in records[1:]:
+        input_replay.advance_slice(again, one["time_ns"])
+        input_replay.apply(again, json.loads(json.dumps(one)))
+    again.advance(simulator.node.run.session.time_ns)
+    assert again.sample() == simulator.state
+
+
+@pytest.mark.parametrize(
+    ("request_", "said"),
+    [
+        (trajectory(TrajectoryPoint((float("nan"),), after_ns=10**9)), "finite number"),
+        (trajectory(TrajectoryPoint((1.0,), after_ns=10**9), names=("axial",)), "platform_axial"),
+        (
+            trajectory(TrajectoryPoint((1.0, 1.0), after_ns=10**9), names=("platform_axial",) * 2),
+            "each name once",
+        ),
+        (trajectory(TrajectoryPoint((1.0,), after_ns=10**9), names=()), "no names"),
+        (trajectory(TrajectoryPoint((1.0, 2.0), after_ns=10**9)), "one for each joint name"),
+        (
+            trajectory(*(TrajectoryPoint((1.0,), after_ns=t) for t in (10**9, 10**9))),
+            "strictly increasing",
+        ),
+        (trajectory(TrajectoryPoint((0.0,), has_effort=True, after_ns=10**9)), "effort"),
+        (trajectory(TrajectoryPoint((0.0,), (), (0.0,), after_ns=1)), "without velocities"),
+        (trajectory(TrajectoryPoint((0.1,), after_ns=0)), "the offset's own state"),
+        (trajectory(TrajectoryPoint((0.6,), (0.0,), after_ns=10**9)), "offset_limit"),
+        (trajectory(TrajectoryPoint((0.4,), (0.0,), after_ns=10**8)), "offset_speed_limit"),
+        (trajectory(TrajectoryPoint((0.1,), after_ns=10**9)), "a jump of the velocity"),
+        (trajectory(TrajectoryPoint((0.1,), (0.5,), after_ns=10**9)), "a jump of the velocity"),
+        (
+            trajectory(TrajectoryPoint((0.1,), (0.0,), after_ns=10**8), stamp_ns=10**9),
+            "command_tolerance",
+        ),
+        (
+            trajectory(*(TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1002))),
+            "at most 1000",
+        ),
+        (
+            trajectory(
+                TrajectoryPoint((0.0,), after_ns=10**8),
+                TrajectoryPoint((0.0,), (0.0,), after_ns=10**9),
+            ),
+            "same kinds of values",
+        ),
+    ],
+)
+def test_a_wrong_trajectory_is_refused_in_one_line(
+    make: Make, request_: TrajectoryRequest, said: str
+) -> None:
+    limits = {"offset_limit": 0.5, "offset_speed_limit": 2.0, "offset_acceleration_limit": 200.0}
+    simulator = make(**limits)
+    simulator.advance(2.0)
+    before = state_digest(simulator.node)
+    assert not simulator.node.commands.trajectory(request_)
+    refusal = simulator.node.last_refusal
+    assert isinstance(refusal, InputError)
+    assert said in refusal.line
+    assert "\n" not in refusal.line
+    assert state_digest(simulator.node) == before
+
+
+def test_bytes_of_a_huge_message_are_refused_unread() -> None:
+    with pytest.raises(InputError, match="bytes"):
+        trajectory_from_bytes("platform/joint_trajectory", b"\x00\x01\x00\x00" + bytes(200_000))
+
+
+# --- lockstep -------------------------------------------------------------------------------------
+class Loop:
+    """A simulator in lockstep with controllers, all in one executor."""
+
+    def __init__(self, controllers: int, **values: Any) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        numbers = " ".join(str(number) for number in range(1, controllers + 1))
+        values = {"lockstep_controllers": numbers, "real_time_factor": 0.0, **values}
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        self.node = SimulatorNode(
+            context=self.context, parameter_overrides=overrides, use_global_arguments=False
+        )
+        self.records = kept(self.node)
+        self.controllers = [
+            GateController(number, context=self.context) for number in range(1, controllers + 1)
+        ]
+        for node in (self.node, *self.controllers):
+            self.executor.add_node(node)
+
+    def spin_until(self, condition: Callable[[], bool]) -> None:
+        import time
+
+        end = time.monotonic() + 20.0
+        while not condition():
+            assert time.monotonic() < end
+            self.executor.spin_once(timeout_sec=0.02)
+
+    @property
+    def gate(self) -> int:
+        assert self.node.gates is not None
+        return self.node.gates.number
+
+    def close(self) -> None:
+        self.node.destroy_node()
+        for node in self.controllers:
+            node.destroy_node()
+        self.executor.shutdown()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def loops(ros_domain: int, warm_kernels: None) -> Iterator[Callable[..., Loop]]:
+    made: list[Loop] = []
+
+    def one(controllers: int, **values: Any) -> Loop:
+        made.append(Loop(controllers, **values))
+        return made[-1]
+
+    yield one
+    for loop in made:
+        loop.close()
+
+
+@pytest.mark.parametrize("mode", ["tick", "impact"])
+def test_lockstep_gives_the_same_inputs_each_time(loops: Callable[..., Loop], mode: str) -> None:
+    found = []
+    for _ in range(3):
+        loop = loops(2, lockstep=mode)
+        loop.spin_until(lambda: loop.gate >= 40)  # noqa: B023
+        inputs = [one for one in loop.records if one["kind"] == "trajectory"][:8]
+        assert len(inputs) == 8
+        found.append(json.dumps(inputs))
+    assert len(set(found)) == 1
+
+
+def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -> None:
+    loop = loops(1, lockstep="impact", lockstep_timeout=0.05)
+    loop.spin_until(lambda: loop.gate >= 3)
+    loop.controllers[0].silent = True
+    gate = loop.gate
+    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.silent(10**18)))
+    assert loop.node.run is not None
+    time_ns = loop.node.run.session.time_ns
+    loop.spin_until(lambda: bool(loop.node._read().silent))
+    assert loop.node._read().silent == (1,)
+    assert loop.node.run.session.time_ns == time_ns
+    assert "paused" in loop.node.run.pause(True)
+    assert "running" in loop.node.run.pause(False)
+    assert loop.gate in (gate, gate + 1)
+    second = GateController(1, context=loop.context)  # another one takes over
+    loop.executor.add_node(second)
+    loop.controllers.append(second)
+    loop.spin_until(lambda: loop.gate >= gate + 5)
+
+
+def test_a_reset_opens_a_gate(loops: Callable[..., Loop]) -> None:
+    loop = loops(1, lockstep="tick")
+    loop.spin_until(lambda: loop.gate >= 3)
+    loop.controllers[0].silent = True
+    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.is_open))
+    gate = loop.gate
+    assert loop.node.run is not None
+    loop.node.run.reset()
+    assert loop.gate == gate + 1
+
+
+def test_steps_end_at_impacts_or_after_nanoseconds(make: Make) -> None:
+    simulator = make(step_until="impact")
+    run = simulator.node.run
+    assert run is not None
+    for count in (1, 2, 3):
+        assert "to the next impact" in run.step()
+        assert run.session.simulation.rows_total == count
+    simulator.node.set_parameters_atomically([Parameter("step_until", value="nanoseconds")])
+    before = run.session.time_ns
+    run.step()
+    assert run.session.time_ns == before + 1_000_000

@@ -1,0 +1,125 @@
+"""The executable `workbench` as a process: it starts a simulator, or takes the one that runs."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from support.page_client import PageClient
+from support.processes import Process, Starter
+from support.recorded import period_one_bag
+
+ROS = ("--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
+
+
+@pytest.fixture
+def visit() -> Iterator[Callable[[Process], PageClient]]:
+    """Open the page that a process serves."""
+    opened: list[PageClient] = []
+
+    def open_page(process: Process) -> PageClient:
+        found = process.wait_for(r"workbench: .*: (http://\S+)$", 60.0)
+        opened.append(PageClient(found[1]))
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.close()
+
+
+def simulators_of(process: Process) -> list[psutil.Process]:
+    """The simulators that a process has started."""
+    children = psutil.Process(process.pid).children(recursive=True)
+    return [child for child in children if "simulator" in child.cmdline()]
+
+
+def path_end(page: PageClient) -> float:
+    times = page.model("path").data["time"]
+    return float(times[-1]) if len(times) else -1.0
+
+
+def test_it_starts_a_simulator_and_ends_it(
+    start: Starter, visit: Callable[[Process], PageClient]
+) -> None:
+    """Also where that dies in between: the page says so."""
+    workbench = start("workbench", *ROS)
+    page = visit(workbench)
+    page.wait(lambda: path_end(page) > 0.5, 60.0)
+    (simulator,) = simulators_of(workbench)
+    page.change("restitution", "value_throttled", 0.4)
+    page.wait(lambda: page.model("restitution").value == 0.4)
+    assert "ros2 param set /bouncing_disk restitution 0.4" in page.model("command_lines").text
+    page.click("pause")
+    page.wait(lambda: page.model("pause").label == "Resume")
+    simulator.kill()
+    page.wait(lambda: "the simulator ended with code -9" in page.model("messages").text)
+    assert workbench.end(signal.SIGINT) == 0
+    assert workbench.complaints == []
+    assert not simulator.is_running()
+
+
+def test_a_simulator_of_ones_own_goes_and_comes_and_outlives_the_workbench(
+    start: Starter, visit: Callable[[Process], PageClient]
+) -> None:
+    """With a name and a namespace of its own; two pages, one of which is closed."""
+    named = ("--ros-args", "-r", "__ns:=/lab", "-r", "__node:=shaker")
+    simulator = start("simulator", *named)
+    workbench = start("workbench", *ROS, "-p", "start_simulator:=false", "-r", "__ns:=/lab")
+    page, other = visit(workbench), visit(workbench)
+    page.wait(lambda: path_end(page) > 0.2)
+    other.close()
+    page.wait(lambda: "/lab/shaker" in page.model("status").text)
+    page.change("friction", "value_throttled", 0.5)
+    page.wait(lambda: page.model("friction").value == 0.5)
+    assert "ros2 param set /lab/shaker friction 0.5" in page.model("command_lines").text
+    simulator.kill()
+    page.wait(lambda: "no simulator is heard of" in page.model("status").text)
+    again = start("simulator", *named)
+    page.wait(lambda: page.model("friction").value == 0.6, 60.0)
+    page.wait(lambda: 0.0 < path_end(page) < 10.0, 60.0)
+    assert workbench.end(signal.SIGTERM) == 0
+    assert workbench.complaints == []
+    assert again.running
+
+
+def test_a_bag_is_shown_with_a_time_slider(
+    start: Starter, visit: Callable[[Process], PageClient], tmp_path: Path
+) -> None:
+    folder = period_one_bag(tmp_path / "run", 3.0)
+    workbench = start("workbench", *ROS, "-p", f"bag:={folder}")
+    page = visit(workbench)
+    page.click("play")
+    page.wait(lambda: page.model("play").label == "Play")
+    page.change("time", "value", 2.05)
+    page.wait(lambda: path_end(page) == 2.0)  # ten samples a second
+    page.change("time", "value", 1.0)
+    page.wait(lambda: path_end(page) == 1.0)
+    page.wait(lambda: len(page.model("section").data["phase"]) == 4)  # at 0, T, 2T and 3T
+    assert workbench.end() == 0
+    assert workbench.complaints == []
+
+
+def test_wrong_input_is_one_line(start: Starter, tmp_path: Path) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        taken = start("workbench", "--ros-args", "-p", f"port:={port}")
+        preset = start("workbench", *ROS, "-p", "preset:=piza_multiple_toss")
+        bag = start("workbench", *ROS, "-p", f"bag:={tmp_path / 'none'}")
+        option = start("workbench", "--ros-args", "-p", "prot:=1")
+        for node, line in (
+            (taken, rf"^workbench: port: got {port}, allowed: a free port.*in use"),
+            (preset, "^workbench: preset: .*pizza_multiple_toss"),
+            (bag, "^workbench: bag: got"),
+            (option, "^workbench: parameter: got 'prot'.*Did you mean port"),
+        ):
+            assert node.wait(60.0) == 2, node.output
+            (complaint,) = node.complaints
+            assert re.search(line, complaint)

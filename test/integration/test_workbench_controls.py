@@ -1,0 +1,170 @@
+"""Each control of the workbench's page changes the run of a simulator's node as asked: read back
+from its topics. One simulator that stands still, one page, no browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import pytest
+import rclpy
+from bokeh.document import Document
+
+from bouncing_disk_ros.nodes.workbench.ros_link import RosLink
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.testing import SteppedSimulator
+from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
+from bouncing_disk_ros.workbench.page import Page
+from support.page_link import change, click, model
+
+
+class Bench(NamedTuple):
+    """A simulator, the link to it, and a page."""
+
+    simulator: SteppedSimulator
+    link: RosLink
+    page: Page
+    document: Document
+
+    def wait(self, condition: Any) -> None:
+        """Let messages pass, and frames, until a condition holds."""
+
+        def holds() -> bool:
+            self.page.update()
+            return bool(condition())
+
+        self.simulator.spin_until(holds)
+
+    def values(self) -> dict[str, Any]:
+        """What the topics say is in force."""
+        return self.link.history.values_at()
+
+
+@pytest.fixture(scope="module")
+def bench(ros_domain: int, warm_kernels: None) -> Iterator[Bench]:
+    simulator = SteppedSimulator(**load_preset("pizza_multiple_toss"))
+    node = rclpy.create_node("workbench", context=simulator.context, use_global_arguments=False)
+    simulator.add_node(node)
+    link = RosLink(node, "bouncing_disk")
+    document = Document()
+    page = Page(document, link)
+    made = Bench(simulator, link, page, document)
+    made.wait(lambda: link.history.motion_at() is not None and link.is_alive)
+    link.tick()
+    made.wait(lambda: model(document, "restitution").value == 0.5)
+    yield made
+    link.close()
+    node.destroy_node()
+    simulator.close()
+
+
+@pytest.mark.parametrize("control", [*MOTION_CONTROLS, *DISK_CONTROLS], ids=lambda one: one.name)
+def test_a_slider(bench: Bench, control: Any) -> None:
+    before = control.value(bench.page.values())
+    slider = model(bench.document, control.name)
+    given = slider.start + 0.6 * (slider.end - slider.start)
+    size = bench.page.controls._sizes[control.name]  # type: ignore[union-attr]
+    change(bench.document, control.name, "value_throttled", given)
+    bench.wait(lambda: control.value(bench.values()) != before)
+    bench.simulator.advance(1.0)  # the cross-fade ends
+    bench.wait(lambda: not bench.simulator.node.run.session.pending.motions)
+    assert control.value(bench.values()) == pytest.approx(given * size, rel=1e-12)
+    node = bench.simulator
+    if control.name in MOTION_NAMES:
+        assert getattr(node.motion, control.name) == control.value(bench.values())
+    elif control.name != FORCING:
+        name = control.name
+        assert node.node.get_parameter(name).value == bench.values()[name]
+    bench.wait(lambda: slider.value * size == pytest.approx(given * size, rel=1e-9))
+
+
+def test_an_impulse(bench: Bench) -> None:
+    before = bench.simulator.state
+    change(bench.document, "axial", "value", 0.2)
+    change(bench.document, "angular", "value", 0.003)
+    click(bench.document, "impulse")
+    accepted = bench.simulator.node.run.session.accepted
+    bench.wait(lambda: bench.simulator.node.run.session.accepted > accepted)
+    after = bench.simulator.state
+    disk = bench.simulator.node.run.session.simulation.disk
+    gained = after.angular_velocity - before.angular_velocity
+    assert gained == pytest.approx(0.003 / disk.inertia, rel=1e-9)
+    raised = after.axial_velocity - before.axial_velocity
+    assert raised == pytest.approx(0.2 / disk.mass, rel=1e-9)
+
+
+def test_pause_step_and_reset(bench: Bench) -> None:
+    """The simulator stands paused: Resume, then Pause; a step is one period; a reset."""
+    history, session = bench.link.history, bench.simulator.node.run.session
+    bench.wait(lambda: model(bench.document, "pause").label == "Resume")
+    click(bench.document, "pause")
+    bench.wait(lambda: not session.paused)
+    bench.wait(lambda: model(bench.document, "pause").label == "Pause")
+    click(bench.document, "pause")
+    bench.wait(lambda: session.paused)
+    bench.wait(lambda: model(bench.document, "pause").label == "Resume")
+    before, frequency = session.time_ns, bench.simulator.motion.frequency
+    click(bench.document, "step")
+    bench.wait(lambda: session.time_ns > before)
+    assert session.time_ns - before == pytest.approx(1e9 / frequency, abs=1)
+    cleared = history.changes.since(float("inf"))
+    click(bench.document, "reset")
+    bench.wait(lambda: history.changes.since(float("inf")) > cleared)
+    bench.wait(lambda: "reset at" in model(bench.document, "messages").text)
+
+
+def test_slow_motion(bench: Bench) -> None:
+    change(bench.document, "slow", "active", 2)
+    bench.wait(lambda: bench.values()["real_time_factor"] == 0.2)
+    assert bench.values()["state_rate"] == 500.0
+    click(bench.document, "strobe")
+    change(bench.document, "slow", "active", 0)
+    bench.wait(lambda: bench.values()["real_time_factor"] == 1.0)
+
+
+def test_a_refusal_is_shown_in_the_nodes_own_words(bench: Bench) -> None:
+    change(bench.document, "parameter", "value", "restitution")
+    change(bench.document, "given", "value", "1.5")
+    click(bench.document, "set")
+    refusal = "restitution: got 1.5, allowed: a finite number &gt;= 0 and &lt;= 1"
+    bench.wait(lambda: refusal in model(bench.document, "messages").text)
+    refused = bench.simulator.node.last_refusal
+    assert refused is not None
+    assert refused.line == "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"
+    change(bench.document, "axial", "value", 1e300)
+    click(bench.document, "impulse")
+    bench.wait(lambda: "a finite impulse up to" in model(bench.document, "messages").text)
+
+
+def test_a_scene_begins_a_run_of_its_own(bench: Bench) -> None:
+    epoch = bench.link.history.epoch
+    click(bench.document, "scene_motor_under_load")
+    bench.wait(lambda: bench.link.history.epoch > epoch and bench.values()["mass"] == 5e-4)
+    bench.wait(lambda: bench.simulator.node.run is not None and bench.simulator.node.run.active)
+    assert bench.simulator.motion.frequency == 40_000.0
+    bench.wait(lambda: bench.values()["frequency"] == 40_000.0)
+    bench.simulator.advance(0.05)
+    bench.wait(lambda: bench.link.history.latest == pytest.approx(0.05, abs=0.02))
+
+
+def test_the_disk_is_sent_to_a_start(bench: Bench) -> None:
+    """The first impact after it is the start that was asked for."""
+    click(bench.document, "scene_period_1")
+    bench.wait(lambda: bench.values()["mass"] == 0.25 and bench.values()["frequency"] == 3.0)
+    bench.wait(lambda: bench.simulator.node.run is not None and bench.simulator.node.run.active)
+    bench.page.send_start(
+        {
+            "initial_height": 0.0,
+            "initial_with_platform": False,
+            "initial_axial_velocity": -1.0,
+            "initial_forcing_phase": 0.5,
+        }
+    )
+    bench.wait(lambda: bench.values()["initial_axial_velocity"] == -1.0)
+    resets = bench.link.history
+    bench.wait(lambda: "reset" in resets.changes.items)
+    session = bench.simulator.node.run.session
+    bench.simulator.advance(0.2)
+    bench.wait(lambda: 0.5 in resets.points.rows["forcing_phase"])
+    assert session.latest_target == bench.simulator.motion

@@ -1,0 +1,85 @@
+"""Headless Chromium of Debian, driven by selenium: no browser is downloaded."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+_FIND = """
+function all(root, out) {
+  for (const e of root.querySelectorAll('*')) {
+    out.push(e);
+    if (e.shadowRoot) all(e.shadowRoot, out)
+  }
+  return out
+}
+const found = all(document, []).filter(e => %s);
+return found.length ? found[0] : null
+"""
+
+
+def missing() -> str:
+    """What is not installed of browser and driver; empty: all is there."""
+    programs = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
+    return f"no {' and no '.join(programs)} (apt install chromium chromium-driver)" * bool(programs)
+
+
+def new_browser(profile: Path, width: int = 1500, height: int = 1120) -> Any:
+    """A browser with a profile of its own; `quit` ends it."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(str(shutil.which("chromedriver"))))
+
+
+def button(browser: Any, label: str) -> Any:
+    """The button or tab with a label, within the shadow trees that Bokeh makes; None: no such."""
+    test = (
+        "(e.tagName == 'BUTTON' || ['bk-tab', 'bk-btn'].some(c => e.classList.contains(c)))"
+        " && e.textContent.trim() == arguments[0]"
+    )
+    return browser.execute_script(_FIND % test, label)
+
+
+def slider_handle(browser: Any, title: str) -> Any:
+    """The handle of the slider whose title begins so."""
+    test = (
+        "e.classList.contains('noUi-handle') && e.getRootNode().host"
+        " && e.getRootNode().textContent.trim().startsWith(arguments[0])"
+    )
+    return browser.execute_script(_FIND % test, title)
+
+
+def page_text(browser: Any) -> str:
+    """All text that is seen on the page."""
+    script = """
+    function text(root) {
+      let out = '';
+      root.childNodes.forEach(n => {
+        if (n.nodeType == 3) out += n.textContent + ' ';
+        else if (n.nodeType == 1 && !['STYLE', 'SCRIPT'].includes(n.tagName)) {
+          if (n.shadowRoot) out += text(n.shadowRoot); out += text(n) }
+      });
+      return out
+    }
+    return text(document.body)"""
+    return str(browser.execute_script(script))
+
+
+def complaints(browser: Any) -> list[str]:
+    """The errors in the browser's console."""
+    return [
+        row["message"]
+        for row in browser.get_log("browser")
+        if row["level"] == "SEVERE" and "favicon" not in row["message"]
+    ]

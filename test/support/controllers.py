@@ -1,0 +1,108 @@
+"""Controllers of closed loops for tests: nodes that answer impacts, samples or gates."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import Float64, UInt64MultiArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from bouncing_disk_ros.ros.conversions import ns_to_duration
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+
+GATES = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+MOVE_NS = 50_000_000
+
+
+def move(joint: str, position: float, after_ns: int = MOVE_NS) -> JointTrajectory:
+    """A smooth move of the offset from now on."""
+    point = JointTrajectoryPoint(
+        positions=array("d", [position]),
+        velocities=array("d", [0.0]),
+        accelerations=array("d", [0.0]),
+        time_from_start=ns_to_duration(after_ns),
+    )
+    return JointTrajectory(joint_names=[joint], points=[point])
+
+
+class ImpactAnswerer(Node):
+    """Answers each impact by an offset that depends on its speed."""
+
+    def __init__(self, name: str = "answerer", **settings: Any) -> None:
+        super().__init__(name, **settings)
+        self.heard = 0
+        self._offsets = self.create_publisher(JointTrajectory, "platform/joint_trajectory", 100)
+        self.create_subscription(PointCloud2, "disk/impacts", self.on_impacts, 1000)
+
+    def on_impacts(self, cloud: PointCloud2) -> None:
+        """One answer for each message."""
+        rows = impacts_from_msg(cloud)
+        self.heard += len(rows)
+        speed = float(rows["axial_impact_velocity"][-1])
+        self._offsets.publish(move("platform_axial", -1e-3 * speed))
+
+
+class SampleAnswerer(Node):
+    """Turns the platform by an offset that depends on the disk's height, at each tenth sample."""
+
+    def __init__(self, name: str = "turner", **settings: Any) -> None:
+        super().__init__(name, **settings)
+        self.heard = 0
+        self._offsets = self.create_publisher(JointTrajectory, "platform/joint_trajectory", 100)
+        self._lag = self.create_publisher(Float64, "platform/phase_lag", 100)
+        self.create_subscription(JointState, "joint_states", self.on_state, 100)
+
+    def on_state(self, state: JointState) -> None:
+        """An answer now and then."""
+        self.heard += 1
+        if self.heard % 10 == 0:
+            self._offsets.publish(move("platform_rotation", float(state.position[0])))
+        if self.heard % 35 == 0:
+            self._lag.publish(Float64(data=float(state.position[2])))
+
+
+class GateController(Node):
+    """Answers each gate, and each impact since the last one by an input."""
+
+    def __init__(self, number: int = 1, **settings: Any) -> None:
+        super().__init__(f"controller_{number}", **settings)
+        self.number, self.gates, self._rows, self._open = number, 0, 0, (-1, 0, 0)
+        self._inputs = 0
+        self.silent = False
+        self._offsets = self.create_publisher(JointTrajectory, "platform/joint_trajectory", 100)
+        self._proceed = self.create_publisher(UInt64MultiArray, "/bouncing_disk/proceed", 100)
+        self.create_subscription(PointCloud2, "disk/impacts", self.on_impacts, 1000)
+        self.create_subscription(UInt64MultiArray, "/bouncing_disk/gate", self.on_gate, GATES)
+
+    def on_impacts(self, cloud: PointCloud2) -> None:
+        """One input for each row."""
+        rows = impacts_from_msg(cloud)
+        self._rows = int(rows["index"][-1]) + 1
+        for row in rows:
+            sign = 1.0 if self.number % 2 else -1.0
+            position = sign * 1e-3 * float(row["axial_impact_velocity"])
+            self._offsets.publish(move("platform_axial", position))
+            self._inputs += 1
+        self.answer()
+
+    def on_gate(self, msg: UInt64MultiArray) -> None:
+        """A gate is open."""
+        self._open = tuple(msg.data)
+        if self.gates == 0:  # what came before this controller it cannot hear
+            self._rows = self._open[2]
+        self.answer()
+
+    def answer(self) -> None:
+        """Answer once all rows that the gate speaks of are here."""
+        gate, _, rows = self._open
+        if gate < 0 or self._rows < rows or self.silent:
+            return
+        self.gates += 1
+        self._open = (-1, 0, 0)
+        answer = (self.number, gate, self._inputs)
+        self._inputs = 0
+        self._proceed.publish(UInt64MultiArray(data=array("Q", answer)))

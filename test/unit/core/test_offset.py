@@ -1,0 +1,391 @@
+"""Offset trajectories: the formula, splices, extremes, and what they do to a run at each knot."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from mpmath import mpf, workdps
+
+from bouncing_disk_ros.core.layout import MOTION_DTYPE, NEVER, OFFSET_DTYPE
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
+from bouncing_disk_ros.core.offset import (
+    CUBIC,
+    LINE,
+    QUINTIC,
+    Knot,
+    Lane,
+    Offset,
+    OffsetState,
+    Segment,
+    coefficients,
+    highest,
+    hold,
+    largest,
+)
+from bouncing_disk_ros.core.simulation import Simulation
+from reference.offset_path import Point, Trajectory, pieces
+from support.offset_runs import OffsetRun, Spliced, knots, random_run
+
+SECOND = 10**9
+STILL = Motion(0.0, 0.0, 1.0, 0.0)
+G = 10.0
+
+
+def disk(restitution: float = 0.5, friction: float = 0.5) -> Disk:
+    return Disk(1.0, restitution, friction, 0.1, 0.1, G)
+
+
+def still(height: float = 0.0, speed: float | None = None, **values: float) -> Simulation:
+    """A platform that nothing but offsets move, and a disk above or on it."""
+    return Simulation(STILL, disk(**values), InitialState(height, speed, 0.0, 0.0, 0.0))
+
+
+def line(at_ns: int, position: float) -> Knot:
+    return Knot(at_ns, OffsetState(position), LINE)
+
+
+def cubic(at_ns: int, position: float, velocity: float) -> Knot:
+    return Knot(at_ns, OffsetState(position, velocity), CUBIC)
+
+
+# --- the formula ----------------------------------------------------------------------------------
+def random_segment(rng: np.random.Generator) -> Segment:
+    duration = int(math.exp(rng.uniform(math.log(2e3), math.log(1e11))))
+    begin, seconds = int(rng.integers(0, 10**12)), duration / SECOND
+    degree = int(rng.choice([LINE, CUBIC, QUINTIC]))
+    stated = {LINE: 1, CUBIC: 2, QUINTIC: 3}[degree]
+    rates = [seconds**-order * 10.0 ** rng.uniform(-1, 1.5) for order in range(3)]
+    start = OffsetState(*(float(rng.normal() * rate) for rate in rates))
+    end = OffsetState(*(float(rng.normal() * rate) for rate in rates[:stated]))
+    return Segment(begin, begin + duration, start, end, degree)
+
+
+def reference(segment: Segment, ns: int, order: int) -> Fraction:
+    """A derivative of a segment by Hermite's basis functions."""
+    kind = {LINE: 1, CUBIC: 2, QUINTIC: 3}[segment.degree]
+    values = tuple(Fraction(v) for v in (*segment.start, *segment.end))
+    begin, end = Fraction(segment.begin_ns, SECOND), Fraction(segment.end_ns, SECOND)
+    from reference.offset_path import Piece
+
+    return Fraction(Piece(begin, end, values, kind).at(Fraction(ns, SECOND), order))
+
+
+def test_a_segment_is_its_formula_to_rounding() -> None:
+    """Half an ulp of the largest value: 1.1e-16."""
+    rng = np.random.default_rng(1)
+    for _ in range(200):
+        segment = random_segment(rng)
+        scale = largest(coefficients(segment))
+        for ns in rng.integers(segment.begin_ns, segment.end_ns + 1, 3).tolist():
+            wanted = reference(segment, ns, 0)
+            assert abs(Fraction(segment.at(ns).position) - wanted) <= Fraction(scale) * 2**-53
+
+
+@pytest.fixture
+def forty_digits() -> Iterator[None]:
+    with workdps(40):
+        yield
+
+
+@pytest.mark.usefixtures("forty_digits")
+def test_a_run_shows_the_formula_within_2e_15() -> None:
+    """Through the compiled kernels, of random trajectories on a platform that stands."""
+    rng = np.random.default_rng(2)
+    for seed in range(40):
+        run = random_run(seed)._replace(motion=STILL, disk=disk(1.0))
+        run = run._replace(initial=InitialState(100.0, 0.0, 0.0, 0.0, 0.0))
+        simulation, trajectories = run.start(), run.trajectories
+        message = [
+            Trajectory(one.begin_ns, tuple(Point(int(p[0]), p[1:]) for p in one.axial))
+            for one in trajectories
+            if one.axial
+        ]
+        found = pieces(message, mpf)
+        for at in sorted(rng.integers(1, SECOND // 2, 6).tolist()):
+            simulation.advance(at)
+            segment = simulation.offset.axial.segment_at(at)
+            scale = largest(coefficients(segment))
+            piece = max((p for p in found if p.begin <= mpf(at) / SECOND), key=lambda p: p.begin)
+            wanted = piece.at(mpf(at) / SECOND)
+            assert abs(simulation.sample().platform_position - wanted) <= 2e-15 * max(scale, 1e-300)
+
+
+def test_extremes_are_exact() -> None:
+    """Against a dense grid, whose largest value is short of the extreme by the square of a step."""
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        c = coefficients(random_segment(rng))
+        x = np.linspace(0.0, 1.0, 4001)
+        values = np.polyval([float(v) for v in reversed(c)], x)
+        top = float(np.max(np.abs(values)))
+        found = largest(c)
+        slack = sum(abs(float(v)) for v in c)
+        assert top <= found * (1 + 1e-12)
+        assert found <= top + 20 * slack * (0.5 / 4000) ** 2
+        assert highest(c) >= np.max(values) - 1e-12 * slack
+
+
+# --- splices --------------------------------------------------------------------------------------
+def test_a_future_splice_leaves_what_is_before_it() -> None:
+    first = Lane().spliced(0, [cubic(SECOND, 0.1, 0.0), cubic(2 * SECOND, 0.0, 0.0)])
+    both = first.spliced(SECOND // 2, [cubic(3 * SECOND, -0.1, 0.0)])
+    for ns in range(0, SECOND // 2 + 1, SECOND // 20):
+        assert both.state_at(ns) == first.state_at(ns)
+    assert both.jump_at(SECOND // 2) == 0.0
+    assert both.state_at(4 * SECOND).position == -0.1
+    assert both.boundary_after(0) == SECOND // 2
+    assert both.boundary_after(3 * SECOND) == int(NEVER)
+
+
+def test_an_earlier_splice_replaces_a_later_one() -> None:
+    lane = Lane().spliced(SECOND, [line(2 * SECOND, 1.0)])
+    lane = lane.spliced(SECOND // 2, [line(3 * SECOND, 0.5)])
+    assert lane.state_at(2 * SECOND).position == pytest.approx(0.3)
+    assert len(lane.plans) == 2
+
+
+def test_cancelling_keeps_what_has_begun_to_its_end() -> None:
+    lane = Lane().spliced(0, [line(SECOND, 1.0), line(2 * SECOND, 0.0)])
+    spliced = lane.spliced(3 * SECOND // 2, [line(4 * SECOND, 9.0)])
+    assert spliced.cancelled(SECOND) == lane
+    assert lane.spliced(SECOND, [line(4 * SECOND, 9.0)]).cancelled(SECOND // 2) == lane
+
+
+def test_a_splice_at_a_knot_starts_from_what_the_knot_states() -> None:
+    whole = Lane().spliced(0, [cubic(SECOND, 0.1, 0.3), cubic(2 * SECOND, 0.2, -0.1)])
+    parts = Lane().spliced(0, [cubic(SECOND, 0.1, 0.3)])
+    parts = parts.spliced(SECOND, [cubic(2 * SECOND, 0.2, -0.1)])
+    for ns in range(0, 2 * SECOND, SECOND // 7):
+        assert parts.segment_at(ns) == whole.segment_at(ns)
+
+
+def test_trimmed_lanes_splice_the_same() -> None:
+    run = random_run(11)
+    offset = run.start().offset
+    for now in range(0, SECOND // 4, SECOND // 100):
+        more = [cubic(now + SECOND, 0.01, 0.0)]
+        assert offset.trimmed(now).axial.spliced_state(now) == offset.axial.spliced_state(now)
+        fresh = offset.trimmed(now).axial.spliced(now, more).plans[-1]
+        assert fresh == offset.axial.spliced(now, more).plans[-1]
+
+
+# --- what a knot does to the disk -----------------------------------------------------------------
+def test_a_line_that_begins_to_rise_under_a_disk_hits_it() -> None:
+    """w_A = −v, twice the speed with ε = 1."""
+    sim = still(restitution=1.0)
+    sim.trajectory(SECOND, [line(2 * SECOND, 0.5)])
+    rows, _ = sim.advance(SECOND)
+    assert rows["axial_impact_velocity"].tolist() == [-0.5]
+    assert rows["time"].tolist() == [1.0]
+    assert sim.sample().axial_velocity == 1.0
+
+
+def test_a_line_that_begins_to_fall_leaves_the_disk_behind() -> None:
+    sim = still(restitution=0.0)
+    sim.trajectory(SECOND, [line(2 * SECOND, -0.5)])
+    sim.advance(SECOND)
+    assert sim.sample().phase is Phase.FLIGHT
+    assert sim.sample().axial_velocity == 0.0
+    rows, _ = sim.advance(2 * SECOND)
+    assert rows["time"].tolist() == [
+        pytest.approx(1.1, abs=1e-15),  # 0.5 t = g t²/2
+        2.0,  # the end of the line stops the platform
+    ]
+    assert rows["axial_impact_velocity"].tolist() == [pytest.approx(-0.5, abs=1e-14)] * 2
+
+
+def test_the_end_of_a_rising_line_launches() -> None:
+    sim = still(restitution=0.0)
+    sim.trajectory(SECOND, [line(2 * SECOND, 0.5)])
+    sim.advance(2 * SECOND)
+    assert sim.sample().phase is Phase.FLIGHT
+    assert sim.sample().axial_velocity == 0.5
+    rows, _ = sim.advance(3 * SECOND)
+    assert rows["time"].tolist() == [pytest.approx(2.1, abs=1e-15)]
+
+
+def test_a_jump_of_the_rotation_makes_the_disk_slip_without_an_impulse() -> None:
+    sim = still(restitution=0.0)
+    sim.trajectory(SECOND, None, [line(2 * SECOND, 1.0)])
+    rows, _ = sim.advance(SECOND)
+    assert len(rows) == 0
+    assert sim.sample().phase is Phase.SLIDING
+    assert sim.sample().angular_velocity == 0.0
+    sim.advance(2 * SECOND - 1)
+    assert sim.sample().phase is Phase.STICKING
+    assert sim.sample().angular_velocity == pytest.approx(1.0, abs=1e-15)
+
+
+def test_both_jumps_at_once_are_one_impact_with_the_new_slip() -> None:
+    sim = still(restitution=0.0, friction=1.0)
+    sim.trajectory(SECOND, [line(2 * SECOND, 0.5)], [line(2 * SECOND, 20.0)])
+    rows, _ = sim.advance(SECOND)
+    assert rows["angular_impact_velocity"].tolist() == [-20.0]
+    assert rows["angular_impulse"].tolist() == [pytest.approx(0.05)]  # μ a_e m v
+
+
+def test_a_fall_of_the_acceleration_below_minus_g_launches_without_speed() -> None:
+    """p = −12 t²/2 + …: the quintic begins with an acceleration that the disk cannot follow."""
+    sim = still(restitution=0.0)
+    sim.trajectory(SECOND, [cubic(2 * SECOND, -1.0, 0.0)])  # p̈ begins with −6
+    sim.advance(SECOND + 1000)
+    assert sim.sample().phase is not Phase.FLIGHT
+    sim = still(restitution=0.0)
+    sim.trajectory(SECOND, [cubic(2 * SECOND, -2.0, 0.0)])  # with −12 < −g
+    sim.advance(SECOND + 1000)
+    assert sim.sample().phase is Phase.FLIGHT
+    assert sim.sample().gap == pytest.approx(0.5 * 2.0 * 1e-12, rel=1e-4)
+
+
+def test_an_impact_at_a_knot_goes_before_it() -> None:
+    """0.05 = g t²/2 with t = 0.1: the first impact meets a platform at rest, the second a rise."""
+    sim = still(0.05, 0.0, restitution=0.5)
+    sim.trajectory(SECOND // 10, [line(SECOND, 1.8)])
+    rows, _ = sim.advance(SECOND // 10)
+    assert rows["axial_impact_velocity"].tolist() == [
+        pytest.approx(-1.0, abs=1e-15),
+        pytest.approx(-1.5, abs=1e-15),  # 0.5 up, the platform 2 up
+    ]
+
+
+def test_contact_is_kept_on_a_smooth_offset() -> None:
+    sim = still(restitution=0.0)
+    knot = Knot(2 * SECOND, OffsetState(0.3), QUINTIC)
+    sim.trajectory(SECOND, [knot], [knot])
+    rows, _ = sim.advance(5 * SECOND)
+    assert len(rows) == 0
+    state = sim.sample()
+    assert state.phase is Phase.STICKING
+    assert state.axial_position == state.platform_position == 0.3
+    assert state.unwrapped_angle == pytest.approx(0.3, abs=1e-15)
+    energy = sim.energy()
+    assert energy.work_axial == pytest.approx(G * 0.3, abs=1e-14)
+    assert abs(energy.residual) <= 1e-15 * energy.throughput
+
+
+def test_without_an_offset_the_record_is_the_plain_one() -> None:
+    sim = still()
+    sim.trajectory(SECOND, [line(2 * SECOND, 0.1), line(3 * SECOND, 0.0)])
+    kinds = []
+    for at in (SECOND // 2, 3 * SECOND // 2, 5 * SECOND // 2, 4 * SECOND):
+        sim.advance(at)
+        kinds.append(sim._engine.m.dtype)
+    assert kinds == [OFFSET_DTYPE, OFFSET_DTYPE, OFFSET_DTYPE, MOTION_DTYPE]
+    assert Simulation(STILL, disk(), InitialState())._engine.m.dtype == MOTION_DTYPE
+
+
+def test_a_reset_takes_the_offset_away() -> None:
+    sim = still()
+    sim.trajectory(0, [line(SECOND, 0.1)])
+    sim.advance(SECOND // 2)
+    sim.reset()
+    assert sim.offset == Offset()
+    assert sim.sample().platform_position == 0.0
+
+
+# --- bits -----------------------------------------------------------------------------------------
+def digest(run: Simulation, end: int, step: int) -> bytes:
+    parts = []
+    for at in range(step, end + step, step):
+        rows, behind = run.advance(min(at, end), 10**6)
+        assert not behind
+        parts.append(rows.tobytes())
+    return b"".join(parts) + repr(run.sample()).encode()
+
+
+def one_by_one(run: OffsetRun, rate: float) -> Simulation:
+    """Each knot in a message of its own, sent in the last tick before the knot before it."""
+    sim = Simulation(run.motion, run.disk, run.initial)
+    tick = round(SECOND / rate)
+    sends: list[tuple[int, Spliced]] = []
+    for one in run.trajectories:
+        for joint, points in enumerate((one.axial, one.angular)):
+            begin = one.begin_ns
+            for point in points:
+                lanes = ((point,), ()) if joint == 0 else ((), (point,))
+                sends.append((begin, Spliced(begin, *lanes)))
+                begin = int(point[0])
+    # what a later message of the same run replaces is not sent
+    for begin, one in sorted(sends, key=lambda send: send[0]):
+        sim.advance(max(begin // tick * tick - (0 if begin % tick else tick), 0))
+        sim.trajectory(begin, knots(one.axial), knots(one.angular))
+    return sim
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 1000.0])
+def test_knots_sent_at_once_or_one_by_one_are_the_same_bits(rate: float) -> None:
+    for seed in range(20):
+        run = random_run(seed)
+        run = run._replace(trajectories=run.trajectories[:1])
+        end = int(3 / run.motion.frequency * SECOND)
+        whole = run.start()
+        parts = one_by_one(run, rate)
+        first = b"".join(whole.advance(end, 10**6)[0].tobytes() for _ in range(1))
+        rows = parts.advance(end, 10**6)[0].tobytes()
+        assert first.endswith(rows)
+        assert parts.sample() == whole.sample()
+
+
+def test_any_pattern_of_calls_and_a_checkpoint_give_the_same_bits() -> None:
+    for seed in range(12):
+        run = random_run(seed)
+        end = int(3 / run.motion.frequency * SECOND)
+        wanted = digest(run.start(), end, end)
+        assert digest(run.start(), end, end // 37 + 1) == wanted
+        other = run.start()
+        half = end // 2
+        rows = other.advance(half, 10**6)[0].tobytes()
+        again = Simulation.restore(json.loads(json.dumps(other.snapshot())))
+        rows += again.advance(end, 10**6)[0].tobytes()
+        assert rows + repr(again.sample()).encode() == wanted
+
+
+def test_future_splices_while_moving_keep_the_position_continuous() -> None:
+    """Over a splice the platform moves by what its speeds allow in 2 ns, to rounding."""
+    rng = np.random.default_rng(5)
+    for seed in range(60):
+        run = random_run(seed)
+        sim = run.start()
+        at = int(rng.uniform(0.1, 2.0) / run.motion.frequency * SECOND)
+        before = sim.offset
+        sim.trajectory(at, knots(((at + SECOND // 10, 0.01, 0.0),)))
+        for ns in rng.integers(0, at + 1, 5).tolist():
+            assert sim.offset.axial.state_at(ns).position == before.axial.state_at(ns).position
+        found = []
+        for ns in (at - 1, at, at + 1):
+            sim.advance(ns)
+            found.append(sim.sample())
+        speed = 1e-9 * max(abs(one.platform_velocity) for one in found)
+        scale = max(abs(one.platform_position) for one in found)
+        room = 1.01 * speed + 1e-15 * scale + 1e-17
+        assert abs(found[1].platform_position - found[0].platform_position) <= room
+        assert abs(found[2].platform_position - found[1].platform_position) <= room
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"index": -1}, {"in_force": []}, {"axial": []}, {"axial": [[[0, 1, 2]]]},
+        {"axial": [[[0, 5, *[0.0] * 6, 1]]]}, {"angular": [[[0, 5, *[0.0] * 6, 2]]]},
+        {"axial": [[[0, 5, *[math.nan] * 6, 1], [5, int(NEVER), *[0.0] * 6, 0]]]},
+        {"axial": [[[0, 5, *[0.0] * 6, 1], [6, int(NEVER), *[0.0] * 6, 0]]]},
+        {"axial": [[[0, 5, *[0.0] * 6, 0]]]},
+    ],
+)  # fmt: skip
+def test_a_damaged_checkpoint_is_refused_in_one_line(change: dict[str, object]) -> None:
+    sim = random_run(3).start()
+    sim.advance(SECOND // 100)
+    values = sim.snapshot()
+    values["offset"] = {**values["offset"], **change}
+    with pytest.raises(ValueError, match="offset") as caught:
+        Simulation.restore(values)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_hold_is_a_hold() -> None:
+    assert hold(5, 0.5).at(10**12) == OffsetState(0.5)

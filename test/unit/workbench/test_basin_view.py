@@ -1,0 +1,194 @@
+"""Views of basins are those of the study, in every zoom."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.analysis.dynamics.attractors import numbered
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import DEFAULTS
+from bouncing_disk_ros.study.basin_study import Basins, from_arrays
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.workbench import basin_view
+from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of, view
+from bouncing_disk_ros.workbench.start_plane import (
+    UNRESOLVED,
+    Window,
+    is_distinct,
+    pixel_centre,
+    section_of,
+    whole_window,
+)
+
+SIDE = 64
+
+
+def study_of(axial_forcing: float, window: Window, side: int = SIDE) -> Basins:
+    values = {name: spec.default for name, spec in STUDY_TABLES["basins"].items()}
+    values |= {"axial_forcing": axial_forcing, "width": side, "height": side}
+    return Basins({**values, **window._asdict()})
+
+
+def around(phase: float, velocity: float, half: float) -> Window:
+    return Window(phase - half, phase + half, velocity - half, velocity + half)
+
+
+def boundary(axial_forcing: float, phase: float) -> float:
+    """A velocity at which the label changes, to the last bit but some."""
+    low, high = -1.5, -0.2
+    first = label_of(axial_forcing, 0.5, phase, low)
+    assert label_of(axial_forcing, 0.5, phase, high) != first
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if label_of(axial_forcing, 0.5, phase, middle) == first:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@pytest.fixture
+def regions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Views as small as these are labelled as fine ones are."""
+    monkeypatch.setattr(basin_view, "COARSE", 1)
+
+
+@pytest.mark.usefixtures("regions")
+@pytest.mark.parametrize("half", [0.1, 1e-4, 1e-9])
+@pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
+def test_labels_of_a_zoom_are_those_of_the_study(axial_forcing: float, half: float) -> None:
+    window = around(2.0, boundary(axial_forcing, 2.0), half)
+    compare(axial_forcing, window)
+
+
+@pytest.mark.usefixtures("regions")
+@pytest.mark.parametrize("axial_forcing", [0.3, 0.48, 0.5526, 2.0])
+def test_labels_of_the_whole_window_are_those_of_the_study(axial_forcing: float) -> None:
+    compare(axial_forcing, whole_window())
+
+
+def test_labels_beyond_one_period_are_those_of_the_study() -> None:
+    compare(0.45, Window(-7.0, 8.0, -3.0, -0.5))
+
+
+def compare(axial_forcing: float, window: Window) -> None:
+    """Bit by bit, names of attractors in place of their numbers: the study may find them anew."""
+    study = study_of(axial_forcing, window)
+    context = study.context()
+    names = np.array([*numbered([a.name for a in from_arrays(context).found]), UNRESOLVED])
+    expected = np.empty((SIDE, SIDE), np.int32)
+    for region in study.regions():
+        part = study.compute(region, context, None)["label"]
+        expected[region.select(("velocity", "forcing_phase"))] = part
+    found = view(axial_forcing, 0.5, window, SIDE)
+    assert found is not None
+    own = np.array([*found.names, UNRESOLVED])
+    np.testing.assert_array_equal(own[found.labels], names[expected])
+    assert sum(found.shares) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_boundary_is_in_view_at_every_zoom() -> None:
+    """What the comparison with the study is about: two labels, not one."""
+    for half in (1e-4, 1e-9):
+        found = view(0.45, 0.5, around(2.0, boundary(0.45, 2.0), half), 32)
+        assert found is not None
+        assert len(np.unique(found.labels)) == 2
+
+
+def test_fine_views_have_the_labels_of_coarse_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a region about chaos, and by following every start."""
+    followed = view(0.5526, 0.5, whole_window(), 96)
+    monkeypatch.setattr(basin_view, "COARSE", 1)
+    known = view(0.5526, 0.5, whole_window(), 96)
+    assert followed is not None
+    assert known is not None
+    np.testing.assert_array_equal(known.labels, followed.labels)
+    assert (known.labels == 1).mean() > 0.2
+
+
+def test_a_view_that_is_no_longer_wanted_is_not_computed() -> None:
+    assert view(0.45, 0.5, whole_window(), SIDE, lambda: True) is None
+
+
+def test_pixels_are_those_of_the_study() -> None:
+    window = Window(0.3, 1.7, -2.0, -0.25)
+    axes = study_of(0.45, window).axes
+    phases, speeds = axes["forcing_phase"].values, axes["velocity"].values
+    for column, line in ((0, 0), (17, 40), (SIDE - 1, SIDE - 1)):
+        start = float(phases[column]), float(speeds[line])
+        assert pixel_centre(window, SIDE, *start) == start
+    assert pixel_centre(window, SIDE, 1.7, -0.25) == (float(phases[-1]), float(speeds[-1]))
+
+
+def test_the_label_of_one_start_is_that_of_its_pixel() -> None:
+    found = view(0.45, 0.5, whole_window(), 16)
+    assert found is not None
+    axes = study_of(0.45, whole_window(), 16).axes
+    for column, line in ((1, 3), (5, 12), (9, 9), (15, 14)):
+        phase = float(axes["forcing_phase"].values[column])
+        velocity = float(axes["velocity"].values[line])
+        expected = found.names[found.labels[line, column]]
+        assert label_of(0.45, 0.5, phase, velocity) == expected
+
+
+def test_the_end_of_double_precision_is_seen() -> None:
+    assert is_distinct(around(2.0, -1.0, 1e-12), 512)
+    assert not is_distinct(around(2.0, -1.0, 1e-13), 512)  # 512 pixels, 900 doubles: some share
+    found = view(0.45, 0.5, around(2.0, -1.0, 1e-14), 64)
+    assert found is not None
+    assert not found.distinct
+
+
+@pytest.mark.parametrize("axial_forcing", [0.3, 0.45, 0.48])
+def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> None:
+    default = Basins(
+        {
+            **{name: spec.default for name, spec in STUDY_TABLES["basins"].items()},
+            "axial_forcing": axial_forcing,
+        }
+    )
+    expected, own = from_arrays(default.context()).found, attractors_at(axial_forcing, 0.5)
+    assert len(own) == len(expected)
+    for mine, one in zip(own, expected, strict=True):
+        assert mine.kind is one.kind
+        np.testing.assert_array_equal(mine.forcing_phases, one.forcing_phases)
+        np.testing.assert_array_equal(mine.velocities, one.velocities)
+
+
+def test_attractors_are_named_in_the_order_of_their_labels() -> None:
+    assert [one.name for one in attractors_at(0.45, 0.5)] == ["chattering (1 cycle)", "period-1"]
+
+
+def test_a_section_of_the_parameters_in_force() -> None:
+    values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
+    section = section_of(values)
+    assert section.axial_forcing == pytest.approx(0.4498, abs=1e-4)
+    assert section.amplitude(section.axial_forcing, 3.0) == pytest.approx(0.039, rel=1e-14)
+    doubled = section_of({**values, "preload": 0.25 * 9.80665})
+    assert doubled.axial_forcing == pytest.approx(0.5 * section.axial_forcing, rel=1e-14)
+    assert section_of({**values, "phase_lag": 1.0, "brake_torque": 0.1})[:2] == section[:2]
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        ({"restitution": 1.0}, "the map keeps areas"),
+        ({"gravity": 0.0}, "no impacts to map"),
+        ({"axial_amplitude": 1e6}, "Γ <= 1000"),
+    ],
+)
+def test_where_there_are_no_basins_one_line_says_why(changed: dict[str, float], line: str) -> None:
+    values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
+    with pytest.raises(InputError, match=line) as caught:
+        section_of({**values, **changed})
+    assert "\n" not in str(caught.value)
+
+
+def test_gravity_may_be_a_preload() -> None:
+    values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
+    alone = section_of({**values, "gravity": 0.0, "preload": 0.25 * 9.80665})
+    assert alone.axial_forcing == pytest.approx(section_of(values).axial_forcing, rel=1e-15)
+    assert math.isfinite(alone.velocity_scale)

@@ -1,0 +1,289 @@
+"""The page in a document without a browser: what its controls send, what it shows."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from bokeh.document import Document
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.actions import (
+    Call,
+    Impulse,
+    Move,
+    Names,
+    Perform,
+    Sequel,
+    Set,
+    lines,
+)
+from bouncing_disk_ros.workbench.control_table import (
+    DISK_CONTROLS,
+    FORCING,
+    MOTION_CONTROLS,
+    forcing_of,
+    shown_unit,
+)
+from bouncing_disk_ros.workbench.page import Page, Pages
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE
+from bouncing_disk_ros.workbench.run_view import numbers
+from bouncing_disk_ros.workbench.scene_table import SCENES
+from support.page_link import ListLink, change, click, model
+
+
+def filled(link: ListLink, preset: str = "pizza_multiple_toss") -> None:
+    """Put a run of a preset into the history: a second of it."""
+    values = parameters.complete(load_preset(preset))
+    motion = Motion(*(float(values[name]) for name in MOTION_NAMES))
+    link.history.add_record(
+        {"kind": "snapshot", "index": 0, "time_ns": 0, "parameters": dict(values)}
+    )
+    link.history.add_motion(MotionInForce(0, 0, motion, motion, 0, 0.0))
+    samples = np.zeros(101, SAMPLE_DTYPE)
+    samples["time"] = np.arange(101) / 100.0
+    samples["platform_position"] = motion.axial_amplitude * np.sin(17.0 * samples["time"])
+    samples["disk_position"] = samples["platform_position"] + motion.axial_amplitude
+    link.history.add_samples(samples)
+    rows = np.zeros(3, IMPACT_DTYPE)
+    rows["time"], rows["count"] = (0.2, 0.5, 0.9), 1
+    rows["forcing_phase"], rows["axial_impact_velocity"] = 0.5 * math.pi, -1.0
+    link.history.add_impacts(rows)
+    link.history.add_speed(0.5, 20.0)
+    link.history.phase = "flight"
+
+
+@pytest.fixture
+def link() -> ListLink:
+    found = ListLink()
+    filled(found)
+    return found
+
+
+@pytest.fixture
+def document(link: ListLink) -> Document:
+    """A page after its first frame."""
+    made = Document()
+    page = Page(made, link)
+    page.update()
+    return made
+
+
+def in_force(link: ListLink) -> dict[str, float]:
+    return numbers(link.history.values_at())
+
+
+def test_the_page_shows_the_run(document: Document, link: ListLink) -> None:
+    path = model(document, "path").data
+    assert path["time"].tolist() == (np.arange(101) / 100.0).tolist()
+    assert np.allclose(path["disk"] - path["platform"], 39.788735772973836), "mm"
+    section = model(document, "section").data
+    assert section["phase"].tolist() == [0.5] * 3
+    assert np.allclose(section["velocity"], -1.0 / (10.0 / 6.0)), "in units of πg/ω"
+    assert model(document, "speed").data["speed"].tolist() == [20.0]
+    assert len(model(document, "slices").data["start"]) == 8
+    assert "flight" in model(document, "status").text
+    titles = " ".join(plot.title.text for plot in document.select({"type": _figure()}))
+    assert "eq. 4, 27.39 rad/s (stable)" in titles
+
+
+def _figure() -> Any:
+    from bokeh.plotting import figure
+
+    return figure
+
+
+@pytest.mark.parametrize("control", [*MOTION_CONTROLS, *DISK_CONTROLS], ids=lambda one: one.name)
+def test_each_slider_shows_and_sends_its_number(
+    document: Document, link: ListLink, control: Any
+) -> None:
+    slider = model(document, control.name)
+    low, high = control.limits(in_force(link))
+    size, unit = shown_unit(control.unit, max(abs(low), abs(high)))
+    assert slider.value * size == pytest.approx(control.value(in_force(link)), rel=1e-12)
+    assert slider.start <= slider.value <= slider.end
+    assert unit in slider.title
+    given = slider.start + 0.75 * (slider.end - slider.start)
+    change(document, control.name, "value_throttled", given)
+    (action,) = link.sent
+    si = given * size
+    if control.name == FORCING:
+        assert isinstance(action, Move)
+        reached = {**in_force(link), **action.values}
+        assert forcing_of(reached) == pytest.approx(si, rel=1e-12)
+    elif control.name in MOTION_NAMES:
+        assert action == Move({control.name: si})
+    else:
+        assert action == Set({control.name: si})
+        parameters.TABLE[control.name].checked(si)
+    (line,) = lines(action, link.names)
+    assert line.replace("'", "&#x27;") in model(document, "command_lines").text
+
+
+def test_sliders_fit_a_motor_too() -> None:
+    link, document = ListLink(), Document()
+    filled(link, "swum")
+    page = Page(document, link)
+    page.update()
+    for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
+        slider, value = model(document, control.name), control.value(in_force(link))
+        span = slider.end - slider.start
+        if value > 0.0:
+            assert 0.05 < (slider.value - slider.start) / span < 0.95, control.name
+        assert 0.001 <= span <= 2000.0, f"{control.name}: numbers that can be read"
+
+
+def test_buttons(document: Document, link: ListLink) -> None:
+    for name in ("pause", "step", "reset", "first_toss"):
+        click(document, name)
+    change(document, "axial", "value", 0.25)
+    change(document, "angular", "value", -0.01)
+    click(document, "impulse")
+    assert link.sent == [
+        Call("pause", True), Sequel((Call("pause", True), Call("step"))), Call("reset"),
+        Perform("first_toss_to_period_1"), Impulse(0.25, -0.01),
+    ]  # fmt: skip
+
+
+def test_a_paused_run_is_resumed_and_stepped(link: ListLink) -> None:
+    document = Document()
+    link.history.phase = "paused"
+    Page(document, link).update()
+    assert model(document, "pause").label == "Resume"
+    click(document, "pause")
+    click(document, "step")
+    assert link.sent == [Call("pause", False), Sequel((Call("step"),))]
+
+
+def test_slow_motion_keeps_the_samples_of_the_wall_clock(
+    document: Document, link: ListLink
+) -> None:
+    change(document, "slow", "active", 3)
+    assert link.sent == [Set({"real_time_factor": 0.1, "state_rate": 1000.0})]
+
+
+def test_a_strobe_sets_the_rate_of_samples() -> None:
+    link, document = ListLink(), Document()
+    filled(link, "swum")
+    Page(document, link).update()
+    click(document, "strobe")
+    (action,) = link.sent
+    assert action == Set({"state_rate": 40_000.0 / (400.0 + 1.0 / 200.0)})
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("restitution", "0.4", 0.4),
+        ("restitution", "lots", "lots"),
+        ("step_periods", "3", 3),
+        ("initial_with_platform", "true", True),
+        ("gravity", "1e400", math.inf),
+    ],
+)
+def test_any_parameter_is_sent_as_it_was_typed(
+    document: Document, link: ListLink, name: str, text: str, value: Any
+) -> None:
+    """What is wrong is for the node to refuse, in its own words."""
+    change(document, "parameter", "value", name)
+    change(document, "given", "value", text)
+    click(document, "set")
+    assert link.sent == [Set({name: value})]
+
+
+def test_the_nodes_own_line_is_shown_as_text_not_as_markup(link: ListLink) -> None:
+    document = Document()
+    page = Page(document, link)
+    link.history.note("restitution: got 2.0, allowed: <b>", is_refusal=True)
+    page.update()
+    shown = model(document, "messages").text
+    assert "restitution: got 2.0, allowed: &lt;b&gt;" in shown
+    assert "#b00020" in shown
+
+
+def test_a_page_that_draws_nothing_is_not_sent_more(link: ListLink) -> None:
+    """A browser that lies hidden acknowledges nothing; one that draws, the end of its axis."""
+    document, clock = Document(), [0.0]
+    page = Page(document, link)
+    page.run._clock = lambda: clock[0]
+    sent = []
+    for k in range(60):
+        clock[0] += 1 / 30
+        row = np.zeros(1, SAMPLE_DTYPE)
+        row["time"] = 1.01 + 0.01 * k
+        link.history.add_samples(row)
+        page.update()
+        sent.append(page.run.flow.sent)
+    assert sent[-1] <= 5
+    change(document, "shown_time", "end", 2.0)
+    page.update()
+    assert page.run.flow.sent == sent[-1] + 1
+    assert model(document, "path").data["time"][-1] == pytest.approx(1.6)
+
+
+def test_pages_share_a_run_and_each_has_its_own_figures(link: ListLink) -> None:
+    pages, documents = Pages(link), (Document(), Document())
+    for document in documents:
+        pages.make(document)
+    for page in pages.open:
+        page.update()
+    first, second = (model(document, "path").data["time"] for document in documents)
+    assert first.tolist() == second.tolist()
+    change(documents[0], "restitution", "value_throttled", 0.3)
+    link.history.add_values(1.0, {"restitution": 0.3})
+    for page in pages.open:
+        for _ in range(6):
+            page.update()
+    assert [model(document, "restitution").value for document in documents] == [0.3, 0.3]
+
+
+def test_a_scene_begins_and_its_number_comes(document: Document, link: ListLink) -> None:
+    click(document, "scene_doubling")
+    assert link.sent == [SCENES["doubling"].actions(link.history.own_values())]
+    assert "Find the Γ of the first doubling" in model(document, "scene_text").text
+    click(document, "show_number")
+    while document.session_callbacks and "computing" in model(document, "scene_text").text:
+        for callback in document.session_callbacks:
+            if type(callback).__name__ == "NextTickCallback":
+                callback.callback()
+    wait_for_number(document)
+    assert "It is 0.486." in model(document, "scene_text").text
+
+
+def wait_for_number(document: Document) -> None:
+    import threading
+
+    for thread in threading.enumerate():
+        if thread.name.startswith("number of"):
+            thread.join(60.0)
+    for callback in list(document.session_callbacks):
+        if type(callback).__name__ == "NextTickCallback":
+            callback.callback()
+
+
+def test_a_start_is_sent_with_the_motion_in_force(link: ListLink) -> None:
+    """A reset goes back to the parameters of the motion: they are set to what is in force."""
+    page = Page(Document(), link)
+    page.send_start({"initial_forcing_phase": 1.0})
+    (action,) = link.sent
+    assert isinstance(action, Sequel)
+    settings, reset = action.actions
+    assert reset == Call("reset")
+    assert isinstance(settings, Set)
+    motion = {name: in_force(link)[name] for name in MOTION_NAMES}
+    assert settings.values == {**motion, "initial_forcing_phase": 1.0}
+    page.set_values({"axial_amplitude": 0.05, "restitution": 0.4})
+    assert link.sent[1:] == [Move({"axial_amplitude": 0.05}), Set({"restitution": 0.4})]
+
+
+def test_names_in_a_namespace() -> None:
+    assert re.fullmatch(
+        r"/lab/disk/impulse", Names("/lab/bouncing_disk", "/lab").topic("disk/impulse")
+    )
+    assert Names().topic("/diagnostics") == "/diagnostics"

@@ -1,0 +1,118 @@
+"""The computations of the page that know no browser: windows, strobe, flow of frames."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from bouncing_disk_ros.workbench.flow_control import LONGEST, MOST_AHEAD, PATIENCE, FlowControl
+from bouncing_disk_ros.workbench.side_window import fitted, length_unit, nice_above, side_window
+from bouncing_disk_ros.workbench.strobe import Shown, shown_motion, strobe_rate, text_of
+
+# --- flow ---------------------------------------------------------------------------------------
+
+
+def test_a_page_that_draws_gets_every_frame() -> None:
+    flow = FlowControl()
+    for k in range(100):
+        assert flow.may_send(k / 30)
+        flow.note_sent(k / 30, float(k))
+        flow.note_drawn(float(k))
+    assert flow.drawn == 100
+
+
+def test_a_page_that_draws_nothing_gets_ever_fewer_frames() -> None:
+    """A hidden tab for ten minutes: MOST_AHEAD at once, then after 1, 2, 4 … 64 s."""
+    flow = FlowControl()
+    for k in range(30 * 600):
+        if flow.may_send(k / 30):
+            flow.note_sent(k / 30, float(k))
+    doublings = int(math.log2(LONGEST / PATIENCE))
+    assert flow.sent <= MOST_AHEAD + doublings + 600 / LONGEST + 1
+    flow.note_drawn(float(30 * 600))
+    assert flow.may_send(600.0)
+
+
+def test_an_axis_that_begins_anew_acknowledges_what_was_before() -> None:
+    flow = FlowControl()
+    for k in range(MOST_AHEAD):
+        flow.note_sent(0.0, 10.0 + k)
+    assert not flow.may_send(0.1)
+    flow.restart()
+    assert flow.may_send(0.1)
+
+
+# --- window -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("diameter", "low", "high"),
+    [(0.3, -0.04, 0.17), (0.3, -0.04, 2.0), (8e-3, -1e-6, 4e-6), (0.3, 0.0, 0.0), (0.3, -1e3, 1e9)],
+)
+def test_a_window_holds_disk_and_motion(diameter: float, low: float, high: float) -> None:
+    window = side_window(diameter, low, high, 1.2)
+    assert window.low <= low
+    assert window.high >= high
+    assert 2.0 * window.half_width >= diameter
+    scale = (window.high - window.low) / (2.0 * window.half_width * 1.2)
+    assert scale == pytest.approx(1.0 / window.magnification, rel=1e-12)
+
+
+def test_a_pizza_is_to_scale_and_a_motor_is_magnified() -> None:
+    assert side_window(0.3, -0.04, 0.17, 1.2).magnification == 1.0
+    assert side_window(8e-3, -1e-6, 4e-6, 1.2).magnification >= 100.0
+    assert side_window(0.3, 0.0, 1e-16, 1.2).magnification == 1.0, "at rest, but for rounding"
+
+
+def test_numbers_of_axes() -> None:
+    assert [nice_above(x) for x in (0.11, 0.2, 3.0, 7e-7)] == pytest.approx([0.2, 0.2, 5.0, 1e-6])
+    assert length_unit(0.2) == (1e-3, "mm")
+    assert length_unit(3e-6) == (1e-6, "µm")
+    assert fitted(1.0, 2.0, 0.1, 0.8, 2.2) == (0.8, 2.2), "it fits still"
+    low, high = fitted(1.0, 3.0, 0.1, 0.8, 2.2)
+    assert low < 1.0
+    assert high > 3.0
+
+
+# --- strobe -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("frequency", [40_000.0, 25_000.0, 1234.5, 400.0, 60.0])
+@pytest.mark.parametrize("factor", [1.0, 0.1])
+def test_a_strobe_shows_one_period_in_two_seconds(frequency: float, factor: float) -> None:
+    wanted = 100.0 / factor
+    rate = strobe_rate(frequency, wanted, factor)
+    if frequency * 8 <= wanted:
+        assert rate == wanted, "it is seen as it is"
+        return
+    assert 0.6 * min(wanted, frequency) <= rate <= 1.5 * wanted
+    shown = shown_motion(frequency, rate, factor)
+    assert shown.is_strobed
+    assert shown.step > 0.0, "forward"
+    # m of f T/n, a whole number of 8 or more: half of one off, and by the 1/m that samples are late
+    assert shown.seconds == pytest.approx(2.0, abs=1.0 / (rate * factor) + 2.0 / (n_of(shown)))
+    # the phase of sample k is k/m of a period, to the rounding of ns
+    phases = [round(1e9 * k / rate) / 1e9 * frequency % 1.0 for k in range(20)]
+    steps = [(b - a + 0.5) % 1.0 - 0.5 for a, b in pairwise(phases)]
+    assert max(abs(step - shown.step) for step in steps) < 2e-9 * frequency
+
+
+def n_of(shown: Shown) -> float:
+    return 1.0 / shown.step
+
+
+def test_the_page_says_what_it_shows() -> None:
+    assert text_of(shown_motion(3.0, 100.0, 1.0), 3.0) == ""
+    still = shown_motion(40_000.0, 100.0, 1.0)
+    assert math.isinf(still.seconds)
+    assert "400 periods" in text_of(still, 40_000.0)
+    assert "it seems to stand" in text_of(still, 40_000.0)
+    moving = shown_motion(40_000.0, strobe_rate(40_000.0, 100.0), 1.0)
+    assert "moves on by 1/200" in text_of(moving, 40_000.0)
+    assert "backward" in text_of(shown_motion(99.0, 100.0, 1.0), 99.0)
+
+
+def test_a_slow_motion_needs_no_strobe() -> None:
+    assert strobe_rate(0.3, 100.0) == 100.0

@@ -1,0 +1,173 @@
+"""What is known of a run, and what a page shows of it frame by frame."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
+from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.workbench.row_buffer import RowBuffer
+from bouncing_disk_ros.workbench.run_history import (
+    KEPT_CHANGES,
+    SAMPLE_DTYPE,
+    RunHistory,
+    Timeline,
+)
+from bouncing_disk_ros.workbench.run_view import RunView
+
+STILL, FAST = Motion(0.0, 0.0, 3.0, 0.0), Motion(0.1, 0.5, 4.0, 0.2)
+DTYPE = np.dtype([("time", "f8")])
+
+
+def rows(*times: float) -> NDArray[np.void]:
+    return np.array([(time,) for time in times], DTYPE)
+
+
+def samples(*times: float) -> NDArray[np.void]:
+    return np.array([(time, 0.1, 0.0, 1.0, 2.0, 3.0) for time in times], SAMPLE_DTYPE)
+
+
+def impacts(*times: float, count: int = 1) -> NDArray[Any]:
+    found = np.zeros(len(times), IMPACT_DTYPE)
+    found["time"], found["count"], found["forcing_phase"] = times, count, 1.0
+    found["axial_impact_velocity"] = -0.5
+    return found
+
+
+def steady(motion: Motion, begin: float) -> MotionInForce:
+    return MotionInForce(round(begin * NS), round(begin * NS), motion, motion, 0, 0.0)
+
+
+def test_a_buffer_keeps_the_newest_rows_however_they_come() -> None:
+    buffer = RowBuffer(DTYPE, 5)
+    time = 0.0
+    for count in (1, 3, 9, 2, 5, 1, 1, 1, 4):
+        new = np.arange(time, time + count)
+        buffer.append(rows(*new))
+        time += count
+        assert buffer.rows["time"].tolist() == np.arange(max(0.0, time - 5), time).tolist()
+    assert buffer.between(time - 4, time - 2, 10)["time"].tolist() == [time - 3, time - 2]
+    assert buffer.between(-math.inf, math.inf, 2)["time"].tolist() == [time - 2, time - 1]
+    last = buffer.last(time - 2.5)
+    assert last is not None
+    assert last["time"] == time - 3
+    assert buffer.last(-1.0) is None
+
+
+def test_a_timeline_says_what_held_when() -> None:
+    line: Timeline[str] = Timeline()
+    assert line.at(1.0) is None
+    assert line.since(1.0) == -math.inf
+    for time in range(KEPT_CHANGES + 1):
+        line.add(float(time), f"from {time}")
+    assert line.at(10.5) == "from 10"
+    assert line.since(10.5) == 10.0
+    assert len(line.items) == KEPT_CHANGES
+    assert line.at(-1.0) == "from 1", "before all of them: the first that is kept"
+
+
+def test_frames_bring_what_is_new_and_only_that() -> None:
+    history = RunHistory()
+    view = RunView(history, path_seconds=2.0)
+    history.add_motion(steady(STILL, 0.0))
+    history.add_samples(samples(0.0, 1.0, 2.0, 3.0))
+    history.add_impacts(impacts(0.5, 2.5))
+    first = view.frame()
+    assert first.clear
+    assert first.samples["time"].tolist() == [2.0, 3.0], "the path's seconds"
+    assert first.points["time"].tolist() == [0.5, 2.5]
+    assert view.frame().is_empty
+    history.add_samples(samples(4.0))
+    second = view.frame()
+    assert (second.clear, second.clear_section) == (False, False)
+    assert second.samples["time"].tolist() == [4.0]
+    assert len(second.points) == 0
+
+
+def test_the_section_begins_anew_with_another_motion_disk_or_start() -> None:
+    history = RunHistory()
+    view = RunView(history)
+    history.add_samples(samples(0.0, 1.0))
+    history.add_impacts(impacts(0.5))
+    view.frame()
+    history.add_motion(steady(FAST, 1.0))
+    assert view.frame().clear_section
+    history.add_values(2.0, {"restitution": 0.3})
+    assert view.frame().clear_section
+    history.add_values(2.5, {"restitution": 0.3})
+    assert not view.frame().clear_section, "nothing has changed"
+    history.add_record({"kind": "reset", "index": 7, "time_ns": 3 * NS})
+    history.add_impacts(impacts(2.9, 3.5))
+    frame = view.frame()
+    assert frame.clear_section
+    assert frame.points["time"].tolist() == [3.5]
+
+
+def test_a_page_may_go_back_in_a_recorded_run() -> None:
+    history = RunHistory()
+    history.add_motion(steady(STILL, 0.0))
+    history.add_motion(steady(FAST, 5.0))
+    history.add_values(0.0, {"restitution": 0.4})
+    history.add_values(6.0, {"restitution": 0.6})
+    history.add_samples(samples(*range(10)))
+    view = RunView(history, path_seconds=3.0)
+    late = view.frame(7.5)
+    assert late.pose is not None
+    assert late.pose["time"] == 7.0
+    assert late.values["restitution"] == 0.6
+    assert late.values["axial_amplitude"] == FAST.axial_amplitude
+    early = view.frame(4.0)
+    assert early.clear
+    assert early.samples["time"].tolist() == [2.0, 3.0, 4.0]
+    assert early.values["restitution"] == 0.4
+    assert early.values["axial_amplitude"] == STILL.axial_amplitude
+
+
+def test_rows_that_sum_impacts_are_counted_but_no_points() -> None:
+    history = RunHistory()
+    chatter = impacts(1.0, count=8)
+    chatter["kind"] = ImpactKind.CHATTER_TAIL
+    history.add_impacts(chatter)
+    assert history.impacts_seen == 8
+    assert len(history.points) == 0
+
+
+def test_a_new_run_is_noticed_by_its_records_and_by_its_times() -> None:
+    history = RunHistory()
+    view = RunView(history)
+    history.add_motion(steady(FAST, 3.0))
+    snapshot = {"kind": "snapshot", "index": 0, "time_ns": 0, "parameters": {"restitution": 0.5}}
+    history.add_record(snapshot)
+    history.add_samples(samples(8.0, 9.0))
+    view.frame()
+    history.add_motion(steady(STILL, 0.0))  # of the new run; it may come first
+    history.add_record({**snapshot, "parameters": {"restitution": 0.2}})
+    assert history.motion_at() == STILL
+    assert history.own_values()["restitution"] == 0.2
+    history.add_samples(samples(0.0))
+    frame = view.frame()
+    assert frame.clear
+    assert frame.samples["time"].tolist() == [0.0]
+    history.add_samples(samples(5.0))
+    history.add_samples(samples(1.0))
+    assert view.frame().samples["time"].tolist() == [1.0], "time fell"
+
+
+def test_notices_are_numbered_for_each_page_to_know_what_is_new() -> None:
+    history = RunHistory()
+    history.note("one")
+    history.note("two", is_refusal=True)
+    assert [notice.text for notice in history.notices_after(1)] == ["two"]
+    assert history.notices_after(2) == []
+
+
+@pytest.mark.parametrize("keep", [1, 3])
+def test_more_rows_at_once_than_are_kept(keep: int) -> None:
+    buffer = RowBuffer(DTYPE, keep)
+    buffer.append(rows(*range(50)))
+    assert buffer.rows["time"].tolist() == [float(time) for time in range(50 - keep, 50)]
