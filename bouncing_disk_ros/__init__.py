@@ -64,7 +64,7 @@ if TYPE_CHECKING:
         fatal_timing_errors,
     )
     from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share
-    from bouncing_disk_ros.analysis.dynamics.manifolds import (
+    from bouncing_disk_ros.analysis.dynamics.manifold_growth import (
         GrowthRule,
         Manifold,
         saddle_manifolds,
@@ -129,7 +129,7 @@ _PUBLIC = {
     "analysis.dynamics.edge_states": "EdgeState edge_state saddle_of",
     "analysis.dynamics.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors",
     "analysis.dynamics.manifold_area": "enclosed_share",
-    "analysis.dynamics.manifolds": "GrowthRule Manifold saddle_manifolds",
+    "analysis.dynamics.manifold_growth": "GrowthRule Manifold saddle_manifolds",
     "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
     "analysis.dynamics.orbit_branch": "orbit_curve",
     "analysis.dynamics.orbit_curves": "Curve Window",

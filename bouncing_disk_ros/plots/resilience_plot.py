@@ -151,10 +151,12 @@ def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
 def line_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
     """What the colours are, beneath the panels."""
     names = [str(name) for name in result["line_name"].values]
-    handles = [
+    contact = ", ".join(n for n, color in zip(names, colors, strict=True) if color == BLACK)
+    handles = [Line2D([], [], color=BLACK, label=contact)] if contact else []
+    handles += [
         Line2D([], [], color=color, label=name)
         for name, color in zip(names, colors, strict=True)
-        if color != GREY
+        if color not in (GREY, BLACK)
     ]
     if GREY in colors:
         handles.append(Line2D([], [], color=GREY, label="others"))

@@ -57,10 +57,8 @@ def lines_of(result: xr.Dataset, fields: Mapping[str, str], threshold: float) ->
         for k, row in enumerate(numbers):
             for i, line in zip(np.flatnonzero(kinds[k] >= 0), row, strict=True):
                 values[line, k] = field.values[k, i]
-        about = {word: text for word, text in field.attrs.items() if word != "_FillValue"}
-        found[f"line_{key}"] = (("line", "value", *field.dims[2:]), values, about)
-    about = {"long_name": "name of the attractor, first and last"}
-    found["line_name"] = ("line", numbered(_names(found, count)), about)
+        found[f"line_{key}"] = (("line", "value", *field.dims[2:]), values)
+    found["line_name"] = ("line", numbered(_names(found, count)))
     return found
 
 

@@ -18,14 +18,8 @@ from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, SpecialKind,
 from bouncing_disk_ros.analysis.dynamics.orbit_systems import CurveKind
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import (
-    Arrays,
-    Axis,
-    Field,
-    Region,
-    Study,
-)
-from bouncing_disk_ros.study.parameter_map_study import ParameterMap
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.study_by_name import named
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 
@@ -48,7 +42,7 @@ class Curves(Study):
             if not low <= value <= high:
                 raise InputError(name, value, f"within the window, {low:g} to {high:g}")
         self._section = NextCollisionMap(*place)
-        self._behind = ParameterMap(_map_parameters(given))
+        self._behind = named("parameter_map", **_map_parameters(given))
 
     @property
     def window(self) -> Window:
@@ -134,23 +128,11 @@ def curve_variables(arrays: Arrays) -> dict[str, object]:
     kinds = [str(KINDS[int(i)]) for i in arrays["curve_kind"]]
     special = [str(SPECIAL_KINDS[int(i)]) for i in arrays["special_kind"]]
     found: dict[str, object] = {
-        "curve_kind": ("curve", kinds, {"long_name": "what happens to the orbit"}),
-        "special_kind": ("special", special, {"long_name": "special points on the curves"}),
+        "curve_kind": ("curve", kinds),
+        "special_kind": ("special", special),
     }
-    about = {
-        "curve_impacts": "impacts in one repetition of the orbit; 0: an orbit with contact",
-        "curve_cycles": "periods of the platform in one repetition",
-        "point_curve": "index of the curve of a point",
-        "point_axial_forcing": "axial forcing",
-        "point_restitution": "restitution",
-        "point_forcing_phase": "forcing phase of one impact of the orbit",
-        "point_admissible": "1: the orbit is a motion of a disk, 0: a flight is cut short",
-        "special_curve": "index of the curve of a special point",
-        "special_axial_forcing": "axial forcing",
-        "special_restitution": "restitution",
-    }
-    for name, text in about.items():
-        dim = "curve_point" if name.startswith("point") else name.split("_")[0]
-        units = "rad" if name.endswith("phase") else "1"
-        found[name] = (dim, arrays[name], {"long_name": text, "units": units})
+    for name, values in arrays.items():
+        if name not in found:
+            dim = "curve_point" if name.startswith("point") else name.split("_")[0]
+            found[name] = (dim, values)
     return found

@@ -8,6 +8,24 @@ from bouncing_disk_ros.study.definition import Study
 from bouncing_disk_ros.study.store import DONE
 
 _SPEED, _VELOCITY = "omega Phi", "pi g/omega"
+_PERIOD, _IMPULSE = "2 pi/omega", "m pi g/omega"
+LINES = (
+    ("kind", "1", "kind of attractor"),
+    ("impacts", "1", "impacts in one repetition"),
+    ("cycles", "1", "periods in one repetition"),
+    ("multiplier", "1", "largest multiplier in magnitude"),
+    ("share", "1", "share of the window"),
+    ("share_uncertainty", "1", "standard error of the share"),
+    ("share_without_contact", "1", "share that reaches it without contact before"),
+    ("share_in_time", "1", "share on it after so many periods"),
+    ("convergence_time", _PERIOD, "time constant near it"),
+    ("median_time", _PERIOD, "median time to reach it"),
+    ("slow_time", _PERIOD, "time within which 95 % reach it"),
+    ("fatal_impulse", _IMPULSE, "smallest fatal impulse"),
+    ("least_fatal_impulse", _IMPULSE, "smallest fatal impulse at any instant"),
+    ("fatal_timing_error", "rad", "smallest fatal timing error"),
+)
+"""Fields over lines of attractors: what follows line_, unit, what they are."""
 ADDED: dict[str, tuple[str, str]] = {
     "attractor_name": ("1", "name of the attractor"),
     "attractor_kind": ("1", "kind of the attractor"),
@@ -48,6 +66,37 @@ ADDED: dict[str, tuple[str, str]] = {
     "extreme_airborne_speed": ("rad/s", "airborne speed at the extreme"),
     "extreme_speed_ratio": ("1", "speed ratio at the extreme"),
     "extreme_efficiency": ("1", "efficiency at the extreme"),
+    **{
+        f"curve_{name}": ("1", text)
+        for name, text in (
+            ("kind", "what happens to the orbit on the curve"),
+            ("impacts", "impacts in one repetition of the orbit; 0: an orbit with contact"),
+            ("cycles", "periods of the platform in one repetition"),
+        )
+    },
+    "point_curve": ("1", "index of the curve of a point"),
+    "point_axial_forcing": ("1", "axial forcing of a point of a curve"),
+    "point_restitution": ("1", "restitution of a point of a curve"),
+    "point_admissible": ("1", "1: the orbit is a motion of a disk, 0: a flight is cut short"),
+    "special_curve": ("1", "index of the curve of a special point"),
+    "special_kind": ("1", "what a special point is"),
+    "special_axial_forcing": ("1", "axial forcing of a special point"),
+    "special_restitution": ("1", "restitution of a special point"),
+    "saddle_impacts": ("1", "impacts of the saddle in one repetition"),
+    "saddle_cycles": ("1", "periods of the platform in one repetition"),
+    "saddle_multiplier": ("1", "multiplier outside of the unit circle"),
+    "saddle_share": ("1", "share of the window enclosed by its stable manifold; nan: open"),
+    "saddle_point_saddle": ("1", "index of the saddle of a point"),
+    "saddle_point_forcing_phase": ("rad", "forcing phase of its impacts"),
+    "saddle_point_velocity": (_VELOCITY, "w_A of its impacts"),
+    "piece_saddle": ("1", "index of the saddle of a piece of a manifold"),
+    "piece_stability": ("1", "0: stable manifold, 1: unstable manifold"),
+    "manifold_piece": ("1", "index of the piece of a point; cuts lie between pieces"),
+    "manifold_forcing_phase": ("rad", "forcing phase along a piece, not wrapped"),
+    "manifold_velocity": (_VELOCITY, "w_A along a piece"),
+    "edge_pairs": ("1", "pairs that edge tracking began with; those without a saddle"),
+    "line_name": ("1", "name of the attractor, first and last"),
+    **{f"line_{name}": (unit, f"of each line: {text}") for name, unit, text in LINES},
     DONE: ("1", "whether the part is computed"),
 }
 """Variables that studies derive from the whole result -> their unit and what they are."""

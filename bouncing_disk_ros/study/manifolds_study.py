@@ -13,7 +13,7 @@ from bouncing_disk_ros.analysis.dynamics.attractors import Attractors
 from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
 from bouncing_disk_ros.analysis.dynamics.edge_states import boundary_pairs, edge_states
 from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share, sides
-from bouncing_disk_ros.analysis.dynamics.manifolds import (
+from bouncing_disk_ros.analysis.dynamics.manifold_growth import (
     GrowthRule,
     Manifold,
     Stability,
@@ -83,31 +83,20 @@ class Manifolds(Basins):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """As of basins, with the manifolds."""
-        added = {name: context[name] for name in _VARIABLES if name in context}
+        added = {name: dim for name in context if (dim := _dim_of(name))}
         found = super().finish(result, context)
-        variables = {}
-        for name, value in added.items():
-            dim, text = _VARIABLES[name]
-            units = {"phase": "rad", "velocity": "pi g/omega"}.get(name.split("_")[-1], "1")
-            variables[name] = (dim, value, {"long_name": text, "units": units})
-        return found.assign(variables)
+        return found.assign({name: (dim, context[name]) for name, dim in added.items()})
 
 
-_VARIABLES = {
-    "saddle_impacts": ("saddle", "impacts of the saddle in one repetition"),
-    "saddle_cycles": ("saddle", "periods of the platform in one repetition"),
-    "saddle_multiplier": ("saddle", "multiplier outside of the unit circle"),
-    "saddle_share": ("saddle", "share of the window enclosed by its stable manifold; nan: open"),
-    "saddle_point_saddle": ("saddle_point", "index of the saddle of a point"),
-    "saddle_point_forcing_phase": ("saddle_point", "forcing phase of its impacts"),
-    "saddle_point_velocity": ("saddle_point", "w_A of its impacts"),
-    "piece_saddle": ("piece", "index of the saddle of a piece of a manifold"),
-    "piece_stability": ("piece", "0: stable manifold, 1: unstable manifold"),
-    "manifold_piece": ("manifold_point", "index of the piece of a point; cuts lie between pieces"),
-    "manifold_forcing_phase": ("manifold_point", "forcing phase along a piece, not wrapped"),
-    "manifold_velocity": ("manifold_point", "w_A"),
-    "edge_pairs": ("edge_count", "pairs that edge tracking began with; those without a saddle"),
-}
+_DIMS = {
+    "saddle_point": "saddle_point", "saddle": "saddle", "piece": "piece",
+    "manifold": "manifold_point", "edge": "edge_count",
+}  # fmt: skip
+
+
+def _dim_of(name: str) -> str:
+    """Dimension of a variable of saddles and manifolds; empty: it is none."""
+    return next((dim for start, dim in _DIMS.items() if name.startswith(f"{start}_")), "")
 
 
 def manifolds_to_arrays(

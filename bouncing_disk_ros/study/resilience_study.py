@@ -11,7 +11,7 @@ import xarray as xr
 from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.resilience import (
+from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
     IN_CONTACT,
     label_window,
     measure,
@@ -76,7 +76,7 @@ class ResilienceStudy(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.dynamics.resilience.Resilience."""
+        """As in analysis.dynamics.resilience_measures.Resilience."""
         one = ("value", "attractor")
         unit, period = "m pi g/omega", "2 pi/omega"
         return {

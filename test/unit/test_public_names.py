@@ -220,6 +220,9 @@ STUDIES: dict[str, dict[str, Any]] = {
     "basins": {"axial_forcing": 0.55, "width": 60, "height": 60},
     "basin_shares": {"begin": 0.4, "count": 2, "samples": 8},
     "motor": {"x_count": 3, "y_count": 2},
+    "curves": {"axial_forcing_count": 2, "restitution_count": 2, "settling": 9, "doublings": 0},
+    "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8, "distance": 0.1},
+    "resilience": {"begin": 0.4, "count": 1, "samples": 9, "instants": 2, "resolution": 0.5},
 }  # fmt: skip
 
 

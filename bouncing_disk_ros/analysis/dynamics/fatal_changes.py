@@ -96,6 +96,8 @@ def fatal_timing_errors(
 
     The impact comes at the phase τ + δ or τ − δ with the velocity of the disk it would have had.
     m: its impacts in one repetition, `most` at most. inf: none up to π. Raises as `fatal_impulses`.
+
+    >>> fatal_timing_errors(section, known, label=1).min(axis=1)
     """
     rule = (rule or FatalRule()).checked()._replace(largest=math.pi)
     attractor = known.found[label]

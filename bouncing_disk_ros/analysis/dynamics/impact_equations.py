@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit
 from bouncing_disk_ros.collision_map.clearance import clearance_of
 
 Array = NDArray[np.float64]
@@ -83,18 +82,6 @@ def touching(
     launch, height = found.launch[..., flight], forcing * np.sin(times[..., flight])
     gap = height + launch * since - 0.5 * GRAVITY * since * since - forcing * np.sin(touch)
     return gap, launch - GRAVITY * since - forcing * np.cos(touch)
-
-
-def impact_times(orbit: PeriodicOrbit) -> Array:
-    """Times (n,) of the impacts of one repetition, rad, growing; the first is its phase."""
-    times = orbit.forcing_phase.astype(float).copy()
-    for i in range(1, len(times)):
-        state = orbit.forcing_phase[i - 1], orbit.axial_impact_velocity[i - 1]
-        delay = float(orbit.map.orbit(orbit.state._replace(
-            forcing_phase=float(state[0]), axial_impact_velocity=float(state[1])), 1
-        ).delay[0])  # fmt: skip
-        times[i] = times[i - 1] + delay
-    return times
 
 
 def clearances(times: Array, cycles: int, axial_forcing: float, restitution: float) -> Array:

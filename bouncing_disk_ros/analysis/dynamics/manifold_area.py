@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.manifolds import Manifold, Stability
+from bouncing_disk_ros.analysis.dynamics.manifold_growth import Manifold, Stability
 from bouncing_disk_ros.errors import InputError
 
 Array = NDArray[np.float64]

@@ -19,7 +19,6 @@ from bouncing_disk_ros.analysis.dynamics.impact_equations import (
     admissible,
     clearances,
     flights,
-    impact_times,
 )
 from bouncing_disk_ros.analysis.dynamics.orbit_curves import (
     LARGEST_STEP,
@@ -120,6 +119,18 @@ def _lies_on(start: Start, curve: Curve) -> bool:
         for k in range(system.impacts)
     ]
     return bool(far[nearest] < LARGEST_STEP and min(apart) < 3.0 * LARGEST_STEP)
+
+
+def impact_times(orbit: PeriodicOrbit) -> Array:
+    """Times (n,) of the impacts of one repetition, rad, growing; the first is its phase."""
+    times = orbit.forcing_phase.astype(float).copy()
+    for i in range(1, len(times)):
+        state = orbit.forcing_phase[i - 1], orbit.axial_impact_velocity[i - 1]
+        delay = float(orbit.map.orbit(orbit.state._replace(
+            forcing_phase=float(state[0]), axial_impact_velocity=float(state[1])), 1
+        ).delay[0])  # fmt: skip
+        times[i] = times[i - 1] + delay
+    return times
 
 
 def starts_of(orbit: PeriodicOrbit, window: Window) -> Iterator[Start]:

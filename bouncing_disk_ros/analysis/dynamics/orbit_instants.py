@@ -42,6 +42,8 @@ def instants_of(attractor: Attractor, section: NextCollisionMap, count: int) -> 
     Of a chaotic attractor, of MOST_IMPACTS of its flights. Of one with contact, the repetition
     begins at separation, and the last impacts of a chatter, which the map does not resolve, count
     as contact. Of rest, one period of the platform.
+
+    >>> instants_of(known.found[1], section, 32).gap
     """
     part = (np.arange(count) + 0.5) / count
     if attractor.kind is AttractorKind.REST:

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.curves import (
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate
+from bouncing_disk_ros.analysis.recorded.time_curves import (
     Curve,
     Fit,
     effective,
@@ -24,7 +25,6 @@ from bouncing_disk_ros.analysis.recorded.curves import (
     interval,
     threshold,
 )
-from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 
 FEWEST = 3
 """A straight line through fewer points gives no rate."""

@@ -17,7 +17,7 @@ from bouncing_disk_ros.analysis.dynamics.edge_states import (
     saddle_of,
 )
 from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share, sides
-from bouncing_disk_ros.analysis.dynamics.manifolds import (
+from bouncing_disk_ros.analysis.dynamics.manifold_growth import (
     GrowthRule,
     Stability,
     saddle_manifolds,

@@ -14,11 +14,14 @@ from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
 from bouncing_disk_ros.analysis.dynamics.impact_equations import (
     clearances,
     flights,
-    impact_times,
     trace,
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve, orbit_curves
+from bouncing_disk_ros.analysis.dynamics.orbit_branch import (
+    impact_times,
+    orbit_curve,
+    orbit_curves,
+)
 from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.analysis.dynamics.orbit_systems import CurveKind
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, fixed_point
