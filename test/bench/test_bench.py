@@ -24,6 +24,7 @@ from bench import (
     start_views,
     studies,
     widths,
+    workbench_page,
 )
 from bench.history import changes
 from bench.table import table, write
@@ -55,6 +56,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     notes += study_notes
     rows += motor.measure()
     rows += start_views.measure()
+    rows += workbench_page.measure(start, tmp_path)
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():
