@@ -37,8 +37,8 @@ SEARCHED = 24
 """Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
 EARLY = 64, 256
 """Impacts after which starts are looked for in a region about a chaotic attractor."""
-_ROWS = 64
-"""Rows labelled between two questions whether the view is still wanted: 20 to 60 ms."""
+_ROWS = 128
+"""Rows labelled between two questions whether the view is still wanted: 20 to 150 ms."""
 _KEPT = 12
 """Values of Γ and ε whose attractors are kept: a chaotic one has 1 MB."""
 
