@@ -20,6 +20,8 @@ RUNS = int(os.environ.get("BOUNCING_DISK_LOCKSTEP_RUNS", "100"))
 GATES = int(os.environ.get("BOUNCING_DISK_LOCKSTEP_GATES", "100000"))
 SECONDS_PER_GATE = 150.0 / 100_000
 INPUTS = 30
+DIGESTS: set[str] = set()
+"""Of all runs, by whatever transport."""
 SIMULATOR = ("simulator", "--ros-args", "-p", "real_time_factor:=0.0", "-p")
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
@@ -30,7 +32,7 @@ def test_runs_under_varying_load_have_one_digest(start: Starter, transport: str)
     env: dict[str, str | None] = (
         {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"} if transport == "UDP" else {}
     )
-    digests = set()
+    digests = DIGESTS
     for k in range(RUNS // 2):
         executor = ("single", "multi", "events")[k % 3]
         load = (0.0, 0.002, 0.02)[k % 3]
