@@ -70,6 +70,7 @@ _SAME = 1e-9  # rad and πg/ω: where no new plan is needed
 _SLOW, _ROUGHLY = 0.1, 0.01
 """After a rest or a bounce slower than this, a plan is kept that leads so near to its aim: the end
 of a chatter is not predicted to the last digit, and a throw cannot begin twice."""
+_LOW = 0.03  # a bounce slower than this is over before an answer
 _MOST = 200  # impacts until a plan arrives
 _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 """How near to the orbit small-parameter feedback acts: rad and πg/ω."""
@@ -150,6 +151,15 @@ def learn(settings: Array, memory: Array, solid: bool, before: float, after: flo
     found = -after / before
     if abs(found - settings[RESTITUTION]) < _FARTHEST_GUESS and 0.0 < found < 1.0:
         memory[EPSILON] += _GAIN * (found - memory[EPSILON])
+
+
+@rare_kernel
+def bounces_on(settings: Array, memory: Array, plan: Array, now: float) -> bool:
+    """Whether the disk bounces so low, with no plan in force, that nothing can be done yet."""
+    belief = memory[BELIEF : BELIEF + 4]
+    _, speed, _ = platform_state(settings[FORCING], plan, belief[SINCE])
+    low = belief[KIND] == FLIES and belief[VELOCITY] - speed < _LOW
+    return low and is_still(offset_state(plan, now)) and not memory[AIM + T_2] > now
 
 
 @rare_kernel
@@ -262,7 +272,7 @@ def hear(
     memory[HEARD] += 1.0
     if settings[OWN_ORBIT] != 0.0:
         targets[0, 0] = orbit_phase(settings[FORCING], memory[EPSILON])
-    if memory[BELIEF + KIND] == UNKNOWN:
+    if memory[BELIEF + KIND] == UNKNOWN or bounces_on(settings, memory, plan, now):
         return False
     if settings[STRATEGY] == SMALL:
         return plan_small(settings, targets, memory, plan, now)

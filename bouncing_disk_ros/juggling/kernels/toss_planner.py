@@ -23,7 +23,6 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     NOTHING,
     POSITION,
     REST_SPEED,
-    RESTS,
     SINCE,
     VELOCITY,
     landing,
@@ -64,6 +63,7 @@ _FARTHEST = 2.7 * TWO_PI  # at most
 _EVENTS = 60  # impacts looked ahead
 _FLIGHTS = 4  # of which so many are tried
 _GRAZE = 0.02  # slowest impact that is planned
+_ROOM = 0.5  # rad of rest left, at least, for a throw
 _THROW, _THROWS = 1.1, 16
 """Largest velocity of a throw, of √(limit of position × limit of acceleration), and how many."""
 _SAME = 1e-6  # rad: an impact is where it was planned
@@ -256,31 +256,33 @@ def plan_toss(
         if not return_to_nothing(base[n], settings, now, state):
             return False
         free, rows = base[n, BEGIN] + base[n, DURATION], n + 1
-    flight, rest, tried = belief.copy(), belief.copy(), 0
+    flight, tried = belief.copy(), 0
     for _ in range(_EVENTS):
         here = flight.copy()
-        found, lands, _ = next_event(forcing, restitution, bound, base, flight, now + 8.0 * TWO_PI)
-        rest[:] = here if here[KIND] != FLIES else rest
-        if found == NOTHING or tried == _FLIGHTS:
-            break
+        found, ends, _ = next_event(forcing, restitution, bound, base, flight, now + 8.0 * TWO_PI)
+        begin = max(now, here[SINCE], free)
+        rests = here[KIND] != FLIES and (found == NOTHING or ends > begin + _ROOM)
+        if rests and plan_throw(settings, restitution, targets, here, base, rows, begin, plan, aim):
+            return True
+        if found == NOTHING:
+            return False
         first = here[SINCE] <= now
-        begin = now if first else max(here[SINCE], free)
-        if first and free > now and here[KIND] == FLIES and lands > now:
-            lands = natural_landing(settings, here, now)
-        if here[KIND] != FLIES or lands < begin + _SHORTEST:
+        if here[KIND] != FLIES or ends <= now or tried == _FLIGHTS:
+            continue
+        if first:
+            begin = now
+            ends = natural_landing(settings, here, now) if free > now else ends
+        if ends < begin + _SHORTEST:
             continue
         tried += 1
         score = best_toss(
             settings, restitution, targets, here, kept if first else base, n if first else rows,
-            begin, lands, best, aim,
+            begin, ends, best, aim,
         )  # fmt: skip
         if score < math.inf:
             plan[:] = best
             return True
-    if rest[KIND] != RESTS:
-        return False
-    begin = max(now, rest[SINCE], free)
-    return plan_throw(settings, restitution, targets, rest, base, rows, begin, plan, aim)
+    return False
 
 
 @rare_kernel
