@@ -123,8 +123,8 @@ def parameters_page() -> str:
 
 _STUDIES_NOTE = (
     "Results do not depend on these parameters, except that a bag or a preset provides values of "
-    "the parameters above. Only `bifurcation`, `parameter_map`, `motor`, `basins` "
-    "and `basin_shares` take a bag, only `motor` a preset."
+    "the parameters above. Only `bifurcation`, `parameter_map`, `curves`, `motor`, "
+    "`basins`, `manifolds`, `basin_shares` and `resilience` take a bag, only `motor` a preset."
 )
 _HEAD = (
     "| name | symbol | type | default | unit | allowed | meaning | source |\n"

@@ -53,13 +53,16 @@ SECTIONS: dict[str, tuple[str, str]] = {
     "Studies": (
         """Long computations with their results as datasets: [studies](studies.md). All take the
         [parameters](parameters.md) of their table as keywords.""",
-        """toss_paths toss_map bifurcation parameter_map motor basins basin_shares run_study
+        """toss_paths toss_map bifurcation parameter_map curves motor basins manifolds
+        basin_shares resilience run_study
         open_result figures study""",
     ),
     "Next-collision map": (
         "From impact to impact, in units of the forcing: orbits, attractors, boundaries of basins.",
         """NextCollisionMap MapState Impacts PeriodicOrbit fixed_point periodic_orbit
-        period_doublings Attractor AttractorKind Attractors find_attractors label_starts
+        period_doublings orbit_curve curve_family Curve Window instants_of fatal_impulses
+        fatal_timing_errors FatalRule edge_state EdgeState saddle_of saddle_manifolds Manifold
+        GrowthRule enclosed_share Attractor AttractorKind Attractors find_attractors label_starts
         spread_starts best_lag basin_entropy box_dimension uncertainty_exponent""",
     ),
     "Single tosses": ("One toss from rest in closed form.", "toss TossSetting"),

@@ -21,6 +21,7 @@ from bench import (
     node,
     per_impact,
     refusals,
+    resilience_bench,
     start_views,
     studies,
     widths,
@@ -55,6 +56,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     rows += study_rows
     notes += study_notes
     rows += motor.measure()
+    rows += resilience_bench.measure()
     rows += start_views.measure()
     rows += workbench_page.measure(start, tmp_path)
     rows += bags.measure(start, tmp_path)

@@ -20,6 +20,7 @@ SMALL = {
     "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
     "basins": {"width": 12, "height": 8},
     "basin_shares": {"count": 2, "samples": 8},
+    "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8},
 }  # fmt: skip
 LIVE = ("simulator", "recorder", "perform", "echo_impacts")
 

@@ -30,7 +30,8 @@ def enclosed_share(branches: Sequence[Manifold], lowest: float = -5.0) -> float:
 
     `branches`: those of the stable manifold of one saddle, in the order of `saddle_manifolds`
     (pairs of opposite senses), grown to below `lowest`. Raises InputError where a branch is cut
-    inside the window, or was ended before it left it: then it alone encloses nothing.
+    inside the window, or was ended before it left it: then it alone encloses nothing. It is the
+    share of a basin where these branches are the whole boundary of one; `sides` tells.
 
     >>> enclosed_share(saddle_manifolds(saddle, "stable", GrowthRule(distance=0.01)))
     """

@@ -1,0 +1,48 @@
+"""Resilience and curves: what needs a million starts, and a curve of a thousand points."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from bench.table import Aim, Row, row
+from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
+from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
+from bouncing_disk_ros.analysis.dynamics.orbit_curves import Window
+from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
+from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+    label_window,
+    window_starts,
+)
+from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+    measure as measure_attractor,
+)
+
+PART = "resilience"
+STARTS = 1000
+"""Along each side of the window."""
+WINDOW = Window((0.05, 1.2), (0.02, 0.98))
+ROUNDS = 3
+
+
+def measure() -> list[Row]:
+    """The rows of this part."""
+    section = NextCollisionMap(0.45, 0.5)
+    all_, curve, points = [], [], 1
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        window = label_window(section, window_starts(STARTS, -5.0), -5.0)
+        for label in range(len(window.known.found)):
+            measure_attractor(section, window, label, 32, np.array([10.0]), FatalRule())
+        all_.append(time.perf_counter() - begin)
+        begin = time.perf_counter()
+        found = orbit_curve(fixed_point(0.45, 0.5), "doubling", WINDOW, largest_step=0.002)
+        curve.append(time.perf_counter() - begin)
+        points = len(found.axial_forcing)
+    per = [1000.0 * seconds / points for seconds in curve]
+    return [
+        row(PART, "all measures at one value, 10⁶ starts, one core", "s", all_, Aim(at_most=10.0)),
+        row(PART, "1000 points of a curve, with its special points", "s", per, Aim(at_most=2.0)),
+    ]
