@@ -19,7 +19,7 @@ from numba.core.dispatcher import Dispatcher
 import bouncing_disk_ros
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
-PACKAGES = ("collision_map", "core")
+PACKAGES = ("collision_map", "core", "juggling.kernels")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"config", "from_dtype", "njit", "types"},
          "numba.extending": {"intrinsic", "overload"},

@@ -231,7 +231,7 @@ def test_limits_are_never_exceeded(
 
 def test_refusals() -> None:
     motion, disk = motion_of(0.45), disk_of()
-    with pytest.raises(InputError, match="strategy: got 'deadbeet'.*deadbeat"):
+    with pytest.raises(InputError, match=r"strategy: got 'deadbeet'.*deadbeat"):
         Juggler("deadbeet", motion, disk)
     with pytest.raises(InputError, match="There is no period-1 orbit"):
         Juggler("deadbeat", motion_of(0.3), disk)
