@@ -21,7 +21,7 @@ from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
-from bouncing_disk_ros.juggling.verdict import Verdict, verdict_of
+from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
 
 _GIGA = 10**9
 _MASK = (1 << 64) - 1

@@ -25,7 +25,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
     plant_settings,
 )
 from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
-from bouncing_disk_ros.juggling.verdict import Outcome
+from bouncing_disk_ros.juggling.loop_verdict import Outcome
 
 FREQUENCY, GRAVITY = 3.0, 9.81
 OMEGA = math.tau * FREQUENCY
@@ -231,7 +231,7 @@ def test_limits_are_never_exceeded(
 
 def test_refusals() -> None:
     motion, disk = motion_of(0.45), disk_of()
-    with pytest.raises(InputError, match="strategy: got 'deadbeet'.*deadbeat"):
+    with pytest.raises(InputError, match=r"strategy: got 'deadbeet'.*deadbeat"):
         Juggler("deadbeet", motion, disk)
     with pytest.raises(InputError, match="There is no period-1 orbit"):
         Juggler("deadbeat", motion_of(0.3), disk)
