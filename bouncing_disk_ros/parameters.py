@@ -221,7 +221,8 @@ _SPECS = (
     Spec("lockstep_timeout", 0.5, "s", "a controller that says nothing for so long (wall time) is "
          "reported, and waited for", low=1e-3, high=1e6, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
-         "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
+         "(wall time, while it runs; simulated time with lockstep)", low=0.1, high=1e6,
+         source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before a call of ~/step or "
          "~/pause (false)", while_unconfigured=True, source="chosen"),
     Spec("publish_clock", False, "", "publish /clock with simulated time; stamps are then in that "

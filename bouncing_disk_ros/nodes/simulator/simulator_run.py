@@ -97,7 +97,8 @@ class Run:
         session, paused = self.session, self._paused or not self._active
         if session.paused and not paused:
             self._anchor()
-            self._next_snapshot = time.monotonic_ns() + self._snapshot_ns
+            clock = time.monotonic_ns() if self.gates is None else session.time_ns
+            self._next_snapshot = clock + self._snapshot_ns
         self._step_until = None
         session.set_paused(paused)
         self._publish_work()
@@ -116,8 +117,11 @@ class Run:
         if self.loop.resolve_waiting() and not self.session.paused:
             free = self._times.factor == 0.0
             self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
-            if now_ns >= self._next_snapshot and not self.session.fault:
-                self._next_snapshot = now_ns + self._snapshot_ns
+            # with gates by simulated time: a record must not depend on the machine
+            clock = now_ns if self.gates is None else self.session.time_ns
+            halted = self.gates is None or self.gates.is_open
+            if clock >= self._next_snapshot and halted and not self.session.fault:
+                self._next_snapshot = clock + self._snapshot_ns
                 self.session.snapshot()
         elif self._step_until is not None and self._slice_step(self._step_until):
             self._step_until = None
