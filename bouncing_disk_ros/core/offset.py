@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.layout import NEVER
+from bouncing_disk_ros.core.model import NEVER
 
 _NEVER = int(NEVER)
 _GIGA = 10**9

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -20,13 +21,15 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, MotionInForce, Sample
-from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import MOTION_COLUMNS, impact_fields
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, OFFSET_JOINTS, WORLD_FRAME
 from bouncing_disk_ros.units import NS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.core.simulation import Simulation
 
 LAST_STAMP_NS = 2**31 * NS - 1
 """The last stamp a message can hold; a free run may pass it."""
