@@ -37,7 +37,7 @@ def test_each_study_computes(start: Starter, tmp_path: Path) -> None:
     shared = ["--ros-args", "--params-file", str(file), "-r", "__ns:=/lab", "--log-level", "debug"]
     nodes = {}
     for name, values in SMALL.items():
-        given = {**values, "output": tmp_path / name}
+        given: dict[str, object] = {**values, "output": tmp_path / name}
         options = [word for key, value in given.items() for word in ("-p", f"{key}:={value}")]
         nodes[name] = begin(start, name, *shared, *options, "--")
     for name, node in nodes.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -66,10 +67,14 @@ def test_what_is_wrong_is_refused_in_one_line(link: LocalLink) -> None:
     ):
         number = len(link.history.notices_after(0))
         link.send(action)
-        wait(lambda count=number: len(link.history.notices_after(0)) > count)
+        wait(partial(_has_more, link, number))
         notice = link.history.notices_after(0)[-1]
         assert notice.is_refusal
         assert line in notice.text
+
+
+def _has_more(link: LocalLink, count: int) -> bool:
+    return len(link.history.notices_after(0)) > count
 
 
 def test_a_scene_is_a_run_from_time_0(link: LocalLink) -> None:
@@ -79,6 +84,6 @@ def test_a_scene_is_a_run_from_time_0(link: LocalLink) -> None:
     wait(lambda: link.history.epoch > epoch)
     wait(lambda: 0.0 < link.history.latest < 1.0)
     link.send(Set({"real_time_factor": 20.0}))
-    wait(lambda: link.history.values_at()["axial_amplitude"] > 0.0)
+    wait(lambda: float(link.history.values_at()["axial_amplitude"]) > 0.0)
     wait(lambda: link.history.latest > 8.0)
     assert link.history.values_at()["phase_lag"] == pytest.approx(-0.7366240020191286)
