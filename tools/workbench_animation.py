@@ -98,8 +98,8 @@ def shown_time(text: str) -> float:
 def picture(browser: Any) -> Image.Image:
     """What the page looks like now, in the size of the animation."""
     shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
-    whole = Image.open(io.BytesIO(base64.b64decode(shot["data"])))
-    image = whole.convert("RGB").crop((0, 0, whole.width - 15, SHOWN_HEIGHT))  # no scroll bar
+    whole = Image.open(io.BytesIO(base64.b64decode(shot["data"]))).convert("RGB")
+    image = whole.crop((0, 0, whole.width - 15, SHOWN_HEIGHT))  # no scroll bar
     size = (SHOWN_WIDTH, round(image.height * SHOWN_WIDTH / image.width))
     return image.resize(size, Image.Resampling.LANCZOS)
 

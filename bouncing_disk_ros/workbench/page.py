@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bokeh.document import Document
@@ -63,17 +63,19 @@ class Page:
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
-        self.basins, self.bifurcation = self._maps()
-        self._followers: dict[int, BasinPane | BifurcationPane] = {
-            1: self.basins,
-            2: self.bifurcation,
+        makers: dict[int, Callable[[], BasinPane | BifurcationPane]] = {
+            1: self._basins,
+            2: self._bifurcation,
         }
-        self._behind = set(self._followers)  # tabs that have not seen the parameters in force
+        self._makers = makers  # by the tab
+        self._panes: dict[int, BasinPane | BifurcationPane] = {}
+        self._holders = {tab: column(sizing_mode="stretch_width") for tab in self._makers}
+        self._behind = set(self._makers)  # tabs that have not seen the parameters in force
         self.tabs = Tabs(
             tabs=[
                 TabPanel(child=self.run.layout, title="The run"),
-                TabPanel(child=self.basins.layout, title="Basins"),
-                TabPanel(child=self.bifurcation.layout, title="Bifurcation"),
+                TabPanel(child=self._holders[1], title="Basins"),
+                TabPanel(child=self._holders[2], title="Bifurcation"),
             ],
             sizing_mode="stretch_width",
         )
@@ -82,14 +84,15 @@ class Page:
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
-    def _maps(self) -> tuple[BasinPane, BifurcationPane]:
+    def _basins(self) -> BasinPane:
         from bouncing_disk_ros.workbench.basin_pane import BasinPane
+
+        return BasinPane(self.values, self.send_start)
+
+    def _bifurcation(self) -> BifurcationPane:
         from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 
-        return (
-            BasinPane(self.values, self.send_start),
-            BifurcationPane(self.values, self.set_values),
-        )
+        return BifurcationPane(self.values, self.set_values)
 
     def _layout(self) -> Any:
         right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")
@@ -109,11 +112,16 @@ class Page:
     """Simulated time that is shown, s; inf: the newest."""
 
     def _follow(self) -> None:
-        """Tell the pane that is seen of parameters that it has not seen."""
+        """Make the pane of the tab that is seen, and tell it of parameters that it has not seen."""
         active = self.tabs.active
+        if active not in self._makers:
+            return
+        if active not in self._panes:
+            self._panes[active] = self._makers[active]()
+            self._holders[active].children = [self._panes[active].layout]
         if active in self._behind and self._parameters:
             self._behind.remove(active)
-            self._followers[active].parameters_changed()
+            self._panes[active].parameters_changed()
 
     def _update_texts(self) -> None:
         history = self._history
@@ -122,7 +130,7 @@ class Page:
         found = numbers(values)
         if found != self._parameters:
             self._parameters = found
-            self._behind = set(self._followers)
+            self._behind = set(self._makers)
         self._follow()
         text = self._status_line()
         if text != self._status_text:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -54,17 +53,14 @@ def _time_to_page(start: Starter) -> float:
     return passed
 
 
-def _after(end: float) -> Callable[[], bool]:
-    return lambda: time.monotonic() > end
-
-
 def _with_pages(workbench: Process, page: PageClient, peer: Peer) -> list[Row]:
     """Frames acknowledged a second, processor time, lateness of the simulator's ticks."""
     process = psutil.Process(workbench.pid)
     late, rates, loads = [], [], []
     for _ in range(3):
         frames, used, begun = page.frames, process.cpu_times(), time.monotonic()
-        page.wait(_after(begun + SECONDS), 2.0 * SECONDS)
+        end = begun + SECONDS
+        page.wait(lambda: time.monotonic() > end, 2.0 * SECONDS)  # noqa: B023 (called at once)
         passed, now = time.monotonic() - begun, process.cpu_times()
         rates.append((page.frames - frames) / passed)
         loads.append(100.0 * (now.user + now.system - used.user - used.system) / passed)

@@ -39,7 +39,7 @@ class Bench(NamedTuple):
 
     @property
     def session(self) -> Session:
-        """That of the simulator."""
+        """The session of the simulator's run."""
         assert self.simulator.node.run is not None
         return self.simulator.node.run.session
 
@@ -50,8 +50,7 @@ class Bench(NamedTuple):
 
 @pytest.fixture(scope="module")
 def bench(ros_domain: int, warm_kernels: None) -> Iterator[Bench]:
-    preset: dict[str, Any] = load_preset("pizza_multiple_toss")
-    simulator = SteppedSimulator(**preset)
+    simulator = SteppedSimulator(**dict[str, Any](load_preset("pizza_multiple_toss")))
     node = rclpy.create_node("workbench", context=simulator.context, use_global_arguments=False)
     simulator.add_node(node)
     link = RosLink(node, "bouncing_disk")

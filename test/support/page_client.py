@@ -126,6 +126,7 @@ class PageClient:
         """Close the page; again: nothing."""
         if self._loop.is_closed():
             return
+        asyncio.set_event_loop(self._loop)
         if self._waiting is not None:
             self._waiting.cancel()
         self._socket.close()

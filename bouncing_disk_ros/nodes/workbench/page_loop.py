@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 import os
 import sys
+import threading
 import webbrowser
 from collections.abc import Callable, Mapping
 
@@ -18,6 +20,12 @@ from bouncing_disk_ros.workbench.run_link import RunLink
 
 LOOK_MS = 200
 """So often a signal is looked for, and the link."""
+
+
+def _load_maps() -> None:
+    """Load what maps are computed with: some seconds, which the first look would take."""
+    importlib.import_module("bouncing_disk_ros.workbench.basin_pane")
+    importlib.import_module("bouncing_disk_ros.workbench.bifurcation_pane")
 
 
 def _nothing() -> None:
@@ -60,6 +68,8 @@ def serve(
         if stop.asked:
             loop.stop()
 
+    load = threading.Thread(target=_load_maps, name="workbench maps", daemon=True)
+    load.start()  # meanwhile the first page is there
     look_again = PeriodicCallback(look, LOOK_MS)
     look_again.start()
     try:
