@@ -62,6 +62,13 @@ class _Writer:
 
         publisher.publish = counted
 
+    def latched_for(self, reader: _Reader) -> int:
+        """How many of its messages a subscription that is new gets."""
+        mine, other = self.publisher.qos_profile, reader.subscription.qos_profile
+        if not self.reaches(reader) or other.durability != LATCHED:
+            return 0
+        return min(self.published, mine.depth or self.published, other.depth or self.published)
+
     def reaches(self, reader: _Reader) -> bool:
         """Whether messages go to a subscription: its topic, and a quality that fits."""
         if reader.topic != self.topic:
@@ -96,16 +103,22 @@ class Deliveries:
         """Look for publishers and subscriptions that are new, or gone."""
         publishers = {id(one): one for node in self._nodes for one in node.publishers}
         subscriptions = {id(one): one for node in self._nodes for one in node.subscriptions}
-        for gone in self._writers.keys() - publishers.keys():
-            del self._writers[gone]
+        if self._nodes:
+            for gone in self._writers.keys() - publishers.keys():
+                del self._writers[gone]
         for gone in self._readers.keys() - subscriptions.keys():
             del self._readers[gone]
-        for key, publisher in publishers.items():
-            if key not in self._writers:
-                self._writers[key] = _Writer(publisher, self._readers_of)
+        for publisher in publishers.values():
+            self.count(publisher)
         for key, subscription in subscriptions.items():
             if key not in self._readers:
-                self._readers[key] = _Reader(subscription)
+                reader = self._readers[key] = _Reader(subscription)
+                reader.expected = sum(one.latched_for(reader) for one in self._writers.values())
+
+    def count(self, publisher: Publisher) -> None:
+        """Count what a publisher publishes from now on."""
+        if id(publisher) not in self._writers:
+            self._writers[id(publisher)] = _Writer(publisher, self._readers_of)
 
     def _readers_of(self, writer: _Writer) -> list[_Reader]:
         return [one for one in self._readers.values() if writer.reaches(one)]
