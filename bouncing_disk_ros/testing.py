@@ -64,9 +64,19 @@ class SteppedSimulator:
         overrides = [
             Parameter(name, value=v) for name, v in {"start_paused": True, **values}.items()
         ]
+        self._deliveries = deliveries = Deliveries()
+
+        class CountedSimulator(SimulatorNode):
+            """A simulator of which all messages are counted, from the first one on."""
+
+            def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
+                publisher = super().create_publisher(*args, **kwargs)
+                deliveries.count(publisher)
+                return publisher
+
         try:
             self._executor = SingleThreadedExecutor(context=self.context)
-            self.node = SimulatorNode(
+            self.node: SimulatorNode = CountedSimulator(
                 node_name,
                 namespace=namespace,
                 context=self.context,
@@ -77,7 +87,6 @@ class SteppedSimulator:
             rclpy.shutdown(context=self.context)
             raise
         self._nodes: list[Node] = []
-        self._deliveries = Deliveries()
         self.add_node(self.node)
 
     def close(self) -> None:

@@ -23,7 +23,7 @@ class _Reader:
     """A subscription, what it is to get and what it has got."""
 
     def __init__(self, subscription: Subscription) -> None:
-        self.subscription = subscription
+        self.subscription, self.topic = subscription, subscription.topic_name
         self.expected = self.got = 0
         callback = subscription.callback
         if inspect.iscoroutinefunction(callback):
@@ -48,7 +48,7 @@ class _Writer:
     """A publisher, and how many messages it has published since it is counted."""
 
     def __init__(self, publisher: Publisher, readers: Callable[[_Writer], list[_Reader]]) -> None:
-        self.publisher, self.published = publisher, 0
+        self.publisher, self.topic, self.published = publisher, publisher.topic_name, 0
         publish = publisher.publish
 
         def counted(msg: Any) -> None:
@@ -62,13 +62,21 @@ class _Writer:
 
         publisher.publish = counted
 
-    def reaches(self, subscription: Subscription) -> bool:
+    def latched_for(self, reader: _Reader) -> int:
+        """How many of its messages a subscription that is new gets."""
+        mine, other = self.publisher.qos_profile, reader.subscription.qos_profile
+        if not self.reaches(reader) or other.durability != LATCHED:
+            return 0
+        return min(self.published, mine.depth or self.published, other.depth or self.published)
+
+    def reaches(self, reader: _Reader) -> bool:
         """Whether messages go to a subscription: its topic, and a quality that fits."""
-        mine, other = self.publisher.qos_profile, subscription.qos_profile
+        if reader.topic != self.topic:
+            return False
+        mine, other = self.publisher.qos_profile, reader.subscription.qos_profile
         best = ReliabilityPolicy.BEST_EFFORT
         return bool(
-            self.publisher.topic_name == subscription.topic_name
-            and not (mine.reliability == best != other.reliability)
+            not (mine.reliability == best != other.reliability)
             and not (mine.durability != LATCHED == other.durability)
         )
 
@@ -95,25 +103,31 @@ class Deliveries:
         """Look for publishers and subscriptions that are new, or gone."""
         publishers = {id(one): one for node in self._nodes for one in node.publishers}
         subscriptions = {id(one): one for node in self._nodes for one in node.subscriptions}
-        for gone in self._writers.keys() - publishers.keys():
-            del self._writers[gone]
+        if self._nodes:
+            for gone in self._writers.keys() - publishers.keys():
+                del self._writers[gone]
         for gone in self._readers.keys() - subscriptions.keys():
             del self._readers[gone]
-        for key, publisher in publishers.items():
-            if key not in self._writers:
-                self._writers[key] = _Writer(publisher, self._readers_of)
+        for publisher in publishers.values():
+            self.count(publisher)
         for key, subscription in subscriptions.items():
             if key not in self._readers:
-                self._readers[key] = _Reader(subscription)
+                reader = self._readers[key] = _Reader(subscription)
+                reader.expected = sum(one.latched_for(reader) for one in self._writers.values())
+
+    def count(self, publisher: Publisher) -> None:
+        """Count what a publisher publishes from now on."""
+        if id(publisher) not in self._writers:
+            self._writers[id(publisher)] = _Writer(publisher, self._readers_of)
 
     def _readers_of(self, writer: _Writer) -> list[_Reader]:
-        return [one for one in self._readers.values() if writer.reaches(one.subscription)]
+        return [one for one in self._readers.values() if writer.reaches(one)]
 
     @property
     def unmatched(self) -> list[str]:
         """Topics of which a publisher does not know all subscriptions yet."""
         return [
-            writer.publisher.topic_name
+            writer.topic
             for writer in self._writers.values()
             if writer.publisher.get_subscription_count() < len(self._readers_of(writer))
         ]

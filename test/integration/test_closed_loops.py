@@ -11,7 +11,9 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
@@ -78,6 +80,23 @@ def test_two_nodes_in_a_loop_give_the_same_bits_each_time(make: Make) -> None:
         for node in nodes:
             simulator.close_node(node)
     assert len(set(found)) == 1
+
+
+def test_what_is_latched_is_counted_for_those_who_come_late(make: Make) -> None:
+    """Else a message that is still on its way would pass for the latched one before it."""
+    simulator = make()
+    heard: list[str] = []
+    node = rclpy.create_node("late", context=simulator.context, use_global_arguments=False)
+    latched = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(String, "disk/inputs", lambda msg: heard.append(msg.data), latched)
+    simulator.add_node(node)
+    simulator.run(0.01)
+    assert len(heard) == 1
+    for count in range(2, 8):
+        simulator.command(axial_amplitude=0.01 * count)
+        simulator.run(0.01)
+        assert len(heard) == count
+    simulator.close_node(node)
 
 
 def test_run_to_impact_ends_after_the_next_row_has_been_heard(make: Make) -> None:

@@ -27,8 +27,10 @@ from bouncing_disk_ros.ros.serialized import (
     programme_from_bytes,
     value_from_bytes,
 )
+from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointRequest, ProgrammeRequest
-from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
+from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 from support.wrong_commands import impulse_message
 
@@ -69,6 +71,26 @@ def test_programmes_come_back(
     requests = tuple(PointRequest(tuple(values), after) for values, after in points)
     request = ProgrammeRequest(tuple(names), requests, stamp)
     assert programme(serialize_message(c.programme_to_msg(request))) == request
+
+
+numbers = st.lists(finite, max_size=4).map(tuple)
+
+
+@given(
+    names=st.lists(st.sampled_from(OFFSET_JOINTS), max_size=4),
+    points=st.lists(st.builds(TrajectoryPoint, numbers, numbers, numbers, st.just(False), stamps),
+                    max_size=4),
+    stamp=stamps,
+)  # fmt: skip
+def test_trajectories_come_back(
+    names: list[str], points: list[TrajectoryPoint], stamp: int
+) -> None:
+    request = TrajectoryRequest(tuple(names), tuple(points), stamp)
+    data = serialize_message(c.trajectory_to_msg(request))
+    assert trajectory_from_bytes(request.field, data) == request
+    for length in range(4, len(data) - 3, 7):
+        with contextlib.suppress(InputError):  # what ends between two points may be a whole one
+            trajectory_from_bytes(request.field, data[:length])
 
 
 @given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite), stamps)
