@@ -45,6 +45,14 @@ ADDED: dict[str, tuple[str, str]] = {
     "extreme_airborne_speed": ("rad/s", "airborne speed at the extreme"),
     "extreme_speed_ratio": ("1", "speed ratio at the extreme"),
     "extreme_efficiency": ("1", "efficiency at the extreme"),
+    "never": ("1", "part of the starts that was never captured"),
+    "captured": ("1", "part of the starts that was captured"),
+    "lost": ("1", "part of the starts that was captured and lost again"),
+    "median_time": ("2 pi/omega", "median time until the orbit was reached"),
+    "offset_used": ("A", "largest offset of all runs"),
+    "acceleration_used": ("A omega^2", "largest acceleration of the offset of all runs"),
+    "strategy_name": ("1", "name of the strategy"),
+    "condition_name": ("1", "text of the condition"),
     DONE: ("1", "whether the part is computed"),
 }
 """Variables that studies derive from the whole result -> their unit and what they are."""

@@ -103,13 +103,3 @@ def basin_shares(
     >>> basin_shares(along="restitution", begin=0.2, end=0.8, count=13, samples=50)["fraction"]
     """
     return _run("basin_shares", path, workers, progress, parameters)
-
-
-def juggling(
-    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
-) -> xr.Dataset:
-    """Which starts each strategy of control brings onto an orbit, under which errors.
-
-    >>> juggling(strategies="none deadbeat", conditions="nominal; delay=0.25")["captured"]
-    """
-    return _run("juggling", path, workers, progress, parameters)

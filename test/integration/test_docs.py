@@ -18,7 +18,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
-from bouncing_disk_ros.nodes.live import echo_impacts, perform
+from bouncing_disk_ros.nodes.live import echo_impacts, juggle, perform
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
@@ -35,6 +35,7 @@ TABLES = {
     "perform": perform.OPTIONS,
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
+    "juggle": juggle.OPTIONS,
     "recorder": recorder_options.OPTIONS,
     **{name: table_of(name) for name in STUDY_TABLES},
 }

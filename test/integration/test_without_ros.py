@@ -20,8 +20,9 @@ SMALL = {
     "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
     "basins": {"width": 12, "height": 8},
     "basin_shares": {"count": 2, "samples": 8},
+    "juggling": {"width": 3, "height": 3, "deadline": 5.0},
 }  # fmt: skip
-LIVE = ("simulator", "recorder", "perform", "echo_impacts")
+LIVE = ("simulator", "recorder", "perform", "echo_impacts", "juggle")
 
 
 def begin(start: Starter, *arguments: str) -> Process:
