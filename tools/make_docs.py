@@ -39,6 +39,7 @@ GUIDES = {
         "report",
         "testing",
         "closed_loops",
+        "juggling",
         "troubleshooting",
     ),
     "Reference": ("api", "model", "interfaces", "parameters", "security", "performance"),

@@ -97,6 +97,14 @@ ADDED: dict[str, tuple[str, str]] = {
     "edge_pairs": ("1", "pairs that edge tracking began with; those without a saddle"),
     "line_name": ("1", "name of the attractor, first and last"),
     **{f"line_{name}": (unit, f"of each line: {text}") for name, unit, text in LINES},
+    "never": ("1", "part of the starts that was never captured"),
+    "captured": ("1", "part of the starts that was captured"),
+    "lost": ("1", "part of the starts that was captured and lost again"),
+    "median_time": ("2 pi/omega", "median time until the orbit was reached"),
+    "offset_used": ("A", "largest offset of all runs"),
+    "acceleration_used": ("A omega^2", "largest acceleration of the offset of all runs"),
+    "strategy_name": ("1", "name of the strategy"),
+    "condition_name": ("1", "text of the condition"),
     DONE: ("1", "whether the part is computed"),
 }
 """Variables that studies derive from the whole result -> their unit and what they are."""

@@ -226,7 +226,7 @@ class Juggling(Study):
         return result.assign(
             {name: (verdict == flag).mean(over) for flag, name in _FLAGS.items()}
         ).assign(
-            median_time=median.assign_attrs(units="2 pi/omega", long_name="median time"),
+            median_time=median,
             offset_used=result["largest_offset"].max(over),
             acceleration_used=result["largest_acceleration"].max(over),
             strategy_name=("strategy", self.strategies),

@@ -19,7 +19,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
-from bouncing_disk_ros.nodes.live import echo_impacts, perform
+from bouncing_disk_ros.nodes.live import echo_impacts, juggle, perform
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
 from bouncing_disk_ros.nodes.workbench import workbench
 from bouncing_disk_ros.run.presets import load_preset
@@ -37,6 +37,7 @@ TABLES = {
     "perform": perform.OPTIONS,
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
+    "juggle": juggle.OPTIONS,
     "recorder": recorder_options.OPTIONS,
     "workbench": workbench.OPTIONS,
     **{name: table_of(name) for name in STUDY_TABLES},

@@ -44,6 +44,8 @@ RUNS: dict[str, tuple[list[str], list[str], set[str]]] = {
     ),
 }
 
+TESTS = ("test_own_controller.py", "test_retoss_node.py")
+
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_script_runs_and_says_what_is_true(
@@ -63,12 +65,12 @@ def test_a_script_runs_and_says_what_is_true(
         assert (len(run.rows), run.lost) == (61, 0)
 
 
-def test_the_node_passes_its_own_test() -> None:
+def test_the_node_and_the_controller_pass_their_own_tests() -> None:
     paths = f"{Path(bouncing_disk_ros.__file__).resolve().parents[1]}:{EXAMPLES}"
     plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     options = ("-q", "--import-mode=importlib", "-c", "/dev/null", "--rootdir", str(EXAMPLES))
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *plugins, "test_retoss_node.py"],
+        [sys.executable, "-m", "pytest", *options, *plugins, *TESTS],
         cwd=EXAMPLES,
         capture_output=True,
         text=True,
@@ -83,12 +85,12 @@ def test_the_node_passes_its_own_test() -> None:
         ),
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 passed" in done.stdout
+    assert f"{len(TESTS)} passed" in done.stdout
 
 
 def test_every_script_is_run_by_a_test() -> None:
-    node = {"retoss_node", "test_retoss_node"}
-    assert {path.stem for path in SCRIPTS} == RUNS.keys() | node
+    tested = {name for test in TESTS for name in (test[5:-3], test[:-3])}
+    assert {path.stem for path in SCRIPTS} == RUNS.keys() | tested
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)

@@ -57,6 +57,7 @@ def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
     node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
     simulator.add_node(node)
     simulator.wait_for_subscriber("disk/impacts")
+    simulator.spin_until(lambda: node.status != "waiting for platform/motion")
     return node
 
 
@@ -108,7 +109,7 @@ def test_an_own_controller_is_used_and_a_wrong_one_refused(make: Make, tmp_path:
     wrong.write_text("make_controller = lambda setup: 1\n")
     node = juggler_of(simulator, controller=str(wrong))
     simulator.run(0.5)
-    assert "cannot juggle: controller: got make_controller that returns int" in node.status
+    assert "cannot juggle: controller: got 'make_controller that returns int'" in node.status
     simulator.close_node(node)
 
 

@@ -22,8 +22,9 @@ SMALL: dict[str, dict[str, object]] = {
     "basins": {"width": 12, "height": 8},
     "basin_shares": {"count": 2, "samples": 8},
     "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8},
+    "juggling": {"width": 3, "height": 3, "deadline": 5.0},
 }  # fmt: skip
-LIVE = ("simulator", "recorder", "perform", "echo_impacts")
+LIVE = ("simulator", "recorder", "perform", "echo_impacts", "juggle")
 
 
 def begin(start: Starter, *arguments: str) -> Process:

@@ -21,6 +21,7 @@ SMALL = {
     "parameter_map": ("x_count:=2", "y_count:=2", "settling:=10", "measured:=256"),
     "basins": ("width:=12", "height:=8"),
     "basin_shares": ("count:=2", "samples:=8"),
+    "juggling": ("width:=3", "height:=3", "deadline:=5.0"),
 }
 OURS = ("PYTHONPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "NUMBA_CACHE_DIR",
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE")  # fmt: skip
@@ -83,7 +84,7 @@ def test_the_library_and_every_tool(plain: Path, tmp_path: Path) -> None:
     assert (tmp_path / "run_report.html").is_file()
     done = run(str(plain / "demo"), cwd=tmp_path)
     assert (done.returncode, "Verified: the orbit found is period-1." in done.stdout) == (0, True)
-    for tool in ("simulator", "recorder", "perform", "echo_impacts"):
+    for tool in ("simulator", "recorder", "perform", "echo_impacts", "juggle"):
         done = run(str(plain / tool), cwd=tmp_path)
         assert (done.returncode, done.stdout.count("\n")) == (2, 1), done.stdout
         assert done.stdout.startswith(f"{tool}: needs ROS 2, ")

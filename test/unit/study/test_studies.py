@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,11 @@ from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap,
 from bouncing_disk_ros.nodes.studies.basin_shares import lines as share_lines
 from bouncing_disk_ros.nodes.studies.basins import lines as basin_lines
 from bouncing_disk_ros.nodes.studies.bifurcation import lines
+from bouncing_disk_ros.nodes.studies.juggling import lines as juggling_lines
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import basin_study as basins_module
 from bouncing_disk_ros.study import bifurcation_study as bifurcation_module
+from bouncing_disk_ros.study import juggling_study as juggling_module
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study import parameter_map_study as parameter_map_module
 from bouncing_disk_ros.study.basin_shares_study import CLASSES
@@ -40,6 +43,28 @@ def test_basins_have_the_share_of_the_paper(tmp_path: Path) -> None:
     assert sum(share.values()) + float(found["unresolved_fraction"]) == pytest.approx(1.0)
     assert "mean_speed" not in found
     assert "parameter_angular_forcing" not in found.attrs, "it plays no part"
+
+
+def test_loops_do_not_depend_on_how_they_are_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Draws belong to a start; a condition sets what it names, another start and target too."""
+    given: dict[str, Any] = {
+        "axial_forcing": 0.48, "width": 6, "height": 5, "strategies": "none deadbeat",
+        "conditions": "missed=0.3,jitter=0.002; start=period-2 in 1 cycle; start=rest",
+    }  # fmt: skip
+    whole = result_of(tmp_path / "a", "juggling", **given)
+    rows = {"strategy": 1, "condition": 1, "velocity": 2}
+    monkeypatch.setattr(juggling_module.Juggling, "chunks", property(lambda _: rows))
+    cut = result_of(tmp_path / "b", "juggling", **given)
+    for name in ("verdict", "impacts", "time", "largest_offset", "commands"):
+        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+    captured = whole["captured"].values
+    assert (captured[1] == 1.0).all()
+    assert captured[0, 1] == captured[0, 2] == 0.0
+    assert float(whole["offset_used"].max()) <= 0.3
+    assert float(whole["offset_used"][0].max()) == 0.0
+    assert any("period-2" in line for line in juggling_lines(whole))
 
 
 def test_basins_after_the_impact_are_those_before_it(tmp_path: Path) -> None:
