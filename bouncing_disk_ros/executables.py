@@ -15,6 +15,7 @@ PACKAGES: dict[str, dict[str, str]] = {
     "live": {
         "perform": "publish a programme of platform motions on the command topic",
         "echo_impacts": "print the impacts of disk/impacts as readable rows",
+        "juggle": "keep a multiple toss going: impacts in, offset trajectories of the platform out",
     },
     "recorder": {
         "recorder": "record topics to an MCAP bag that every ROS 2 tool opens",
@@ -37,6 +38,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "manifolds": "draw the saddles between basins and their manifolds over the basins",
         "basin_shares": "map the shares of the basins over a parameter, with the best phase lag",
         "resilience": "measure fatal impulses and timing errors, times and shares of attractors",
+        "juggling": "map which starts each strategy of control captures, under which errors",
     },
     "workbench": {
         "workbench": "see a run and touch it on a page in the browser: live, or of a bag",

@@ -24,7 +24,7 @@ from typing import Any
 
 from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 
-KERNEL_FOLDERS = ("core", "collision_map")
+KERNEL_FOLDERS = ("core", "collision_map", "juggling/kernels")
 """The packages that hold all compiled functions."""
 UNUSED_DAYS = 30
 _PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))

@@ -80,6 +80,12 @@ INPUTS_AHEAD = _limit(
     "inputs",
     "further commands are refused until some have acted",
 )
+KNOTS_AHEAD = _limit(
+    "knots of offset trajectories that lie ahead, of both joints",
+    10_000,
+    "knots",
+    "further trajectories are refused until some have passed",
+)
 REQUEST_ITEMS = _limit(
     "names, parameters or prefixes in a request to a service, numbers in an array",
     200,

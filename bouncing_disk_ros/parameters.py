@@ -212,7 +212,7 @@ _SPECS = (
          "impact (after the next row of disk/impacts), nanoseconds (step_nanoseconds)",
          words=("periods", "impact", "nanoseconds"), source="chosen"),
     Spec("step_nanoseconds", 1_000_000, "ns", "how much simulated time one call of ~/step takes "
-         "with step_until nanoseconds", low=1, high=10**18, source="chosen"),
+         "with step_until nanoseconds", low=1, high=10**15, source="chosen"),
     Spec("lockstep", "off", "", "tick: simulated time stands after each sample of joint_states, "
          "impact: after each row of disk/impacts, until the controllers have answered on ~/proceed",
          words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
@@ -221,7 +221,8 @@ _SPECS = (
     Spec("lockstep_timeout", 0.5, "s", "a controller that says nothing for so long (wall time) is "
          "reported, and waited for", low=1e-3, high=1e6, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
-         "(wall time, while it runs)", low=0.1, high=1e6, source="chosen"),
+         "(wall time, while it runs; simulated time with lockstep)", low=0.1, high=1e6,
+         source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before a call of ~/step or "
          "~/pause (false)", while_unconfigured=True, source="chosen"),
     Spec("publish_clock", False, "", "publish /clock with simulated time; stamps are then in that "

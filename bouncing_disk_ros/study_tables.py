@@ -245,6 +245,47 @@ _RESILIENCE = (
             "for results in SI units", while_unconfigured=False),
 )  # fmt: skip
 
+_JUGGLING = (
+    Spec("strategies", "none impact_time deadbeat", "", "strategies to be compared: any of none, "
+         "impact_time, deadbeat, small"),
+    Spec("conditions", "nominal", "", "cases to be compared, with ; between: nominal, or "
+         "NAME=VALUE with commas between; names: axial_forcing, restitution_error, delay, jitter, "
+         "missed, impulse, start, target, learn"),
+    Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=1e-6, high=1e3),
+    Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
+    Spec("width", 60, "", "starts along the forcing phase", low=1, high=100_000),
+    Spec("height", 60, "", "starts along the velocity", low=1, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this",
+         low=-1e3, high=0.0),
+    Spec("velocity_end", 0.0, "πg/ω", "window of starts: largest relative velocity", low=-1e3,
+         high=0.0),
+    Spec("start", "window", "", "where the runs start. window: after the impacts of the window; "
+         "rest: the disk lies on the platform; period-1, or another attractor by its name: on it"),
+    Spec("target", "period-1", "", "the orbit to be reached: period-1, stable or not, or another "
+         "periodic attractor by its name"),
+    Spec("position_limit", 0.3, "A", "largest offset, of the platform's amplitude", low=1e-6,
+         high=1e3),
+    Spec("acceleration_limit", 2.0, "Aω²", "largest acceleration of the offset", low=1e-3,
+         high=1e6),
+    Spec("small_limit", 0.02, "A", "largest offset of the strategy small", low=1e-9, high=1e3),
+    Spec("restitution_error", 0.0, "1", "error of the restitution that the controller believes, "
+         "in parts of the true one", low=-0.9, high=0.9),
+    Spec("learn", True, "", "whether the controller corrects its restitution by what it hears"),
+    Spec("delay", 0.0, "2π/ω", "time from an impact until the controller knows it, in periods",
+         low=0.0, high=10.0),
+    Spec("jitter", 0.0, "2π/ω", "largest error of the instant that it is told, in periods",
+         low=0.0, high=1.0),
+    Spec("missed", 0.0, "1", "part of the impacts that it never hears of", low=0.0, high=1.0),
+    Spec("impulse", 0.0, "πg/ω", "change of the disk's velocity by an impulse in the tenth period, "
+         "which the controller is not told", low=-10.0, high=10.0),
+    Spec("deadline", 50.0, "2π/ω", "end of each run, in periods", low=1.0, high=1e6),
+    Spec("tolerance", 0.05, "", "distance (rad and πg/ω) at which an impact counts as on the orbit",
+         low=1e-12, high=1.0),
+    Spec("streak", 5, "", "impacts on the orbit, up to the end, that count as captured", low=1,
+         high=10_000),
+    Spec("seed", 1, "", "of impulses, jitter and misses", low=0, high=2**31 - 1),
+)  # fmt: skip
+
 _BAG = (
     Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are those "
          "of its last steady motion up and down, and of the disk then"),
@@ -284,6 +325,7 @@ STUDY_TABLES: Mapping[str, Mapping[str, Spec]] = MappingProxyType(
         "manifolds": _by_name(*_MANIFOLDS),
         "basin_shares": _by_name(*_BASIN_SHARES),
         "resilience": _by_name(*_RESILIENCE),
+        "juggling": _by_name(*_JUGGLING),
     }
 )
 """Study -> what decides its result."""

@@ -30,7 +30,7 @@ TOP = {
     "CHANGELOG.rst": "changelog.rst",
 }
 GUIDES = {
-    "Begin": ("readme", "examples", "tutorial", "figures"),
+    "Begin": ("readme", "workbench", "examples", "tutorial", "figures"),
     "Guides": (
         "studies",
         "motor",

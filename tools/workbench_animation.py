@@ -22,13 +22,13 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "test"))
-WIDTH, HEIGHT = 1500, 1000
+WIDTH, HEIGHT, SHOWN_HEIGHT = 1500, 1000, 795
 SHOWN_WIDTH = 960
 SECONDS, FRAMES_A_SECOND = 6.5, 10.0
 """Of simulated time: the animation runs in real time."""
 SLOWER = 0.1
 """The run is slower while it is recorded: a picture takes some tenths of a second."""
-COLORS = 64
+COLORS = 128
 _START = """
 from bouncing_disk_ros.workbench import run_pane
 run_pane.PATH_SECONDS, run_pane.SPEED_SECONDS = 40.0, 300.0  # as long as in real time
@@ -98,9 +98,10 @@ def shown_time(text: str) -> float:
 def picture(browser: Any) -> Image.Image:
     """What the page looks like now, in the size of the animation."""
     shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
-    image = Image.open(io.BytesIO(base64.b64decode(shot["data"])))
+    whole = Image.open(io.BytesIO(base64.b64decode(shot["data"])))
+    image = whole.convert("RGB").crop((0, 0, whole.width - 15, SHOWN_HEIGHT))  # no scroll bar
     size = (SHOWN_WIDTH, round(image.height * SHOWN_WIDTH / image.width))
-    return image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+    return image.resize(size, Image.Resampling.LANCZOS)
 
 
 def write(pictures: list[Image.Image], file: Path) -> None:

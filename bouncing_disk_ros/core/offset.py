@@ -318,6 +318,11 @@ class Offset(NamedTuple):
     axial: Lane = Lane()
     angular: Lane = Lane()
 
+    @property
+    def pieces(self) -> int:
+        """How many segments there are, those of trajectories that take over later included."""
+        return sum(len(plan.segments) for lane in self for plan in lane.plans)
+
     def boundary_after(self, ns: int) -> int:
         """The next instant at which a segment of either joint begins; NEVER if there is none."""
         return min(self.axial.boundary_after(ns), self.angular.boundary_after(ns))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
-from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
@@ -96,10 +97,13 @@ class Result(_Recorded):
         return f"<result of simulate: {counts}, {len(self.inputs)} inputs>"
 
 
+_KEYWORDS = ("axial_forcing", "impulses", "preset", "programme", "sample_rate", "trajectory")
+
+
 def simulate(
     duration: SupportsFloat,
     *,
-    programme: Sequence[Point] | str = (),
+    programme: Sequence[Point | Mapping[str, Any]] | str = (),
     impulses: Sequence[ImpulseRow] = (),
     kicks: Sequence[ImpulseRow] = (),
     trajectory: Sequence[Point] = (),
@@ -129,6 +133,11 @@ def simulate(
     if kicks:
         warnings.warn("simulate: kicks is now impulses", DeprecationWarning, stacklevel=2)
         impulses = [*impulses, *kicks]
+    for name in values:
+        if name not in parameters.TABLE:
+            hint = closest(name, [*parameters.TABLE, *_KEYWORDS])
+            allowed = "a parameter of docs/parameters.md, or " + ", ".join(_KEYWORDS)
+            raise InputError("keyword", name, allowed, hint)
     chosen = {**(load_preset(preset) if preset else {}), **values}
     if axial_forcing is not None:
         if "axial_amplitude" in values:
@@ -149,11 +158,10 @@ def simulate(
     if offsets is not None:
         validate_trajectory(offsets)
         session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
-    for at, *both in sorted(impulses, key=lambda impulse: float(impulse[0])):
-        axial, angular = (float(plain(one)) for one in both)  # type: ignore[arg-type]
+    for at, axial, angular in sorted(map(_impulse, impulses)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)
-        session.apply_impulse(_instant("impulses time", at), axial, angular)
+        session.apply_impulse(at, axial, angular)
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
@@ -180,12 +188,33 @@ def _instant(field: str, given: object) -> int:
     raise InputError(field, given, "a finite number of seconds >= 0")
 
 
+def _impulse(given: object) -> tuple[int, float, float]:
+    """Instant (ns), axial and angular impulse of an entry of `impulses`."""
+    row = given if isinstance(given, (tuple, list, np.ndarray)) else ()
+    numbers = [plain(one) for one in row]
+    if len(numbers) != 3 or not all(isinstance(one, (int, float)) for one in numbers):
+        allowed = "(time in s, axial impulse in N·s, angular impulse in N·m·s)"
+        raise InputError("impulses", given, allowed)
+    at, axial, angular = numbers
+    return _instant("impulses time", at), float(axial), float(angular)  # type: ignore[arg-type]
+
+
+def _timed(i: int, given: object) -> tuple[object, Mapping[str, object]]:
+    """Time and values of a point: (time, {name: value}), or as in a file, with a key `time`."""
+    if isinstance(given, Mapping) and "time" in given:
+        return given["time"], {name: given[name] for name in given if name != "time"}
+    if isinstance(given, (tuple, list)) and len(given) == 2 and isinstance(given[1], Mapping):
+        return given[0], given[1]
+    allowed = "(time in s, {name: value}) or {'time': ..., name: value}"
+    raise InputError(f"programme[{i}]", given, allowed)
+
+
 def _points(
-    programme: Sequence[Point], arrival: Instant, latest: Motion
+    programme: Sequence[Point | Mapping[str, Any]], arrival: Instant, latest: Motion
 ) -> tuple[tuple[int, Motion], ...]:
     """Each point validated as on platform/command, one after the other."""
     accepted: list[tuple[int, Motion]] = []
-    for i, (at, values) in enumerate(programme):
+    for i, (at, values) in enumerate(itertools.starmap(_timed, enumerate(programme))):
         numbers: tuple[Any, ...] = tuple(map(plain, values.values()))
         point = PointRequest(numbers, _instant(f"programme[{i}] time", at))
         request = ProgrammeRequest(tuple(values), (point,), field=f"programme[{i}]")

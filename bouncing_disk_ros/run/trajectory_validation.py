@@ -20,7 +20,7 @@ from bouncing_disk_ros.core.offset import (
     OffsetState,
 )
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS
+from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS, KNOTS_AHEAD
 from bouncing_disk_ros.parameters import TABLE, Value
 from bouncing_disk_ros.run.command_validation import Instant, too_many, too_old
 from bouncing_disk_ros.run.time_map import FAR_NS
@@ -142,6 +142,8 @@ def schedule_trajectory(
     for j, name in enumerate(request.names):
         lane: Lane = offset[OFFSET_JOINTS.index(name)]
         knots = _knots(request, j, instant, begin, lane)
+        if not knots and request.points[-1].after_ns == 0:
+            raise InputError(f"{field} points", "the present state alone", "a later point too")
         if not knots:
             last = instant.effect(request.stamp_ns, request.points[-1].after_ns)
             raise too_old(field, max(instant.age(last), age), instant)
@@ -196,6 +198,10 @@ def _check_limits(
     limits = [float(values.get(name, TABLE[name].default)) for name in _LIMITS]
     largest = [float(TABLE[name].default) for name in _LIMITS]
     result = offset.spliced(splice.begin_ns, instant.now_ns, splice.axial, splice.angular)
+    ahead = result.trimmed(instant.now_ns).pieces
+    if ahead > KNOTS_AHEAD:
+        raise InputError(f"{request.field} points", f"{ahead} knots that lie ahead",
+                         f"at most {KNOTS_AHEAD}", "Cancel some, or wait.")  # fmt: skip
     for name, lane, knots in zip(OFFSET_JOINTS, result, splice[1:], strict=True):
         if knots is None:
             continue

@@ -134,6 +134,16 @@ def basin_shares(
     return _run("basin_shares", path, workers, progress, parameters)
 
 
+def juggling(
+    path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+) -> xr.Dataset:
+    """Which starts each strategy of control brings onto an orbit, under which errors.
+
+    >>> juggling(strategies="none deadbeat", conditions="nominal; delay=0.25")["captured"]
+    """
+    return _run("juggling", path, workers, progress, parameters)
+
+
 _ABOUT = """
 `path`: the folder of a store that keeps the result; the same call goes on from it. `workers`:
 threads that compute, 0 for one on each core. `progress`: whether a bar shows on stderr; None where
@@ -152,7 +162,7 @@ def _parameter_lines(name: str) -> list[str]:
 
 for _study in (
     toss_paths, toss_map, bifurcation, parameter_map, curves, motor, basins, manifolds,
-    basin_shares, resilience,
+    basin_shares, resilience, juggling,
 ):  # fmt: skip
     _text = "\n".join([*_ABOUT.splitlines(), "", *_parameter_lines(_study.__name__), ""])
     _study.__doc__ = f"{inspect.cleandoc(_study.__doc__ or '')}\n{_text}"

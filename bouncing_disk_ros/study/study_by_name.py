@@ -14,6 +14,7 @@ _MODULES = {
     "basins": ("basin_study", "Basins"),
     "bifurcation": ("bifurcation_study", "Bifurcation"),
     "curves": ("curves_study", "Curves"),
+    "juggling": ("juggling_study", "Juggling"),
     "manifolds": ("manifolds_study", "Manifolds"),
     "motor": ("motor_study", "Motor"),
     "parameter_map": ("parameter_map_study", "ParameterMap"),

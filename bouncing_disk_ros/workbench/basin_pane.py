@@ -74,6 +74,11 @@ class BasinPane:
         """The Bokeh figure of the map, whose ranges are the window."""
         return self._map.figure
 
+    @property
+    def start(self) -> Start | None:
+        """The start whose orbit is shown."""
+        return None if self._orbit is None else self._orbit.start
+
     def parameters_changed(self) -> None:
         """Compute anew if the plane is another one."""
         self._on_change("", None, None)

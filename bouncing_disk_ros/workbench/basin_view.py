@@ -37,9 +37,10 @@ SEARCHED = 24
 """Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
 EARLY = 64, 256
 """Impacts after which starts are looked for in a region about a chaotic attractor."""
-_ROWS = 64
-"""Rows labelled between two questions whether the view is still wanted: 20 to 60 ms."""
-_KEPT = 64
+_ROWS = 128
+"""Rows labelled between two questions whether the view is still wanted: 20 to 150 ms."""
+_KEPT = 12
+"""Values of Γ and ε whose attractors are kept: a chaotic one has 1 MB."""
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
@@ -147,7 +148,7 @@ def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
     return find_attractors(_map(axial_forcing, restitution), starts)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_KEPT // 4)
 def _regions(axial_forcing: float, restitution: float) -> Regions:
     section = _map(axial_forcing, restitution)
     return absorbing_regions(section, found_attractors(axial_forcing, restitution))

@@ -26,7 +26,8 @@ LEAST, MOST = 1e-3, 1e3
 """Range of Γ that can be shown."""
 _TOGETHER = 80
 """Values computed between two questions whether it is still wanted: some 50 ms."""
-_REMEMBERED = 16
+_REMEMBERED = 12
+"""Pieces of diagrams of _TOGETHER values that are kept, about a fine view: 1.3 MB each."""
 
 Image = NDArray[np.float32]
 
@@ -65,13 +66,18 @@ def diagram(
     return Diagram(restitution, begin, end, tuple(branches))
 
 
-@lru_cache(maxsize=_REMEMBERED * (FULL // _TOGETHER))
+@lru_cache(maxsize=_REMEMBERED)
 def _branch(restitution: float, values: tuple[float, ...]) -> Branch:
-    """Kept, for a view that one comes back to and for other sessions."""
+    """What `images` needs, kept for another look at it and for other sessions."""
     section = NextCollisionMap(values[0], restitution)
     starts = spread_starts(STARTS, float(STUDY_TABLES["bifurcation"]["velocity_begin"].default))
     counts = {"settling": SETTLING, "measured": KEPT, "kept": KEPT}
-    return from_starts(section, "axial_forcing", np.array(values), starts, **counts)
+    found = from_starts(section, "axial_forcing", np.array(values), starts, **counts)
+    nothing = np.empty(0)
+    return found._replace(
+        axial_impact_velocity=nothing, angular_velocity=nothing, ends=nothing,
+        contact=np.empty(0, bool),
+    )  # fmt: skip
 
 
 def images(shown: Diagram, low: float, high: float) -> tuple[Image, Image]:

@@ -225,7 +225,7 @@ class ControlPane:
         size, unit = shown_unit(control.unit, max(abs(low), abs(high)))
         shown = f" ({unit})" if unit else ""
         fits = self._sizes.get(control.name) == size and slider.start <= value / size <= slider.end
-        if not fits or (slider.end - slider.start) * size > 20 * (high - low):
+        if not fits or (slider.end - slider.start) * size > 3.0 * (high - low):
             self._sizes[control.name] = size
             step = (high - low) / size / STEPS
             slider.update(start=low / size, end=high / size, step=step, format=_format(step))

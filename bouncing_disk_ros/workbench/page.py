@@ -64,7 +64,10 @@ class Page:
         self._parameters: dict[str, float] = {}
         self._status_text = ""
         self.basins, self.bifurcation = self._maps()
-        self._followers = {1: self.basins, 2: self.bifurcation}
+        self._followers: dict[int, BasinPane | BifurcationPane] = {
+            1: self.basins,
+            2: self.bifurcation,
+        }
         self._behind = set(self._followers)  # tabs that have not seen the parameters in force
         self.tabs = Tabs(
             tabs=[

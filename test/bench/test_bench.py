@@ -25,6 +25,7 @@ from bench import (
     start_views,
     studies,
     widths,
+    workbench_page,
 )
 from bench.history import changes
 from bench.table import table, write
@@ -57,6 +58,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     rows += motor.measure()
     rows += resilience_bench.measure()
     rows += start_views.measure()
+    rows += workbench_page.measure(start, tmp_path)
     rows += bags.measure(start, tmp_path)
     write(OUTPUT, rows, notes, load)
     with capsys.disabled():

@@ -148,6 +148,7 @@ def test_a_trajectory_is_followed_recorded_shown_and_replayed(make: Make) -> Non
         (trajectory(TrajectoryPoint((0.0,), has_effort=True, after_ns=10**9)), "effort"),
         (trajectory(TrajectoryPoint((0.0,), (), (0.0,), after_ns=1)), "without velocities"),
         (trajectory(TrajectoryPoint((0.1,), after_ns=0)), "the offset's own state"),
+        (trajectory(TrajectoryPoint((0.0,), after_ns=0)), "a later point too"),
         (trajectory(TrajectoryPoint((0.6,), (0.0,), after_ns=10**9)), "offset_limit"),
         (trajectory(TrajectoryPoint((0.4,), (0.0,), after_ns=10**8)), "offset_speed_limit"),
         (trajectory(TrajectoryPoint((0.1,), after_ns=10**9)), "a jump of the velocity"),
@@ -182,6 +183,23 @@ def test_a_wrong_trajectory_is_refused_in_one_line(
     assert said in refusal.line
     assert "\n" not in refusal.line
     assert state_digest(simulator.node) == before
+
+
+def test_knots_ahead_are_limited(make: Make) -> None:
+    simulator = make()
+    now = simulator.node.get_clock().now().nanoseconds + 3600 * 10**9
+    points = [TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1001)]
+    accepted = 0
+    for k in range(20):
+        accepted += simulator.node.commands.trajectory(
+            trajectory(*points, stamp_ns=now + k * 10**9)
+        )
+    assert accepted == 9  # of a thousand knots and a hold each
+    refusal = simulator.node.last_refusal
+    assert refusal is not None
+    assert "10000" in refusal.line
+    assert simulator.node.commands.trajectory(trajectory())
+    assert simulator.node.commands.trajectory(trajectory(*points, stamp_ns=now))
 
 
 def test_bytes_of_a_huge_message_are_refused_unread() -> None:

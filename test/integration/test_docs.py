@@ -21,6 +21,7 @@ from bouncing_disk_ros.executables import EXECUTABLES
 from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.live import echo_impacts, perform
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
+from bouncing_disk_ros.nodes.workbench import workbench
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
@@ -37,6 +38,7 @@ TABLES = {
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
     "recorder": recorder_options.OPTIONS,
+    "workbench": workbench.OPTIONS,
     **{name: table_of(name) for name in STUDY_TABLES},
 }
 #: plugins by name alone: the entry point of an installed package would register ours twice; and

@@ -42,6 +42,8 @@ def programme(tmp_path: Path) -> Path:
         "points:\n"
         "  - {time: 0.4, axial_amplitude: 0.035}\n"
         "  - {time: 0.8, axial_amplitude: 0.03}\n"
+        "trajectory:\n"
+        "  - {time: 0.5, platform_axial: [0.004, 0.0]}\n"
     )
     return file
 
@@ -73,6 +75,9 @@ def test_a_programme_is_carried_out(
     at_end = first.forcing_phase + period * 3.0 * (first.end_ns - first.begin_ns) / 1e9
     aligned = (at_end + period * 3.0 * 0.2) % period
     assert aligned == pytest.approx(2.0, abs=1e-6)
+    peer.spin_until(lambda: len(peer.heard["platform/offset"]) >= 2)
+    held = peer.heard["platform/offset"][-1]
+    assert [list(point.positions) for point in held.points] == [[0.004, 0.0]] * 2
 
 
 @pytest.mark.parametrize("clock", [False, True], ids=["wall clock", "published clock"])

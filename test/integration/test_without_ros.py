@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from support.page_client import PageClient
 from support.processes import Process, Starter
 from support.recorded import period_one_bag
 
@@ -77,6 +78,20 @@ def test_the_demonstration_tells_its_story(start: Starter, tmp_path: Path) -> No
     wrong = begin(start, "demo", "--ros-args", "-p", "picture:=demo.gif")
     assert wrong.wait(WAIT) == 2
     wrong.wait_for("^demo: picture: got 'demo.gif', allowed: a file ending in .png")
+
+
+def test_the_workbench_simulates_by_itself(start: Starter) -> None:
+    node = begin(start, "workbench", "--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
+    told = node.wait_for(r"^workbench: simulated in this process, without ROS: (http://\S+)$", WAIT)
+    page = PageClient(told[1])
+    try:
+        page.wait(lambda: len(page.model("path").data["time"]) > 20, WAIT)
+        page.change("restitution", "value_throttled", 0.4)
+        page.wait(lambda: page.model("restitution").value == 0.4)
+    finally:
+        page.close()
+    assert node.end() == 0
+    assert node.complaints == []
 
 
 CODE = """

@@ -12,6 +12,7 @@ from bokeh.document import Document
 
 from bouncing_disk_ros.nodes.workbench.ros_link import RosLink
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
@@ -36,6 +37,12 @@ class Bench(NamedTuple):
 
         self.simulator.spin_until(holds)
 
+    @property
+    def session(self) -> Session:
+        """That of the simulator."""
+        assert self.simulator.node.run is not None
+        return self.simulator.node.run.session
+
     def values(self) -> dict[str, Any]:
         """What the topics say is in force."""
         return self.link.history.values_at()
@@ -43,7 +50,8 @@ class Bench(NamedTuple):
 
 @pytest.fixture(scope="module")
 def bench(ros_domain: int, warm_kernels: None) -> Iterator[Bench]:
-    simulator = SteppedSimulator(**load_preset("pizza_multiple_toss"))
+    preset: dict[str, Any] = load_preset("pizza_multiple_toss")
+    simulator = SteppedSimulator(**preset)
     node = rclpy.create_node("workbench", context=simulator.context, use_global_arguments=False)
     simulator.add_node(node)
     link = RosLink(node, "bouncing_disk")
@@ -68,7 +76,7 @@ def test_a_slider(bench: Bench, control: Any) -> None:
     change(bench.document, control.name, "value_throttled", given)
     bench.wait(lambda: control.value(bench.values()) != before)
     bench.simulator.advance(1.0)  # the cross-fade ends
-    bench.wait(lambda: not bench.simulator.node.run.session.pending.motions)
+    bench.wait(lambda: not bench.session.pending.motions)
     assert control.value(bench.values()) == pytest.approx(given * size, rel=1e-12)
     node = bench.simulator
     if control.name in MOTION_NAMES:
@@ -84,10 +92,10 @@ def test_an_impulse(bench: Bench) -> None:
     change(bench.document, "axial", "value", 0.2)
     change(bench.document, "angular", "value", 0.003)
     click(bench.document, "impulse")
-    accepted = bench.simulator.node.run.session.accepted
-    bench.wait(lambda: bench.simulator.node.run.session.accepted > accepted)
+    accepted = bench.session.accepted
+    bench.wait(lambda: bench.session.accepted > accepted)
     after = bench.simulator.state
-    disk = bench.simulator.node.run.session.simulation.disk
+    disk = bench.session.simulation.disk
     gained = after.angular_velocity - before.angular_velocity
     assert gained == pytest.approx(0.003 / disk.inertia, rel=1e-9)
     raised = after.axial_velocity - before.axial_velocity
@@ -96,7 +104,7 @@ def test_an_impulse(bench: Bench) -> None:
 
 def test_pause_step_and_reset(bench: Bench) -> None:
     """The simulator stands paused: Resume, then Pause; a step is one period; a reset."""
-    history, session = bench.link.history, bench.simulator.node.run.session
+    history, session = bench.link.history, bench.session
     bench.wait(lambda: model(bench.document, "pause").label == "Resume")
     click(bench.document, "pause")
     bench.wait(lambda: not session.paused)
@@ -164,7 +172,7 @@ def test_the_disk_is_sent_to_a_start(bench: Bench) -> None:
     bench.wait(lambda: bench.values()["initial_axial_velocity"] == -1.0)
     resets = bench.link.history
     bench.wait(lambda: "reset" in resets.changes.items)
-    session = bench.simulator.node.run.session
+    session = bench.session
     bench.simulator.advance(0.2)
     bench.wait(lambda: 0.5 in resets.points.rows["forcing_phase"])
     assert session.latest_target == bench.simulator.motion

@@ -54,8 +54,8 @@ def button(browser: Any, label: str) -> Any:
 def slider_handle(browser: Any, title: str) -> Any:
     """The handle of the slider whose title begins so."""
     test = (
-        "e.classList.contains('noUi-handle') && e.getRootNode().host"
-        " && e.getRootNode().textContent.trim().startsWith(arguments[0])"
+        "e.classList.contains('noUi-handle') && e.getRootNode().querySelector('.bk-slider-title')"
+        "?.textContent.startsWith(arguments[0])"
     )
     return browser.execute_script(_FIND % test, title)
 

@@ -19,11 +19,14 @@ import pytest
 import yaml
 
 from bouncing_disk_ros import executables, parameters, topics
+from bouncing_disk_ros.nodes.live import juggle
 from bouncing_disk_ros.ros.frames import robot_description
 from bouncing_disk_ros.run.presets import load_preset
 
 ROOT = Path(__file__).resolve().parents[2]
-SIMULATE, TWO_DISKS = (ROOT / "launch" / f"{n}.launch.py" for n in ("simulate", "two_disks"))
+SIMULATE, TWO_DISKS, JUGGLE = (
+    ROOT / "launch" / f"{n}.launch.py" for n in ("simulate", "two_disks", "juggle")
+)
 
 #: module -> the names that the launch files may take from it
 FAKED = {
@@ -90,7 +93,7 @@ def parameters_of(node: Any) -> dict[str, Any]:
 @pytest.mark.skipif(
     importlib.util.find_spec("launch_ros") is None, reason="launch_ros is only on ROS machines"
 )
-@pytest.mark.parametrize("file", [SIMULATE, TWO_DISKS], ids=lambda file: file.name)
+@pytest.mark.parametrize("file", [SIMULATE, TWO_DISKS, JUGGLE], ids=lambda file: file.name)
 def test_real_launch_takes_the_description(file: Path) -> None:
     description = runpy.run_path(str(file))["generate_launch_description"]()
     assert len(description.entities) > 1
@@ -252,3 +255,21 @@ def test_rviz_shows_the_topics_that_exist() -> None:
     shown = [display["Topic"]["Value"] for display in manager["Displays"] if "Topic" in display]
     assert shown == ["disk/impacts"]
     assert shown[0] in {topic.name for topic in topics.TOPICS.values()}
+
+
+def test_a_juggler_knows_the_disk_of_the_preset(fakes: None) -> None:
+    *declared, simulator, function = entities(JUGGLE)
+    names = [argument.args[0] for argument in declared]
+    assert len(names) == len(set(names))
+    values = dict(simulator.launch_arguments)
+    assert values.keys() <= {e.args[0] for e in entities(SIMULATE)[:-1]}
+    defaults = {argument.args[0]: argument.default_value for argument in declared}
+    given = defaults | {"restitution_error": "0.1", "missed": "0.2", "strategy": "small"}
+    (node,) = function.function(SimpleNamespace(launch_configurations=given))
+    assert node.executable in executables.EXECUTABLES
+    found = parameters_of(node)
+    assert found.keys() <= juggle.OPTIONS.keys()
+    disk = load_preset(defaults["preset"])
+    assert found["restitution"] == pytest.approx(1.1 * float(disk["restitution"]))
+    assert found["gravity"] == float(disk["gravity"])
+    assert (found["strategy"], found["missed"], found["delay"]) == ("small", 0.2, 0.0)

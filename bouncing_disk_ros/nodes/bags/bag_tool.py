@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
+from bouncing_disk_ros.ros.stop import ending_at_once
 
 
 def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str = "") -> int:
@@ -15,7 +16,8 @@ def run_bag_tool(name: str, path: str, work: Callable[[], int], interrupted: str
     A bag that is damaged or untrue is bad input. `interrupted` is what to say when
     KeyboardInterrupt ends the work, if not just that.
     """
-    from bouncing_disk_ros.bag import BagError
+    with ending_at_once(name):
+        from bouncing_disk_ros.bag import BagError
 
     try:
         return work()

@@ -230,7 +230,7 @@ class SimulatorNode(LifecycleNode):
     # --- inputs -----------------------------------------------------------------------------------
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
-        return self._current(field).open(field)
+        return self._current(field).open(field, by_stamps=self.holding is not None)
 
     def _current(self, field: str) -> Run:
         if self.run is None:

@@ -97,7 +97,8 @@ class Run:
         session, paused = self.session, self._paused or not self._active
         if session.paused and not paused:
             self._anchor()
-            self._next_snapshot = time.monotonic_ns() + self._snapshot_ns
+            clock = time.monotonic_ns() if self.gates is None else session.time_ns
+            self._next_snapshot = clock + self._snapshot_ns
         self._step_until = None
         session.set_paused(paused)
         self._publish_work()
@@ -116,8 +117,11 @@ class Run:
         if self.loop.resolve_waiting() and not self.session.paused:
             free = self._times.factor == 0.0
             self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
-            if now_ns >= self._next_snapshot and not self.session.fault:
-                self._next_snapshot = now_ns + self._snapshot_ns
+            # with gates by simulated time: a record must not depend on the machine
+            clock = now_ns if self.gates is None else self.session.time_ns
+            halted = self.gates is None or self.gates.is_open
+            if clock >= self._next_snapshot and halted and not self.session.fault:
+                self._next_snapshot = clock + self._snapshot_ns
                 self.session.snapshot()
         elif self._step_until is not None and self._slice_step(self._step_until):
             self._step_until = None
@@ -201,17 +205,19 @@ class Run:
             self._node.get_logger().error(f"the run has ended: {self.session.fault}")
 
     # --- inputs -----------------------------------------------------------------------------------
-    def open(self, field: str) -> tuple[Session, Instant]:
-        """The session and the instant at which an input arrives; InputError unless active."""
+    def open(self, field: str, *, by_stamps: bool = False) -> tuple[Session, Instant]:
+        """The session and the instant at which an input arrives; InputError unless active.
+
+        `by_stamps`: while paused too, stamps are on the line of those that were published.
+        """
         if not self._active:
             raise inactive(self._node, field, "inactive")
         if self.session.fault:
             raise ended(self._node, field)
         self.loop.finish_samples()
         session, times = self.session, self._times
-        if (
-            session.paused and not times.clock_is_simulated
-        ):  # real time passes, simulated time stands
+        if session.paused and not times.clock_is_simulated and not by_stamps:
+            # real time passes, simulated time stands
             times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
         tolerance = nanoseconds(float(self._values["command_tolerance"]))
         return session, Instant(session.input_ns, times, tolerance)

@@ -83,7 +83,8 @@ def _range(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
         return []
     values = result[field]
     low, high = float(values.min()), float(values.max())
-    return [f"  {name} from {low:.6g} to {high:.6g} {unit} over {values.dims[0]}"]
+    path = f"from {low:.6g} to {high:.6g}" if low < high else f"{low:.6g}"
+    return [f"  {name} {path} {unit} over {values.dims[0]}"]
 
 
 TOOL = StudyTool("motor", _ABOUT, _EXAMPLE, make_view)

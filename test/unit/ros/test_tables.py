@@ -39,7 +39,7 @@ def test_latched_topics_are_these() -> None:
         for name, topic in TOPICS.items()
         if profile_of(topic).durability == DurabilityPolicy.TRANSIENT_LOCAL
     }
-    assert latched == {"platform/motion", "disk/inputs", "disk/phase"}
+    assert latched == {"platform/motion", "platform/offset", "disk/inputs", "disk/phase"}
     assert profile_of(TOPICS["platform/motion"]).depth == 1
     assert profile_of(TOPICS["disk/inputs"]).depth == 1000
 

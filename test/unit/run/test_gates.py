@@ -67,7 +67,8 @@ def test_without_numbers_of_the_middleware_the_order_is_that_of_arrival() -> Non
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"), [([3, 0, 0], "1 "), ([1, 5, 0], "newest"), ([1, 0], "number of inputs")]
+    ("answer", "said"),
+    [([3, 0, 0], "lockstep_controllers"), ([1, 5, 0], "newest"), ([1, 0], "number of inputs")],
 )
 def test_a_wrong_answer_is_refused(answer: list[int], said: str) -> None:
     made = gates(1)

@@ -159,3 +159,30 @@ def test_the_phase_is_the_wanted_one_at_the_aligned_time(
     error = math.remainder(simulation.sample().forcing_phase - wanted, math.tau)
     # instants are whole nanoseconds: 2π · 9 Hz · 1 ns = 6e-8 rad
     assert abs(error) < 2e-7
+
+
+# --- trajectories ---------------------------------------------------------------------------------
+def test_a_trajectory_of_a_programme_is_simulated(tmp_path: Path) -> None:
+    file = tmp_path / "up.yaml"
+    file.write_text(
+        "description: up\n"
+        "points: [{time: 0.5, axial_amplitude: 0.0, angular_amplitude: 0.0}]\n"
+        "trajectory:\n"
+        "  - {time: 0.5, platform_axial: [0.01, 0.0], platform_rotation: [0.1, 0.0]}\n"
+    )
+    result = simulate(2.0, programme=str(file), sample_rate=10.0)
+    last = result.samples[-1]
+    assert (last["platform_position"], last["platform_angle"]) == (0.01, 0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "up", [], [{"time": 1.0}], [{"platform_axial": 1.0}], [{"time": 1.0, "axial": 1.0}],
+        [{"time": 1.0, "platform_axial": "high"}], [{"time": -1.0, "platform_axial": 1.0}],
+        [{"time": 1.0, "platform_axial": [1.0, 1.0, 1.0, 1.0]}],
+        [{"time": 1.0, "platform_axial": 1.0}, {"time": 1.0, "platform_axial": 1.0}],
+    ],
+)  # fmt: skip
+def test_a_wrong_trajectory_of_a_programme_is_refused(wrong: object) -> None:
+    assert "trajectory" in refusal(content(trajectory=wrong))

@@ -11,10 +11,12 @@ import pytest
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, join_rows
+from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.units import NS
 from support.driven import wild_input
 
@@ -31,12 +33,28 @@ def through_json(records: list[Record]) -> list[Record]:
     return [records_of.from_json(records_of.to_json(record)) for record in records]
 
 
+def wild_splice(session: Session, rng: random.Random) -> Splice:
+    """An offset trajectory of one joint or both, now or later; now and then a cancellation."""
+    begin = session.input_ns + rng.choice([0, rng.randrange(10**9)])
+    lanes: list[tuple[Knot, ...] | None] = []
+    for scale in (0.02, 0.3):
+        at, knots = begin, []
+        for _ in range(rng.randrange(4)):
+            at += rng.randrange(10**7, 3 * 10**8)
+            state = OffsetState(rng.gauss(0, scale), rng.gauss(0, scale))
+            knots.append(Knot(at, state, rng.choice(DEGREES)))
+        lanes.append(None if rng.random() < 0.3 else tuple(knots))
+    return Splice(begin, lanes[0], lanes[1])
+
+
 def drive(session: Session, seed: int, inputs_: int = 60) -> None:
     """A wild but seeded sequence of inputs of every kind, with uneven advances between them."""
     rng = random.Random(seed)
     for _ in range(inputs_):
         session.advance(session.time_ns + rng.choice([0, 1, 7, 10**6, rng.randrange(3 * 10**8)]))
         wild_input(session, rng)
+        if rng.random() < 0.2:
+            session.trajectory(wild_splice(session, rng))
     session.set_paused(False)
     session.advance(session.time_ns + NS)
 

@@ -234,3 +234,25 @@ def test_a_trajectory_moves_the_platform() -> None:
 def test_a_wrong_trajectory_is_refused(way: list[Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         simulate(1.0, trajectory=way)
+
+
+def test_a_point_may_be_written_as_in_a_file() -> None:
+    pairs = simulate(2.0, programme=[(1.0, {"frequency": 4.0})])
+    alike = simulate(2.0, programme=[{"time": 1.0, "frequency": 4.0}])
+    assert len(pairs.impacts)
+    assert pairs.impacts.tobytes() == alike.impacts.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"programme": [(1.0, 4.0)]}, r"programme\[0\]: got .* allowed: \(time in s, "),
+        ({"programme": [{"frequency": 4.0}]}, r"programme\[0\]: got"),
+        ({"impulses": [(5.0, 0.1)]}, r"impulses: got .*, allowed: \(time in s, axial impulse"),
+        ({"impulses": [(1.0, "x", 0.0)]}, "impulses: got"),
+        ({"axial_forcng": 0.5}, "keyword: got 'axial_forcng', .* Did you mean axial_forcing"),
+    ],
+)
+def test_what_is_no_input_is_one_line(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate(1.0, **given)

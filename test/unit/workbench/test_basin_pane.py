@@ -147,12 +147,12 @@ def test_the_start_under_the_pointer_is_named(opened: Opened) -> None:
 
 def test_a_click_shows_the_orbit_that_simulate_gives(opened: Opened) -> None:
     opened.tap(1.0, -1.3)
-    start = opened.pane._orbit.start  # type: ignore[union-attr]
+    start = opened.pane.start
+    assert start is not None
     assert abs(start.forcing_phase - 1.0) <= math.pi / FULL
     assert abs(start.velocity + 1.3) <= 2.5 / FULL * (1.0 + 1e-9)
-    result = simulate(
-        PATH_PERIODS / 3.0, sample_rate=3.0 * SAMPLES, **{**opened.values, **start.parameters}
-    )
+    whole: dict[str, Any] = {**opened.values, **start.parameters}
+    result = simulate(PATH_PERIODS / 3.0, sample_rate=3.0 * SAMPLES, **whole)
     data = opened.path
     np.testing.assert_array_equal(data["height"], result.samples["axial_position"])
     assert "goes to: period-1" in opened.texts
@@ -161,7 +161,8 @@ def test_a_click_shows_the_orbit_that_simulate_gives(opened: Opened) -> None:
 
 def test_a_second_click_on_the_start_sends_the_disk_there(opened: Opened) -> None:
     opened.tap(1.0, -1.3)
-    start = opened.pane._orbit.start  # type: ignore[union-attr]
+    start = opened.pane.start
+    assert start is not None
     opened.tap(1.03, -1.31)
     assert opened.sent == [dict(start.parameters)]
     first = simulate(0.0, **{**opened.values, **opened.sent[0]}).impacts[0]

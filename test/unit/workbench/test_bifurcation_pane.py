@@ -45,6 +45,14 @@ def test_a_diagram_is_that_of_from_starts() -> None:
     np.testing.assert_array_equal(phases, whole.forcing_phase)
 
 
+def test_what_is_kept_of_a_diagram_is_what_is_drawn() -> None:
+    """The cache of a workbench that runs for days stays small."""
+    shown = diagram(0.5, 0.42, 0.5, 20)
+    assert shown is not None
+    kept = sum(array.nbytes for branch in shown.branches for array in branch)
+    assert kept < 1.05 * 8 * 20 * STARTS * KEPT
+
+
 def test_a_diagram_that_is_no_longer_wanted_is_not_computed() -> None:
     assert diagram(0.5, 0.42, 0.5, 200, lambda: True) is None
 

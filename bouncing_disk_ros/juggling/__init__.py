@@ -1,0 +1,1 @@
+"""Controllers that juggle: impacts heard in, offset trajectories of the platform out; no ROS."""

@@ -1,0 +1,1 @@
+"""What controllers compute, compiled: flights over an offset, plans, strategies, loops."""

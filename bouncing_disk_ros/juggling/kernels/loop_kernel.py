@@ -1,0 +1,223 @@
+"""Many closed loops at once, in the units of the next-collision map: plant, sensor, controller.
+
+The plant is that of `flights`: a test compares it with the simulation. The controller is `hear`,
+the very function that the node calls. Each start has draws of its own, decided by the seed and its
+number alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
+from bouncing_disk_ros.juggling.kernels.flights import (
+    FLIES,
+    IMPACT,
+    KIND,
+    NOTHING,
+    POSITION,
+    RESTED,
+    RESTS,
+    SINCE,
+    UNKNOWN,
+    VELOCITY,
+    apart,
+    next_event,
+)
+from bouncing_disk_ros.juggling.kernels.offset_plan import (
+    BEGIN,
+    COLUMNS,
+    ROWS,
+    Array,
+    clear_plan,
+    largest_acceleration,
+    largest_position,
+)
+from bouncing_disk_ros.juggling.kernels.strategies import (
+    AIM,
+    BELIEF,
+    EPSILON,
+    MEMORY,
+    hear,
+)
+from bouncing_disk_ros.juggling.kernels.toss_planner import (
+    ACCELERATION_LIMIT,
+    FORCING,
+    RESTITUTION,
+    T_2,
+)
+
+P_RESTITUTION, DELAY, JITTER, MISSED, HEARS_VELOCITY, IMPULSE, IMPULSE_AT, DEADLINE = range(8)
+"""Of the plant and the sensor: ε, delay and jitter (rad), part of impacts unheard, whether the
+velocity is heard, change of velocity by an impulse, the begin of the period in which it acts, end
+(rad)."""
+PLANT = 8
+NEVER, CAPTURED, LOST = 0, 1, 2
+"""Verdicts."""
+R_VERDICT, R_IMPACTS, R_TIME, R_POSITION, R_ACCELERATION, R_COMMANDS, R_EVENTS = range(7)
+"""Results: verdict, impacts and time until captured, largest offset, commands, impacts in all."""
+RESULTS = 7
+
+_WAITING = 64  # impacts on their way to the controller; the oldest is lost beyond
+_IMPULSE_DRAW = 1 << 40  # number of the draw that an impulse's instant comes from
+_BUDGET = 100_000  # impacts of one run
+
+
+@rare_kernel
+def draw(seed: int, start: int, count: int) -> float:
+    """A number in [0, 1): splitmix64 of the three."""
+    z = np.uint64(seed) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(start) * np.uint64(
+        0xD1342543DE82EF95
+    )
+    z += np.uint64(count + 1) * np.uint64(0x2545F4914F6CDD1D)
+    for _ in range(2):
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        z = z ^ (z >> np.uint64(31))
+    return float(z >> np.uint64(11)) * 2.0**-53
+
+
+@rare_kernel
+def is_on(orbit: Array, state: Array, tolerance: float) -> bool:
+    """Whether the state after an impact is near a point of an orbit."""
+    for point in orbit:
+        off = apart(state[SINCE], point[0])
+        if abs(off) <= tolerance and abs(state[VELOCITY] - point[1]) <= tolerance:
+            return True
+    return False
+
+
+@rare_kernel
+def run_loop(
+    settings: Array, orbit: Array, plant: Array, start: Array, tolerance: float, streak: int,
+    seed: int, number: int, result: Array, trace: Array,
+) -> None:  # fmt: skip
+    """One start: see `run_loops`."""
+    forcing, e, bound = settings[FORCING], plant[P_RESTITUTION], settings[ACCELERATION_LIMIT]
+    plan, memory, waiting = np.empty((ROWS, COLUMNS)), np.zeros(MEMORY), np.empty((_WAITING, 4))
+    clear_plan(plan)
+    memory[BELIEF + KIND], memory[EPSILON] = UNKNOWN, settings[RESTITUTION]
+    memory[AIM + T_2] = -math.inf
+    targets, state = orbit.copy(), start.copy()
+    queued = impacts = near = drawn = 0
+    impulse_at = math.inf
+    if plant[IMPULSE] != 0.0:
+        impulse_at = plant[IMPULSE_AT] + TWO_PI * draw(seed, number, _IMPULSE_DRAW)
+    result[:] = 0.0
+    had = False
+    if state[KIND] == FLIES:
+        queued = report(plant, waiting, 0, state, False, seed, number, 0)
+        drawn = 1
+    while state[SINCE] < plant[DEADLINE] and impacts < _BUDGET:
+        heard_at = waiting[0, 0] if queued else math.inf
+        until = min(heard_at, impulse_at, plant[DEADLINE])
+        found, t, _ = next_event(forcing, e, bound, plan, state, until)
+        if found in (IMPACT, RESTED):
+            if impacts < len(trace):
+                trace[impacts] = t, state[VELOCITY]
+            impacts += 1
+            near = near + 1 if found == IMPACT and is_on(orbit, state, tolerance) else 0
+            if near == 1:
+                result[R_IMPACTS], result[R_TIME] = impacts, t - start[SINCE]
+            had = had or near >= streak
+            queued = report(plant, waiting, queued, state, found == RESTED, seed, number, drawn)
+            drawn += 1
+        elif found == NOTHING and until == impulse_at:
+            give_impulse(state, plant[IMPULSE], until)
+            impulse_at = math.inf
+        elif found == NOTHING and until == heard_at:
+            queued = deliver(settings, targets, memory, plan, waiting, queued, result)
+        elif found == NOTHING:
+            break
+    result[R_EVENTS] = impacts
+    note_verdict(result, near >= streak, had)
+
+
+@rare_kernel
+def note_verdict(result: Array, captured: bool, had: bool) -> None:
+    """Keep how a run ended."""
+    impacts = result[R_EVENTS]
+    result[R_VERDICT] = CAPTURED if captured else LOST if had else NEVER
+    if not captured:
+        result[R_IMPACTS], result[R_TIME] = impacts, math.nan
+
+
+@rare_kernel
+def give_impulse(state: Array, change: float, t: float) -> None:
+    """Change the velocity of a disk in flight; one at rest is left alone."""
+    if state[KIND] == RESTS:
+        return
+    d = t - state[SINCE]
+    state[POSITION] += d * (state[VELOCITY] - d / (2.0 * math.pi))
+    state[VELOCITY] += change - d / math.pi
+    state[SINCE] = t
+
+
+@rare_kernel
+def report(
+    plant: Array, waiting: Array, queued: int, state: Array, rests: bool, seed: int, number: int,
+    drawn: int,
+) -> int:  # fmt: skip
+    """Put an impact on its way to the controller, unless it is missed; how many are under way."""
+    if plant[MISSED] > 0.0 and draw(seed, number, 2 * drawn) < plant[MISSED]:
+        return queued
+    if queued == _WAITING:
+        return queued
+    off = plant[JITTER] * (2.0 * draw(seed, number, 2 * drawn + 1) - 1.0)
+    waiting[queued, 0] = state[SINCE] + plant[DELAY] + plant[JITTER]
+    waiting[queued, 1] = state[SINCE] + off
+    waiting[queued, 2] = state[VELOCITY] if plant[HEARS_VELOCITY] != 0.0 else math.nan
+    waiting[queued, 3] = 1.0 if rests else 0.0
+    return queued + 1
+
+
+@rare_kernel
+def deliver(
+    settings: Array, targets: Array, memory: Array, plan: Array, waiting: Array, queued: int,
+    result: Array,
+) -> int:  # fmt: skip
+    """Let the controller hear of the oldest impact under way; how many are left."""
+    now, at, velocity, rests = waiting[0]
+    for k in range(1, queued):
+        waiting[k - 1] = waiting[k]
+    if hear(settings, targets, memory, plan, at, velocity, rests == 1.0, now):
+        result[R_COMMANDS] += 1.0
+        note_use(plan, result, now)
+    return queued - 1
+
+
+@rare_kernel
+def note_use(plan: Array, result: Array, now: float) -> None:
+    """Keep the largest position and acceleration that a plan asks for from now on."""
+    for i in range(ROWS):
+        if now <= plan[i, BEGIN] < math.inf:
+            acceleration = largest_acceleration(plan[i])
+            position = largest_position(plan[i], acceleration)
+            result[R_ACCELERATION] = max(result[R_ACCELERATION], acceleration)
+            result[R_POSITION] = max(result[R_POSITION], position)
+
+
+@entry(
+    types.void(
+        types.float64[::1], types.float64[:, ::1], types.float64[::1], types.float64[:, ::1],
+        types.float64, types.int64, types.int64, types.int64, types.float64[:, ::1],
+        types.float64[:, ::1],
+    )
+)  # fmt: skip
+def run_loops(
+    settings: Array, orbit: Array, plant: Array, starts: Array, tolerance: float, streak: int,
+    seed: int, first: int, results: Array, trace: Array,
+) -> None:  # fmt: skip
+    """Run each start (kind, instant, position, velocity after an impact there) to the deadline.
+
+    Captured: near the orbit from some impact on until the end, at least `streak` of them; lost: so
+    long, but not at the end. `trace`: rows (instant, velocity after) of the first start's impacts.
+    """
+    for i in range(len(starts)):
+        run_loop(
+            settings, orbit, plant, starts[i], tolerance, streak, seed, first + i, results[i],
+            trace if i == 0 else trace[:0],
+        )  # fmt: skip

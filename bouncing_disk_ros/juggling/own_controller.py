@@ -1,0 +1,51 @@
+"""A user's own controller, from a Python file that says `make_controller(setup)`."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import NamedTuple, cast
+
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.errors import InputError, one_line
+from bouncing_disk_ros.juggling.juggler import Controller, Juggler
+from bouncing_disk_ros.juggling.loop_settings import Limits
+
+FUNCTION = "make_controller"
+
+
+class Setup(NamedTuple):
+    """What a controller may know from the start."""
+
+    motion: Motion  # of the platform, steady
+    disk: Disk  # as believed: gravity and restitution
+    limits: Limits  # in parts of A and Aω²
+    phase: float  # forcing phase at simulated time 0, rad
+
+
+def load_controller(file: str | Path, setup: Setup) -> Controller:
+    """The controller that `make_controller(setup)` of a file returns; InputError in one line."""
+    path = Path(file)
+    if not path.is_file():
+        raise InputError("controller", str(file), "a Python file", "There is no such file.")
+    try:
+        function = runpy.run_path(str(path)).get(FUNCTION)
+    except Exception as error:  # noqa: BLE001 (whatever a user's file raises)
+        why = one_line(f"{type(error).__name__}: {error}")
+        raise InputError("controller", str(file), "a Python file that runs", why) from None
+    if not callable(function):
+        raise InputError("controller", str(file), f"a file with a function {FUNCTION}(setup)")
+    controller = function(setup)
+    if not callable(getattr(controller, "on_impact", None)):
+        given = f"{FUNCTION} that returns {type(controller).__name__}"
+        raise InputError("controller", given, "an object with on_impact(impact, now_ns)")
+    return cast("Controller", controller)
+
+
+def controller_of(strategy: str, file: str, setup: Setup, *, learns: bool = True) -> Controller:
+    """The controller of a file, or where none is given that of a strategy."""
+    if file:
+        return load_controller(file, setup)
+    return Juggler(
+        strategy, setup.motion, setup.disk, limits=setup.limits, learns=learns, phase=setup.phase
+    )

@@ -1,0 +1,136 @@
+"""The node `juggle` against a simulator: the verdicts and impacts of the loop in one process."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import PointCloud2
+
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.juggling.juggler import Juggler
+from bouncing_disk_ros.juggling.loop_settings import Sensor
+from bouncing_disk_ros.juggling.loop_verdict import Outcome
+from bouncing_disk_ros.juggling.simulated_loop import run_loop
+from bouncing_disk_ros.nodes.live.juggle import OPTIONS
+from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
+from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.testing import SteppedSimulator
+from support.processes import environment
+
+ROOT = Path(__file__).resolve().parents[2]
+PERIODS, FREQUENCY, GRAVITY = 20, 3.0, 9.81
+REPORTED = float(TABLE["chatter_report_speed"].default)
+Make = Callable[..., SteppedSimulator]
+
+
+@pytest.fixture
+def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
+    made: list[SteppedSimulator] = []
+
+    def one(**values: Any) -> SteppedSimulator:
+        made.append(SteppedSimulator(publish_clock=True, **values))  # stamps are simulated time
+        return made[-1]
+
+    yield one
+    for simulator in made:
+        simulator.close()
+
+
+def motion_of(forcing: float) -> Motion:
+    return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
+
+
+def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
+    given = {"gravity": GRAVITY, "lead": 0.0, **values}
+    overrides = [Parameter(name, value=value) for name, value in given.items()]
+    node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
+    simulator.add_node(node)
+    simulator.wait_for_subscriber("disk/impacts")
+    return node
+
+
+def run_both(make: Make, forcing: float, strategy: str, sensor: Sensor) -> tuple[Any, Any, str]:
+    """Rows of the loop through ROS, the record of the loop in one process, the node's status."""
+    motion, disk = motion_of(forcing), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
+    simulator = make(**motion._asdict(), **disk._asdict(), initial_forcing_phase=1.5 * math.pi)
+    rows: list[Any] = []
+    node = juggler_of(
+        simulator, strategy=strategy, delay=sensor.delay, jitter=sensor.jitter,
+        missed=sensor.missed, seed=sensor.seed,
+    )  # fmt: skip
+    node.create_subscription(
+        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
+    )
+    simulator.run(PERIODS / FREQUENCY)
+    juggler = Juggler(strategy, motion, disk)
+    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
+    record = run_loop(simulation, juggler, periods=PERIODS, sensor=sensor)
+    simulator.close_node(node)
+    return np.concatenate(rows), record, node.status
+
+
+@pytest.mark.parametrize(
+    ("forcing", "strategy", "sensor"),
+    [
+        (0.45, "deadbeat", Sensor()),
+        (0.60, "impact_time", Sensor(delay=0.25, missed=0.1, seed=2)),
+    ],
+)
+def test_through_ros_the_impacts_are_the_same_to_the_bit(
+    make: Make, forcing: float, strategy: str, sensor: Sensor
+) -> None:
+    rows, record, status = run_both(make, forcing, strategy, sensor)
+    np.testing.assert_array_equal(rows["time"], record.rows["time"])
+    np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
+    assert record.verdict.outcome is Outcome.CAPTURED
+    assert status == f"{strategy}: captured after {record.verdict.impacts} impacts"
+
+
+def test_an_own_controller_is_used_and_a_wrong_one_refused(make: Make, tmp_path: Path) -> None:
+    motion = motion_of(0.55)
+    simulator = make(**motion._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator, controller=str(ROOT / "examples" / "own_controller.py"))
+    simulator.run(1.0)
+    assert "own_controller.py: " in node.status
+    simulator.close_node(node)
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("make_controller = lambda setup: 1\n")
+    node = juggler_of(simulator, controller=str(wrong))
+    simulator.run(0.5)
+    assert "cannot juggle: controller: got make_controller that returns int" in node.status
+    simulator.close_node(node)
+
+
+def test_a_new_motion_begins_anew_and_one_without_an_orbit_is_named(make: Make) -> None:
+    simulator = make(**motion_of(0.45)._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator)
+    simulator.run(0.1)
+    assert node.status == "deadbeat: not captured"
+    simulator.command(axial_amplitude=motion_of(0.2).axial_amplitude)
+    simulator.run(1.5)
+    assert "There is no period-1 orbit" in node.status
+    simulator.close_node(node)
+
+
+def test_wrong_options_are_refused(make: Make) -> None:
+    simulator = make()
+    with pytest.raises(InputError, match="strategy: got 'mirror'"):
+        juggler_of(simulator, strategy="mirror")
+    command = [sys.executable, "-m", "bouncing_disk_ros", "juggle"]
+    done = subprocess.run(
+        [*command, "--ros-args", "-p", "missed:=2.0"], capture_output=True, text=True, timeout=60,
+        env=environment({}),
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.startswith("juggle: missed: got 2.0, allowed:")

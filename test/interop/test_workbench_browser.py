@@ -1,0 +1,102 @@
+"""The workbench's page in a real browser: Debian's Chromium, headless, driven by a script."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from support import browser as chromium
+from support.processes import Process, Starter
+
+pytestmark = pytest.mark.interop
+SHOTS = os.environ.get("SCREENSHOTS", "")
+"""A folder for pictures of the page, to be looked at; empty: none are kept."""
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[Any]:
+    """A browser; the test fails for an error in its console."""
+    if why := chromium.missing():
+        pytest.skip(why)
+    pytest.importorskip("selenium")
+    made = chromium.new_browser(tmp_path / "profile")
+    yield made
+    complaints = chromium.complaints(made)
+    made.quit()
+    assert complaints == []
+
+
+@pytest.fixture
+def workbench(start: Starter) -> Process:
+    return start("workbench", "--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
+
+
+def wait(condition: Callable[[], Any], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"the condition did not hold within {seconds} s"
+
+
+def look(browser: Any, name: str) -> None:
+    """Keep a picture, where asked for."""
+    if SHOTS:
+        Path(SHOTS).mkdir(parents=True, exist_ok=True)
+        browser.save_screenshot(str(Path(SHOTS, f"{name}.png")))
+
+
+def seconds_shown(browser: Any) -> float:
+    found = re.search(r"· ([\d.]+) s ·", chromium.page_text(browser))
+    return float(found[1]) if found else 0.0
+
+
+def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
+    browser.get(url)
+    assert browser.title == "Bouncing disk workbench"
+    wait(lambda: seconds_shown(browser) > 5.0)
+    look(browser, "run")
+
+    handle = chromium.slider_handle(browser, "ε restitution")
+    for _ in range(5):
+        handle.send_keys(Keys.ARROW_LEFT)
+    wait(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
+
+    for name in ("Chaos", "Motor under load"):
+        chromium.button(browser, name).click()
+        wait(lambda: 4.0 < seconds_shown(browser) < 30.0)
+        look(browser, name.replace(" ", "_"))
+    wait(lambda: "strobed slow motion: 400 periods" in chromium.page_text(browser))
+    chromium.button(browser, "Show the number").click()
+    wait(lambda: "It is 11.15 mN·m." in chromium.page_text(browser))
+    chromium.button(browser, "Pause").click()
+    wait(lambda: chromium.button(browser, "Resume") is not None)
+    look(browser, "paused")
+
+    chromium.button(browser, "Period 1").click()
+    for name in ("Basins", "Bifurcation"):
+        chromium.button(browser, name).click()
+        wait(lambda: re.search(r"(starts|values of Γ).* in [\d.]+ s", chromium.page_text(browser)))
+        look(browser, name)
+
+    browser.refresh()
+    wait(lambda: seconds_shown(browser) > 0.0)
+    assert "Traceback" not in workbench.output
+
+
+def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) -> None:
+    """Frames go on for as long as the page is seen: without that the flow would stop at once."""
+    url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
+    browser.get(url)
+    wait(lambda: seconds_shown(browser) > 1.0)
+    script = "return Bokeh.documents[0].get_model_by_name('path').data.time.at(-1)"
+    first = float(browser.execute_script(script))
+    wait(lambda: float(browser.execute_script(script)) > first + 3.0)
+    assert abs(float(browser.execute_script(script)) - seconds_shown(browser)) < 1.0

@@ -1,0 +1,84 @@
+"""A run of the page's own process, without ROS: every action does what the node would do."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.workbench.actions import Call, Impulse, Move, Perform, Sequel, Set
+from bouncing_disk_ros.workbench.local_link import LocalLink
+from bouncing_disk_ros.workbench.scene_table import SCENES
+
+
+def wait(condition: Callable[[], Any], seconds: float = 30.0) -> None:
+    """Wait until the run's thread has made a condition true."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "the condition did not hold"
+        threading.Event().wait(0.005)
+
+
+@pytest.fixture
+def link(warm_kernels: None) -> Iterator[LocalLink]:
+    made = LocalLink(load_preset("pizza_multiple_toss"))
+    yield made
+    made.close()
+
+
+def test_it_runs_and_takes_every_action(link: LocalLink) -> None:
+    history = link.history
+    wait(lambda: history.latest > 0.1)
+    link.send(Move({"axial_amplitude": 0.042, "phase_lag": 0.1}))
+    wait(lambda: history.values_at()["axial_amplitude"] == 0.042)
+    link.send(Set({"restitution": 0.4, "real_time_factor": 5.0}))
+    wait(lambda: history.values_at()["restitution"] == 0.4)
+    wait(lambda: history.impacts_seen >= 3)
+    assert len(history.points) == history.impacts_seen
+    wait(lambda: len(history.speeds) > 2)
+    link.send(Sequel((Call("pause", True), Impulse(0.0, 0.05))))
+    wait(lambda: history.phase == "paused")
+    session = link._session
+    assert session is not None
+    before = session.time_ns
+    link.send(Call("step"))
+    wait(lambda: session.time_ns > before)
+    frequency = session.simulation.motion_in_force.target.frequency
+    assert session.time_ns - before == round(1e9 / frequency)
+    assert session.accepted == 4, "the motion, parameters, the pause, the impulse"
+    link.send(Call("reset"))
+    wait(lambda: "reset" in history.changes.items)
+    assert history.values_at()["axial_amplitude"] == pytest.approx(0.0397887, rel=1e-6)
+
+
+def test_what_is_wrong_is_refused_in_one_line(link: LocalLink) -> None:
+    for action, line in (
+        (Set({"restitution": 1.5}), "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"),
+        (Set({"mass": 1.0}), "mass: got 1.0, allowed: no change while it runs"),
+        (Impulse(1e300), "allowed: a finite impulse up to"),
+        (Move({"frequency": -1.0}), "platform/command"),
+        (Call("step"), "Pause first."),
+        (Perform("none such"), "programme"),
+    ):
+        number = len(link.history.notices_after(0))
+        link.send(action)
+        wait(lambda count=number: len(link.history.notices_after(0)) > count)
+        notice = link.history.notices_after(0)[-1]
+        assert notice.is_refusal
+        assert line in notice.text
+
+
+def test_a_scene_is_a_run_from_time_0(link: LocalLink) -> None:
+    wait(lambda: link.history.latest > 0.05)
+    epoch = link.history.epoch
+    link.send(SCENES["first_toss"].actions(link.history.own_values()))
+    wait(lambda: link.history.epoch > epoch)
+    wait(lambda: 0.0 < link.history.latest < 1.0)
+    link.send(Set({"real_time_factor": 20.0}))
+    wait(lambda: link.history.values_at()["axial_amplitude"] > 0.0)
+    wait(lambda: link.history.latest > 8.0)
+    assert link.history.values_at()["phase_lag"] == pytest.approx(-0.7366240020191286)
