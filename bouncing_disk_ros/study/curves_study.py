@@ -72,11 +72,12 @@ class Curves(Study):
     def context(self) -> Arrays:
         """The curves."""
         given = self.parameters
+        lost: list[str] = []
         found = curve_family(
             self._section, self.window, doublings=int(given["doublings"]),
-            largest_step=float(given["largest_step"]),
+            largest_step=float(given["largest_step"]), lost=lost,
         )  # fmt: skip
-        return curves_to_arrays(found)
+        return {**curves_to_arrays(found), "lost_orbits": np.array(len(lost), np.int64)}
 
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
         """The map of attractors over one region."""
@@ -132,7 +133,9 @@ def curve_variables(arrays: Arrays) -> dict[str, object]:
         "special_kind": ("special", special),
     }
     for name, values in arrays.items():
-        if name not in found:
+        if name == "lost_orbits":
+            found[name] = ((), values)
+        elif name not in found:
             dim = "curve_point" if name.startswith("point") else name.split("_")[0]
             found[name] = (dim, values)
     return found

@@ -78,6 +78,7 @@ ADDED: dict[str, tuple[str, str]] = {
     "point_axial_forcing": ("1", "axial forcing of a point of a curve"),
     "point_restitution": ("1", "restitution of a point of a curve"),
     "point_admissible": ("1", "1: the orbit is a motion of a disk, 0: a flight is cut short"),
+    "lost_orbits": ("1", "orbits that could not be followed"),
     "special_curve": ("1", "index of the curve of a special point"),
     "special_kind": ("1", "what a special point is"),
     "special_axial_forcing": ("1", "axial forcing of a special point"),

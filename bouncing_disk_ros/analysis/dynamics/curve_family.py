@@ -30,11 +30,13 @@ def curve_family(
     *,
     doublings: int = 2,
     largest_step: float = LARGEST_STEP,
+    lost: list[str] | None = None,
 ) -> list[Curve]:
     """Curves of every attractor that the map has at its Γ and ε, within a window.
 
     Of a periodic one: fold, doubling and graze, and those of the orbits that it doubles into along
-    Γ, `doublings` times. Of the one with contact: the onset of contact. Raises InputError for a
+    Γ, `doublings` times. Of the one with contact: the onset of contact. An orbit that cannot be
+    followed is told in `lost`, and the others are not disturbed. Raises InputError for a
     window that is none, or a point outside it.
 
     >>> curve_family(NextCollisionMap(0.45, 0.5))
@@ -50,7 +52,11 @@ def curve_family(
     for attractor in find_attractors(section, starts).found:
         contact = contact or attractor.kind is AttractorKind.CHATTERING
         for orbit in _orbits(attractor, section, window, doublings):
-            add_curves(found, orbit, KINDS, window, largest_step)
+            try:
+                add_curves(found, orbit, KINDS, window, largest_step)
+            except InputError as error:  # what was found before is kept
+                if lost is not None:
+                    lost.append(f"{orbit.impacts} impacts in {orbit.cycles} periods: {error.line}")
     if contact:
         found += _contact(section, window, largest_step)
     return found

@@ -40,17 +40,22 @@ class Flights(NamedTuple):
     after: Values  # w_A before impact i + 1
 
 
+def _next(values: Values) -> Values:
+    """Of each impact (…, n) the value of the one after it, the first after the last."""
+    return np.concatenate((values[..., 1:], values[..., :1]), axis=-1)
+
+
 def flights(times: Values, cycles: int, axial_forcing: Values, restitution: Values) -> Flights:
     """The flights between impacts at `times` (…, n), rad; Γ and ε (…, 1)."""
-    following = np.roll(times, -1, axis=-1)
-    following[..., -1] += math.tau * cycles
+    following = np.concatenate((times[..., 1:], times[..., :1] + math.tau * cycles), axis=-1)
     duration = following - times
     height, speed = axial_forcing * np.sin(times), axial_forcing * np.cos(times)
-    launch = (np.roll(height, -1, axis=-1) - height) / duration + 0.5 * GRAVITY * duration
-    arrival = np.roll(launch - GRAVITY * duration, 1, axis=-1)
+    launch = (_next(height) - height) / duration + 0.5 * GRAVITY * duration
+    arrived = launch - GRAVITY * duration
+    arrival = np.concatenate((arrived[..., -1:], arrived[..., :-1]), axis=-1)
     defect = launch - (1.0 + restitution) * speed + restitution * arrival
     before = arrival - speed
-    return Flights(defect, duration, launch, before, np.roll(before, -1, axis=-1))
+    return Flights(defect, duration, launch, before, _next(before))
 
 
 def trace(
@@ -58,7 +63,7 @@ def trace(
 ) -> NDArray[Any]:
     """Trace (…) of the derivatives of (τ, w) over one repetition, by map_tangent's formulas."""
     sine, cosine = np.sin(times), np.cos(times)
-    later, cosine1 = np.roll(sine, -1, axis=-1), np.roll(cosine, -1, axis=-1)
+    later, cosine1 = _next(sine), _next(cosine)
     w1, d = found.after, found.duration
     bend = axial_forcing * later - GRAVITY
     by_phase = axial_forcing * (cosine1 - cosine + d * sine) / w1

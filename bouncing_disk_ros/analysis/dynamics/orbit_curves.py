@@ -205,8 +205,10 @@ class _Tracer:
         return 0.0 < along <= step and float(np.linalg.norm(way)) < 1.1 * step
 
     def special_points(self, points: list[Point]) -> list[SpecialPoint]:
-        """Where a test function changes its sign along the curve."""
+        """Where a test function changes its sign along the curve: looked at LARGEST_STEP apart."""
         found: list[SpecialPoint] = []
+        apart = max(1, int(LARGEST_STEP / self.largest))
+        points = [*points[:-1:apart], points[-1]]
         for kind, function in self._tests().items():
             values = [function(p) for p in points]
             for a, va, vb in zip(points, values, values[1:], strict=False):

@@ -54,6 +54,9 @@ def lines(result: xr.Dataset) -> list[str]:
                 for name in ("axial_forcing", "restitution")
             )
             rows.append(f"    {result['special_kind'].values[k]} at ({x1:.9f}, {y1:.9f})")
+    lost = int(result["lost_orbits"]) if "lost_orbits" in result else 0
+    if lost:
+        rows.append(f"  {lost} orbits could not be followed; the curves found are kept")
     return rows or ["  no curves: no attractor at this point is periodic or holds contact"]
 
 

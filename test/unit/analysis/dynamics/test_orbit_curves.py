@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.analysis.dynamics import curve_family as curve_family_module
 from bouncing_disk_ros.analysis.dynamics.contact_curves import MOST_IMPACTS, contact_curves
 from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
 from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
@@ -18,6 +19,7 @@ from bouncing_disk_ros.analysis.dynamics.impact_equations import (
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.orbit_branch import (
+    add_curves,
     impact_times,
     orbit_curve,
     orbit_curves,
@@ -172,3 +174,18 @@ def test_what_cannot_be_followed_is_said() -> None:
         contact_curves(0.2, 0.5)
     with pytest.raises(InputError, match="within the window"):
         curve_family(NextCollisionMap(0.9, 0.5))
+
+
+def test_an_orbit_lost_on_the_way_takes_nothing_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def add(found: list[Curve], orbit: PeriodicOrbit, *given: object) -> None:
+        if orbit.impacts == 2:
+            raise InputError("orbit", repr(orbit), "one that can be followed")
+        add_curves(found, orbit, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(curve_family_module, "add_curves", add)
+    lost: list[str] = []
+    window = Window((0.4, 0.6), (0.4, 0.6))
+    found = curve_family(NextCollisionMap(0.45, 0.5), window, doublings=1, lost=lost)
+    assert any(curve.impacts == 1 for curve in found)
+    assert len(lost) == 1
+    assert lost[0].startswith("2 impacts in 2 periods: orbit: got")
