@@ -43,6 +43,10 @@ def wait(condition: Callable[[], Any], seconds: float = 60.0) -> None:
         assert time.monotonic() < end, f"the condition did not hold within {seconds} s"
 
 
+def wait_for_text(browser: Any, pattern: str) -> None:
+    wait(lambda: re.search(pattern, chromium.page_text(browser)))
+
+
 def look(browser: Any, name: str) -> None:
     """Keep a picture, where asked for."""
     if SHOTS:
@@ -81,9 +85,10 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     look(browser, "paused")
 
     chromium.button(browser, "Period 1").click()
-    for name in ("Basins", "Bifurcation"):
+    wait_for_text(browser, r"Γ:\s+0\.450")
+    for name, done in (("Basins", r"512 × 512 starts in"), ("Bifurcation", r"values of Γ.* in \d")):
         chromium.button(browser, name).click()
-        wait(lambda: re.search(r"(starts|values of Γ).* in [\d.]+ s", chromium.page_text(browser)))
+        wait_for_text(browser, done)
         look(browser, name)
 
     browser.refresh()
