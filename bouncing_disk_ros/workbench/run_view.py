@@ -69,7 +69,8 @@ class RunView:
             since = history.changes.since(until)
             clear_section = clear or since != self._section_since
             if clear_section:
-                self._section_since, self._seen["points"] = since, since
+                self._section_since = since
+                self._seen["points"] = math.nextafter(since, -math.inf)  # an impact at once counts
             pose = history.samples.last(until)
             return Frame(
                 end, clear, clear_section,
