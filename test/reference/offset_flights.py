@@ -16,9 +16,10 @@ import numpy as np
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from reference.offset_path import Piece, Platform, Point, Trajectory, pieces
+from reference.offset_path import Piece, Platform, Point, Trajectory, piece_at, pieces
 from support.offset_runs import OffsetRun
 
+_ROUNDED = 1e-12  # s: the time of an impact that a knot brings about may round to before it
 _SURE = 1.05  # of an acceleration sampled at 64 places of a polynomial of degree 3
 
 
@@ -78,7 +79,8 @@ class Checked:
         with mpmath.workdps(40):
             t0, t1 = mpf(flight.begin), mpf(flight.end)
             d = t1 - t0
-            v = self.exact.at(t0, 1) + mpf(flight.speed)
+            after = piece_at(self.exact.found, t0 + mpf(_ROUNDED))
+            v = self.exact.at(t0, 1, after) + mpf(flight.speed)
             x = self.exact.at(t0) + mpf(flight.height) + v * d - mpf(self.gravity) * d * d / 2
             return float(x - self.exact.at(t1))
 
@@ -91,7 +93,7 @@ class Checked:
     def missed(self, flight: Flight) -> float | None:
         """Seconds after its begin at which the disk was already below the platform; else None."""
         t0 = flight.begin
-        i = max(k for k, piece in enumerate(self.found) if piece.begin <= t0)
+        i = max(k for k, piece in enumerate(self.found) if piece.begin <= t0 + _ROUNDED)
         s0, v0 = self._platform(t0, self.found[i])
         x0, v0 = s0 + flight.height, v0 + flight.speed
         length = flight.end - t0
