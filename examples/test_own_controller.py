@@ -10,9 +10,9 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller
 from bouncing_disk_ros.juggling.loop_settings import Limits, period_one_points
+from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
-from bouncing_disk_ros.juggling.loop_verdict import Outcome
 
 FORCING, FREQUENCY, GRAVITY = 0.55, 3.0, 9.81
 OMEGA = math.tau * FREQUENCY

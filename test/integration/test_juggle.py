@@ -19,8 +19,8 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
 from bouncing_disk_ros.juggling.loop_settings import Sensor
-from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
+from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
 from bouncing_disk_ros.parameters import TABLE

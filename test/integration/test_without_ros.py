@@ -13,7 +13,7 @@ from support.recorded import period_one_bag
 ROOT = Path(__file__).resolve().parents[2]
 RUNNER = ROOT / "test" / "support" / "without_ros.py"
 WAIT = 110.0  # s; imports are slow on a loaded machine
-SMALL = {
+SMALL: dict[str, dict[str, object]] = {
     "toss_paths": {"points": 16},
     "toss_map": {"phase_lag_count": 5, "amplitude_angle_count": 3},
     "bifurcation": {"count": 3, "settling": 10, "measured": 20, "kept": 5, "doublings": 0},

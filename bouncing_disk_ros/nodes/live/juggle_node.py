@@ -23,9 +23,9 @@ from bouncing_disk_ros.juggling.loop_settings import (
     check_strategy,
     period_one_points,
 )
+from bouncing_disk_ros.juggling.loop_verdict import Watch
 from bouncing_disk_ros.juggling.own_controller import Setup, controller_of
 from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
-from bouncing_disk_ros.juggling.loop_verdict import Watch
 from bouncing_disk_ros.nodes.shared.node_tool import options
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time

@@ -24,8 +24,8 @@ from bouncing_disk_ros.juggling.loop_settings import (
     period_one_points,
     plant_settings,
 )
-from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
+from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
 
 FREQUENCY, GRAVITY = 3.0, 9.81
 OMEGA = math.tau * FREQUENCY
