@@ -50,7 +50,7 @@ def test_loops_do_not_depend_on_how_they_are_cut(
     """Draws belong to a start; a condition sets what it names, another start and target too."""
     given: dict[str, Value] = {
         "axial_forcing": 0.48, "width": 6, "height": 5, "strategies": "none deadbeat",
-        "conditions": "missed=0.3,jitter=0.002; start=period-2 in 1 cycle; axial_forcing=0.45,start=rest",
+        "conditions": "missed=0.3,jitter=0.002; start=period-2 in 1 cycle; start=rest",
     }  # fmt: skip
     whole = result_of(tmp_path / "a", "juggling", **given)
     rows = {"strategy": 1, "condition": 1, "velocity": 2}
