@@ -19,7 +19,6 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     GRAVITY,
     IMPACT,
     KIND,
-    LAUNCHED,
     NOTHING,
     POSITION,
     REST_SPEED,
@@ -265,7 +264,7 @@ def plan_toss(
         if rests and plan_throw(settings, restitution, targets, here, base, rows, begin, plan, aim):
             return True
         if found == NOTHING:
-            return False
+            break
         first = here[SINCE] <= now
         if here[KIND] != FLIES or ends <= now or tried == _FLIGHTS:
             continue
@@ -282,7 +281,27 @@ def plan_toss(
         if score < math.inf:
             plan[:] = best
             return True
-    return False
+    begin = max(now, free)  # last of all: a pulse into whatever the disk does
+    return plan_throw(settings, restitution, targets, belief, base, rows, begin, plan, aim)
+
+
+@rare_kernel
+def thrown_flight(
+    settings: Array, restitution: float, throw: Array, state: Array, ends: float
+) -> float:
+    """Go on to the flight that a throw, over at `ends`, leads to; when it lands, inf: none."""
+    for _ in range(_EVENTS):
+        flown = state.copy()
+        found, lands, _ = next_event(
+            settings[FORCING], restitution, settings[ACCELERATION_LIMIT], throw, flown,
+            ends + 8.0 * TWO_PI,
+        )  # fmt: skip
+        if found == NOTHING:
+            break
+        if state[KIND] == FLIES and lands >= ends + _SHORTEST:
+            return lands
+        state[:] = flown
+    return math.inf
 
 
 @rare_kernel
@@ -290,8 +309,7 @@ def plan_throw(
     settings: Array, restitution: float, targets: Array, rest: Array, base: Array, n: int,
     begin: float, plan: Array, aim: Array,
 ) -> bool:  # fmt: skip
-    """Throw a disk at rest so that the flight can be controlled as in `plan_toss`."""
-    forcing, bound = settings[FORCING], settings[ACCELERATION_LIMIT]
+    """Throw a disk, at rest or bouncing low, so that a flight follows that can be controlled."""
     throw, best = np.empty_like(plan), np.empty_like(plan)
     fastest = _THROW * math.sqrt(settings[POSITION_LIMIT] * settings[ACCELERATION_LIMIT])
     for i in range(_THROWS):
@@ -304,15 +322,12 @@ def plan_throw(
         if part_used(throw, n, n + 2, settings) > 1.0:
             continue
         flight = rest.copy()
-        found, _, _ = next_event(forcing, restitution, bound, throw, flight, at + span)
-        if found != LAUNCHED:
+        lands = thrown_flight(settings, restitution, throw, flight, at + span)
+        if lands == math.inf:
             continue
-        flown = flight.copy()
-        found, lands, _ = next_event(forcing, restitution, bound, throw, flown, at + 8.0 * TWO_PI)
-        if found == NOTHING or lands < at + span + _SHORTEST:
-            continue
+        free = max(at + span, flight[SINCE])
         score = best_toss(
-            settings, restitution, targets, flight, throw, n + 2, at + span, lands, best, aim
+            settings, restitution, targets, flight, throw, n + 2, free, lands, best, aim
         )
         if score < math.inf:
             plan[:] = best
