@@ -11,14 +11,13 @@ import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import NEVER as NEVER  # for the kernels
-
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.model import Disk
 
 FLIGHT, STICKING, SLIDING, HELD = 0, 1, 2, 3  # model.Phase as plain integers, for the kernels
 STEADY, FADE = 0, 1
 MOVING = 2  # a steady sinusoid with an offset that changes: a fade without change and without end
+NEVER = np.int64(2**63 - 1)  # an instant that does not come, ns
 
 # Pending events.
 UNKNOWN, NOTHING, IMPACT, SEPARATION, SLIP, SLIP_ENDS, CHATTER_ENDS, SKIP = range(8)

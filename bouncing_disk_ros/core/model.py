@@ -14,9 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-NEVER = np.int64(2**63 - 1)
-"""An instant that does not come, ns."""
-
 
 class SimulationError(RuntimeError):
     """The state of a run is not finite, or a root could not be found: the run cannot go on."""

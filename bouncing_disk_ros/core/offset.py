@@ -15,9 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.model import NEVER
-
-_NEVER = int(NEVER)
+_NEVER = 2**63 - 1  # layout.NEVER, which needs numba: tools without kernels read trajectories
 _GIGA = 10**9
 CONSTANT, LINE, CUBIC, QUINTIC = 0, 1, 3, 5
 """Degrees of a segment."""

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mpf, workdps
 
+from bouncing_disk_ros.core import offset
 from bouncing_disk_ros.core.layout import MOTION_DTYPE, NEVER, OFFSET_DTYPE
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.offset import (
@@ -389,3 +390,7 @@ def test_a_damaged_checkpoint_is_refused_in_one_line(change: dict[str, object]) 
 
 def test_a_hold_is_a_hold() -> None:
     assert hold(5, 0.5).at(10**12) == OffsetState(0.5)
+
+
+def test_an_instant_that_does_not_come_is_that_of_the_kernels() -> None:
+    assert offset._NEVER == NEVER
