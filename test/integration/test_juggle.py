@@ -120,7 +120,7 @@ def test_a_new_motion_begins_anew_and_one_without_an_orbit_is_named(make: Make) 
     assert node.status == "deadbeat: not captured"
     simulator.command(axial_amplitude=motion_of(0.2).axial_amplitude)
     simulator.run(1.5)
-    assert "There is no period-1 orbit" in node.status
+    simulator.spin_until(lambda: "There is no period-1 orbit" in node.status)
     simulator.close_node(node)
 
 
