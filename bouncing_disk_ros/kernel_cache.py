@@ -32,13 +32,19 @@ _PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
 than one share."""
 _OFFSETS = (("core.offset_contact_kernels",), ("core.offset_flight_kernels",))
 _STUDIES = (
-    ("collision_map.lanes.attractor_lanes", "collision_map.single_toss"),
+    (
+        "collision_map.lanes.attractor_lanes",
+        "collision_map.single_toss",
+        "juggling.kernels.loop_kernel",
+    ),
     (
         "collision_map.lanes.basin_kernel",
         "collision_map.lanes.toss_lanes",
         "collision_map.lyapunov_and_speed",
         "collision_map.map_tangent",
         "collision_map.clearance",
+        "collision_map.contact_return",
+        "collision_map.inverse_map",
         "collision_map.motor_cell",
     ),
 )
