@@ -6,6 +6,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
@@ -158,10 +159,10 @@ def simulate(
     if offsets is not None:
         validate_trajectory(offsets)
         session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
-    for at, axial, angular in sorted(map(_impulse, impulses)):
+    for seconds, axial, angular in sorted(map(_impulse, impulses), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)
-        session.apply_impulse(at, axial, angular)
+        session.apply_impulse(_instant("impulses time", seconds), axial, angular)
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
@@ -188,15 +189,15 @@ def _instant(field: str, given: object) -> int:
     raise InputError(field, given, "a finite number of seconds >= 0")
 
 
-def _impulse(given: object) -> tuple[int, float, float]:
-    """Instant (ns), axial and angular impulse of an entry of `impulses`."""
+def _impulse(given: object) -> tuple[float, float, float]:
+    """Time (s), axial and angular impulse of an entry of `impulses`."""
     row = given if isinstance(given, (tuple, list, np.ndarray)) else ()
     numbers = [plain(one) for one in row]
     if len(numbers) != 3 or not all(isinstance(one, (int, float)) for one in numbers):
         allowed = "(time in s, axial impulse in N·s, angular impulse in N·m·s)"
         raise InputError("impulses", given, allowed)
     at, axial, angular = numbers
-    return _instant("impulses time", at), float(axial), float(angular)  # type: ignore[arg-type]
+    return float(at), float(axial), float(angular)  # type: ignore[arg-type]
 
 
 def _timed(i: int, given: object) -> tuple[object, Mapping[str, object]]:

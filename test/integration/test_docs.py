@@ -125,7 +125,8 @@ def check_transition(node: str, transition: str) -> None:
 
 
 def check_topic(*words: str) -> None:
-    assert words[-1] == "/diagnostics" or words[-1].removeprefix("/") in TOPICS
+    known = {*TOPICS, "diagnostics", "juggle/status"}
+    assert words[-1].removeprefix("/") in known
 
 
 KINDS: dict[tuple[str, ...], Callable[..., None]] = {

@@ -228,7 +228,7 @@ def set_one(simulator: SteppedSimulator, name: str, value: Any) -> tuple[bool, s
         ("mass", 1.0, "mass: got 1.0, allowed: no change while it runs"),
         ("restituton", 0.5, "Did you mean restitution?"),
         ("use_sim_time", 1, "use_sim_time: got 1, allowed: true or false"),
-        ("initial_axial_velocity", 1.0, "Set initial_with_platform false"),
+        ("initial_axial_velocity", 1.0, "Set initial_with_platform to false"),
         ("command_tolerance", -0.1, "command_tolerance: got -0.1"),
     ],
 )

