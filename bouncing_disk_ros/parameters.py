@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -305,6 +305,13 @@ def spec_of(name: str) -> Spec:
         hint = closest(name, TABLE) or "The names are listed by --help."
         raise InputError("parameter", name, "a parameter of this node", hint)
     return TABLE[name]
+
+
+def later_text(names: Iterable[str]) -> str:
+    """Which of these changes act at the next reset only; empty: all act at once."""
+    later = [name for name in names if TABLE[name].acts_at_reset]
+    acts = "acts" if len(later) == 1 else "act"
+    return f"{', '.join(later)} {acts} at the next ~/reset" if later else ""
 
 
 def checked(values: Mapping[str, object]) -> dict[str, Value]:

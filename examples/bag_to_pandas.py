@@ -6,13 +6,11 @@ Two lines do it; pandas comes with xarray, which this package needs.
 """
 
 import sys
-import tempfile
-from pathlib import Path
 
 import pandas as pd
 
 from bouncing_disk_ros import read_run
-from make_bag import make_bag
+from make_bag import given_or_made
 
 
 def main(folder: str) -> None:
@@ -28,9 +26,6 @@ def main(folder: str) -> None:
 if __name__ == "__main__":
     if "--help" in sys.argv:
         print(__doc__)
-    elif len(sys.argv) > 1:
-        main(sys.argv[1])
     else:
-        with tempfile.TemporaryDirectory() as place:
-            make_bag(str(Path(place, "run_1")))
-            main(str(Path(place, "run_1")))
+        with given_or_made() as folder:
+            main(folder)

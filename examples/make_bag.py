@@ -7,6 +7,10 @@ by every ROS 2 tool, and by `bag_report` and `replay` of this package.
 """
 
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,6 +48,17 @@ def make_bag(folder: str, seconds: float = 20.0) -> None:
             data, size = np.frombuffer(row.tobytes(), np.uint8), row.nbytes
             cloud = Cloud(header, 1, 1, FIELDS, False, size, size, data, True)
             write("/disk/impacts", cloud, time_ns, number)
+
+
+@contextmanager
+def given_or_made() -> Iterator[str]:
+    """The bag that the command line names; without one a bag of a simulated run, for now."""
+    if len(sys.argv) > 1:
+        yield sys.argv[1]
+    else:
+        with tempfile.TemporaryDirectory() as place:
+            make_bag(str(Path(place, "run_1")))
+            yield str(Path(place, "run_1"))
 
 
 if __name__ == "__main__":

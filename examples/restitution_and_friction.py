@@ -7,11 +7,9 @@ the disk that was simulated; of a real machine they are what is looked for.
 """
 
 import sys
-import tempfile
-from pathlib import Path
 
 from bouncing_disk_ros import friction_of, read_run, restitution_of
-from make_bag import make_bag
+from make_bag import given_or_made
 
 
 def main(folder: str) -> None:
@@ -30,9 +28,6 @@ def main(folder: str) -> None:
 if __name__ == "__main__":
     if "--help" in sys.argv:
         print(__doc__)
-    elif len(sys.argv) > 1:
-        main(sys.argv[1])
     else:
-        with tempfile.TemporaryDirectory() as place:
-            make_bag(str(Path(place, "run_1")))
-            main(str(Path(place, "run_1")))
+        with given_or_made() as folder:
+            main(folder)

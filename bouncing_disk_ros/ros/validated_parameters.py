@@ -112,11 +112,8 @@ class ValidatedParameters:
 
     def notice(self, changes: Sequence[Parameter]) -> str:
         """What the answer to an accepted change says besides; empty when it acts at once."""
-        later = [c.name for c in changes if c.name in TABLE and TABLE[c.name].acts_at_reset]
-        if not later or not self._is_configured():
-            return ""
-        acts = "acts" if len(later) == 1 else "act"
-        return f"{', '.join(later)} {acts} at the next ~/reset"
+        own = [change.name for change in changes if change.name in TABLE]
+        return parameters.later_text(own) if self._is_configured() else ""
 
     def _cast(self, changes: Sequence[Parameter]) -> list[Parameter]:
         """As `cast`; and where use_sim_time is set it stays false."""

@@ -7,15 +7,17 @@ work may take.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Sample, join_rows
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
-from bouncing_disk_ros.run.time_map import Grid
+from bouncing_disk_ros.run.time_map import FAR_NS, Grid
 from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
 
@@ -171,6 +173,23 @@ class Steps:
     def __init__(self) -> None:
         self._key: tuple[float, int] | None = None
         self._base = self._last = self._count = 0
+
+    def end(self, session: Session, values: Mapping[str, Value], times: int = 1) -> tuple[int, str]:
+        """Where a step of a session ends at the latest, simulated ns, and what it is in words.
+
+        `times` as many as the parameters (`values`) say. InputError while it is not paused.
+        """
+        if not session.paused:
+            raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
+        now = session.time_ns
+        if values["step_until"] == "impact":
+            return FAR_NS, "to the next impact"
+        if values["step_until"] == "nanoseconds":
+            nanos = int(values["step_nanoseconds"]) * times
+            return min(now + nanos, FAR_NS), f"{nanos} ns"
+        periods = int(values["step_periods"]) * times
+        frequency = session.simulation.motion_in_force.target.frequency
+        return min(self.next_end(now, frequency, periods), FAR_NS), f"{periods} period(s)"
 
     def next_end(self, now_ns: int, frequency: float, periods: int) -> int:
         """End of the next step of `periods` periods from an instant of simulated time."""

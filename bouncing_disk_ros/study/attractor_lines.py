@@ -9,7 +9,12 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, numbered
+from bouncing_disk_ros.analysis.dynamics.attractors import (
+    Attractor,
+    AttractorKind,
+    numbered,
+    periodic_name,
+)
 
 MOST_POINTS = 64
 """Points of each attractor that are kept, for its line."""
@@ -93,8 +98,4 @@ def attractor_name(kind: int, impacts: int, cycles: int) -> str:
     """What an attractor is called, by the fields of the study."""
     if KINDS[kind] is not AttractorKind.PERIODIC:
         return str(KINDS[kind])
-    return (
-        f"period-{impacts}"
-        if impacts == cycles
-        else f"period-{impacts} in {cycles} cycle{'s' if cycles != 1 else ''}"
-    )
+    return periodic_name(impacts, cycles)

@@ -105,9 +105,7 @@ class LocalLink:
 
     def speed(self, first: Sample, second: Sample) -> None:
         """Keep the mean speed between two samples."""
-        seconds = (second.time_ns - first.time_ns) / NS
-        turned = second.unwrapped_angle - first.unwrapped_angle
-        self.history.add_speed(second.time_ns / NS, turned / seconds)
+        self.history.add_speed(second.time_ns / NS, first.mean_speeds(second)[1])
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Keep rows of impacts."""
@@ -205,21 +203,21 @@ class LocalLink:
             session.reset()
             self._loop.restart_speed()
             said = "reset"
-        elif not session.paused:
-            raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
         else:
             said = self._step(session)
         self._anchor()
         self.history.note(f"{service}: {said} at {session.time_ns / NS:.9f} s of simulated time")
 
     def _step(self, session: Session) -> str:
-        periods = int(self._values["step_periods"])
-        frequency = session.simulation.motion_in_force.target.frequency
-        end = min(self._steps.next_end(session.time_ns, frequency, periods), FAR_NS)
-        while not (self._loop.resolve_waiting() and self._loop.slice(end)) and not session.fault:
-            if self._ended.is_set():
+        end, what = self._steps.end(session, self._values)
+        to_impact = self._values["step_until"] == "impact"
+        before = session.simulation.rows_total
+        while not (
+            self._loop.resolve_waiting() and self._loop.slice(end, to_impact=to_impact)
+        ) and not (session.fault or self._ended.is_set()):
+            if to_impact and session.simulation.rows_total > before:
                 break
-        return f"{periods} period(s), now"
+        return f"{what}, now"
 
     def _set(self, values: dict[str, Any]) -> None:
         found = parameters.checked(values)
@@ -239,7 +237,5 @@ class LocalLink:
             self._anchor()
         if {"state_rate", "rotor_speed_rate"} & found.keys():
             self._loop.set_rates()
-        later = [name for name in found if parameters.TABLE[name].acts_at_reset]
-        if later:
-            acts = "acts" if len(later) == 1 else "act"
-            self.history.note(f"{', '.join(later)} {acts} at the next ~/reset")
+        if later := parameters.later_text(found):
+            self.history.note(later)

@@ -115,8 +115,9 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     again.wait_for(f"continuing: {found.group(1)} of 12 parts are done")
     at_once = run(named("basin_shares", **values), tmp_path / "at_once.zarr", workers=2)
     assert at_once is not None
-    resumed = open_result(output / "result.zarr")
-    for name in resumed.data_vars:  # what is derived at the end is not in the store
+    resumed = run(named("basin_shares", **values), output / "result.zarr")  # computes nothing
+    assert resumed is not None
+    for name in at_once.data_vars:
         np.testing.assert_array_equal(resumed[name].values, at_once[name].values, str(name))
     other = begin(start, "basin_shares", output, **{**values, "samples": 21})
     assert other.wait(WAIT) == 2

@@ -45,6 +45,12 @@ class AttractorKind(StrEnum):
     CHAOTIC = "chaotic"
 
 
+def periodic_name(impacts: int, cycles: int) -> str:
+    """What an orbit of single impacts is called: period-2, period-2 in 1 cycle."""
+    name = f"period-{impacts}"
+    return name if impacts == cycles else f"{name} in {cycles} cycle{'s' if cycles > 1 else ''}"
+
+
 class Attractor(NamedTuple):
     """An attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
 
@@ -67,8 +73,7 @@ class Attractor(NamedTuple):
         """
         n = len(self.forcing_phases)
         if self.kind is AttractorKind.PERIODIC:
-            cycles = f"{self.cycles} cycle{'s' if self.cycles > 1 else ''}"
-            return f"period-{n}" if n == self.cycles else f"period-{n} in {cycles}"
+            return periodic_name(n, self.cycles)
         if self.kind is AttractorKind.CHATTERING and not self.cycles:
             return "chattering (cycles not known)"
         if self.kind is AttractorKind.CHATTERING:

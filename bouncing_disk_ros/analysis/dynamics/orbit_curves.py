@@ -32,7 +32,6 @@ from bouncing_disk_ros.analysis.dynamics.impact_equations import (
     flights,
 )
 from bouncing_disk_ros.analysis.dynamics.orbit_systems import (
-    PARAMETERS,
     CurveKind,
     OrbitSystem,
     flip_coefficient,
@@ -276,10 +275,3 @@ class _Tracer:
     def _flip(self, point: Point) -> float:
         times = self.system.split(point.unknowns)[0]
         return flip_coefficient(times, self.system.cycles, *self.system.parameters(point.unknowns))
-
-
-def parameter_place(axis: str) -> int:
-    """Index in PARAMETERS. Raises InputError for another parameter."""
-    if axis not in PARAMETERS:
-        raise InputError("axis", axis, " or ".join(PARAMETERS))
-    return PARAMETERS.index(axis)

@@ -176,13 +176,6 @@ def try_toss(
 
 
 @rare_kernel
-def flight_start(forcing: float, bound: float, flight: Array) -> float:
-    """An instant after the begin of a flight from the platform before which it cannot land."""
-    leaves = flight[VELOCITY] - forcing * math.cos(flight[SINCE])
-    return flight[SINCE] + max(2.0 * leaves / (GRAVITY + forcing + bound) * (1.0 - 1e-9), 0.0)
-
-
-@rare_kernel
 def meeting(settings: Array, flight: Array, begin: float, level: float, middle: float) -> float:
     """When the disk comes down on the platform moved by a level, not before `begin`; inf: not."""
     forcing = settings[FORCING]

@@ -111,9 +111,10 @@ class JuggleNode(Node):
             return
         last_ns = round(float(rows["time"][-1]) * NS)
         lead_ns = round(float(self._values["lead"]) * NS)
+        scale = velocity_scale(setup.motion, setup.disk)
         for row in rows:
             watched = watch.learnt(controller.orbit) if isinstance(controller, Juggler) else watch
-            velocity = float(row["axial_velocity"]) / velocity_scale(setup.motion, setup.disk)
+            velocity = float(row["axial_velocity"]) / scale
             watched.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
             heard = hear_row(row, self._sensor, setup.motion.frequency, 0, int(row["index"]))
             if heard is None:

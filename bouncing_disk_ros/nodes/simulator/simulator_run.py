@@ -273,9 +273,7 @@ class Run:
         A long step goes on in the ticks.
         """
         session, _ = self.open("~/step")
-        if not session.paused:
-            raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
-        end, what = self._step_end(times)
+        end, what = self._steps.end(session, self._values, times)
         deadline = time.monotonic_ns() + _STEP_NS
         while not self._slice_step(end) and not session.fault:
             if time.monotonic_ns() >= deadline or (self.gates is not None and self.gates.is_open):
@@ -288,18 +286,6 @@ class Run:
             return f"{what}, now{self._at}"
         until = "" if end == FAR_NS else f", until {end / NS:.9f} s"
         return f"{what} under way, now{self._at}{until}; pause again to end it here"
-
-    def _step_end(self, times: int) -> tuple[int, str]:
-        """Where a step ends at the latest, simulated ns, and what it is in words."""
-        now, until = self.session.time_ns, self._values["step_until"]
-        if until == "impact":
-            return FAR_NS, "to the next impact"
-        if until == "nanoseconds":
-            nanos = int(self._values["step_nanoseconds"]) * times
-            return min(now + nanos, FAR_NS), f"{nanos} ns"
-        periods = int(self._values["step_periods"]) * times
-        frequency = self.session.simulation.motion_in_force.target.frequency
-        return min(self._steps.next_end(now, frequency, periods), FAR_NS), f"{periods} period(s)"
 
     def reset(self) -> str:
         """Back to the initial state and motion; paused stays paused."""

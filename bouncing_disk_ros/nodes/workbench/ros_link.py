@@ -25,6 +25,7 @@ from bouncing_disk_ros.errors import one_line
 from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.workbench.topic_reader import TopicReader
 from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
@@ -123,9 +124,8 @@ class RosLink:
 
     def _on_log(self, msg: Log) -> None:
         """Refusals and faults of the simulator, in its own words; only those of now."""
-        stamp = msg.stamp.sec * 1_000_000_000 + msg.stamp.nanosec
         named = self._name.strip("/").replace("/", ".")
-        if msg.name == named and msg.level >= _WARNING and stamp >= self._started:
+        if msg.name == named and msg.level >= _WARNING and time_to_ns(msg.stamp) >= self._started:
             self.history.note(one_line(msg.msg), is_refusal=True)
 
     def tick(self) -> None:
