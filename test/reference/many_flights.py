@@ -8,7 +8,7 @@ derivative. Nothing is shared with the core but the rows of impacts.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +46,12 @@ def axial_run(seed: int) -> OffsetRun:
 
 
 class _Run(NamedTuple):
-    """What a flight needs of its run."""
+    """What a flight needs of its run; of many flights columns."""
 
-    amplitude: float
-    omega: float
-    phase: float
-    gravity: float
+    amplitude: Any
+    omega: Any
+    phase: Any
+    gravity: Any
 
 
 class ManyFlights:
