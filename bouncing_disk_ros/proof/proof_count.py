@@ -9,7 +9,7 @@ from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 
 _SHOWN = 10
-_WHY = "which interval proofs do not cover"
+_UNDER_OFFSET = "under an offset trajectory, which interval proofs do not cover"
 
 
 class ProofCount:
@@ -55,7 +55,7 @@ class ProofCount:
             more = self.total(outcome) - len(kept)
             if outcome is Outcome.UNDECIDED and self.with_offset:
                 more -= self.with_offset
-                yield f"{outcome.value}: {self.with_offset} events under an offset trajectory, {_WHY}"
+                yield f"{outcome.value}: {self.with_offset} events {_UNDER_OFFSET}"
             if more:
                 yield f"{outcome.value}: {more} more"
 

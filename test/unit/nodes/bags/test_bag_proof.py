@@ -90,10 +90,9 @@ def test_events_under_an_offset_are_undecided_for_one_reason(
     text = capsys.readouterr().out
     proved, refuted, undecided = rows_of(text)["all"]
     assert (proved > 5, refuted, undecided > 3) == (True, 0, True)
-    assert [line for line in text.splitlines() if line.startswith("undecided")] == [
-        f"undecided: {undecided} events under an offset trajectory, which interval proofs do not "
-        "cover"
-    ]
+    why = "under an offset trajectory, which interval proofs do not cover"
+    told = [line for line in text.splitlines() if line.startswith("undecided")]
+    assert told == [f"undecided: {undecided} events {why}"]
 
 
 def test_a_part_can_be_proved(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
