@@ -14,6 +14,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.analysis.recorded.estimate import platform_velocities, restitution_of
 from bouncing_disk_ros.analysis.recorded.recorded_offset import axial_offset
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.analysis.report.height_panel import height_panel
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.core.offset import CUBIC, LINE, QUINTIC, Knot, OffsetState
@@ -97,6 +98,18 @@ def test_restitution_is_right_while_an_offset_moves(recorded: Recorded) -> None:
     assert abs(restitution_of(rows, platform_velocities(rows, motion)).value - RESTITUTION) > 1e-3
     velocities = platform_velocities(rows, motion, recorded.record.offsets)
     assert restitution_of(rows, velocities).value == pytest.approx(RESTITUTION, abs=1e-9)
+
+
+def test_heights_drawn_from_impacts_have_the_offset(recorded: Recorded) -> None:
+    report = recorded.report
+    found, *_ = height_panel(report, "time (s)").series
+    assert found.name == "platform s"
+    times = np.array([time for time, _, _ in recorded.samples])
+    inside = (times >= found.x[0]) & (times <= found.x[-1])
+    assert np.sum(inside) > 20
+    positions = 1e3 * np.array([position for _, position, _ in recorded.samples])
+    # lines between points 2 ms apart: 0.5 mm beside the curve where s̈ is 1000 m/s²
+    assert np.interp(times[inside], found.x, found.y) == pytest.approx(positions[inside], abs=0.5)
 
 
 def test_a_recording_that_begins_late_knows_the_offset_from_the_next_snapshot_on() -> None:

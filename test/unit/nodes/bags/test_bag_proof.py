@@ -88,7 +88,7 @@ def test_events_under_an_offset_are_undecided_for_one_reason(
         RecordedRun(writer, preset="pizza_multiple_toss").run(4.0, {2.0: lift})
     assert prove(tmp_path / "run") == ExitCode.DONE
     text = capsys.readouterr().out
-    proved, refuted, undecided = rows_of(text)["all"]
+    proved, undecided, refuted = rows_of(text)["all"]
     assert (proved > 5, refuted, undecided > 3) == (True, 0, True)
     why = "under an offset trajectory, which interval proofs do not cover"
     told = [line for line in text.splitlines() if line.startswith("undecided")]
