@@ -24,6 +24,7 @@ MAX_LINES = 400
 
 TABLES = {
     "angles",
+    "early_signals",
     "environment",
     "errors",
     "executables",
