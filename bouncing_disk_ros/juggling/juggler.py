@@ -93,7 +93,7 @@ class Juggler:
         self._memory, self._plan = new_memory(believed), empty_plan()
         self._omega, self._phase = math.tau * motion.frequency, phase
         self._speed = velocity_scale(motion, disk)
-        self._length = math.pi * acceleration(disk) / self._omega**2
+        self._length = math.pi * acceleration(disk) / (self._omega * self._omega)
 
     @property
     def restitution(self) -> float:

@@ -27,6 +27,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
     controller_settings,
     period_one_points,
     plant_settings,
+    sines_and_cosines,
 )
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
@@ -206,16 +207,19 @@ class Juggling(Study):
         self, one: Condition, w: NDArray[np.float64], tau: NDArray[np.float64], context: Arrays
     ) -> NDArray[np.float64]:
         """States (kind, instant, position, velocity) after a first impact, or at rest."""
-        w, tau = (v.ravel() for v in np.meshgrid(w, tau, indexing="ij"))
-        starts = np.zeros((len(w), 4))
-        starts[:, 1] = tau
-        starts[:, 3] = one.axial_forcing * np.cos(tau) - self.restitution * w
+        starts = np.zeros((len(w), len(tau), 4))
+        sine, cosine = sines_and_cosines(tau)
+        starts[:, :, 1], starts[:, :, 2] = tau, one.axial_forcing * sine
+        starts[:, :, 3] = one.axial_forcing * cosine - self.restitution * w[:, None]
+        starts = starts.reshape(-1, 4)
         if one.start == REST:
             starts[:, 0], starts[:, 3] = _REST, 0.0
         elif one.start != WINDOW:
             points = self.orbit(one, one.start, context)
-            starts[:, 1:4:2] = points[np.arange(len(w)) % len(points)]
-        starts[:, 2] = one.axial_forcing * np.sin(starts[:, 1])
+            sine, _ = sines_and_cosines(points[:, 0])
+            heights = one.axial_forcing * sine
+            each = np.arange(len(starts)) % len(points)
+            starts[:, 1:] = np.stack((points[:, 0], heights, points[:, 1]), axis=1)[each]
         return starts
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
@@ -258,4 +262,5 @@ RANGES: Mapping[str, tuple[float, float]] = {
 def _points(found: Attractor, axial_forcing: float, restitution: float) -> NDArray[np.float64]:
     """(forcing phase, velocity after the impact) of each impact."""
     tau, w = np.array(found.forcing_phases), np.array(found.velocities)
-    return np.stack((tau, axial_forcing * np.cos(tau) - restitution * w), axis=1)
+    _, cosine = sines_and_cosines(tau)
+    return np.stack((tau, axial_forcing * cosine - restitution * w), axis=1)
