@@ -207,11 +207,11 @@ class Juggling(Study):
         self, one: Condition, w: NDArray[np.float64], tau: NDArray[np.float64], context: Arrays
     ) -> NDArray[np.float64]:
         """States (kind, instant, position, velocity) after a first impact, or at rest."""
-        starts = np.zeros((len(w), len(tau), 4))
+        grid = np.zeros((len(w), len(tau), 4))
         sine, cosine = sines_and_cosines(tau)
-        starts[:, :, 1], starts[:, :, 2] = tau, one.axial_forcing * sine
-        starts[:, :, 3] = one.axial_forcing * cosine - self.restitution * w[:, None]
-        starts = starts.reshape(-1, 4)
+        grid[:, :, 1], grid[:, :, 2] = tau, one.axial_forcing * sine
+        grid[:, :, 3] = one.axial_forcing * cosine - self.restitution * w[:, None]
+        starts = grid.reshape(-1, 4)
         if one.start == REST:
             starts[:, 0], starts[:, 3] = _REST, 0.0
         elif one.start != WINDOW:

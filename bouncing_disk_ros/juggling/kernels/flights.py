@@ -38,7 +38,7 @@ def apart(t: float, phase: float) -> float:
 
 @rare_kernel
 def sine_cosine(t: float) -> tuple[float, float]:
-    """sin t and cos t, with the same bits on every machine."""
+    """Sine and cosine of t, with the same bits on every machine."""
     found: tuple[float, float] = sincos(t)
     return found
 
