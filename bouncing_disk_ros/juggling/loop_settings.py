@@ -88,13 +88,15 @@ def controller_settings(
 
 def plant_settings(
     restitution: float, sensor: Sensor, *, hears_velocity: bool, deadline: float,
-    impulse: float = 0.0, impulse_at: float = 10.0,
+    impulse: float = 0.0, impulse_at: float = 10.0, phase_lag: float = 0.0,
+    angular_forcing: float = 1.0,
 ) -> Array:  # fmt: skip
-    """Of plant and sensor; times in periods, the impulse a change of velocity."""
+    """Of plant and sensor; times in periods, the impulse a change of velocity, the lag in rad."""
     plant = np.zeros(loop.PLANT)
     plant[loop.P_RESTITUTION], plant[loop.MISSED] = restitution, sensor.missed
     plant[loop.DELAY], plant[loop.JITTER] = math.tau * sensor.delay, math.tau * sensor.jitter
     plant[loop.HEARS_VELOCITY] = float(hears_velocity)
     plant[loop.IMPULSE], plant[loop.IMPULSE_AT] = impulse, math.tau * impulse_at
     plant[loop.DEADLINE] = math.tau * deadline
+    plant[loop.PHASE_LAG], plant[loop.ANGULAR_FORCING] = phase_lag, angular_forcing
     return plant

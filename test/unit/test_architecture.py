@@ -58,7 +58,7 @@ MAY_IMPORT = {
     "analysis.recorded": {"analysis.recorded", "analysis.dynamics", "analysis", "collision_map",
                           "core"} | TABLES,
     "analysis.report": {"analysis.report", "analysis.recorded", "analysis", "core"} | TABLES,
-    "juggling": {"juggling", "juggling.kernels", "core", "analysis"} | TABLES,
+    "juggling": {"juggling", "juggling.kernels", "core", "analysis", "analysis.dynamics"} | TABLES,
     "juggling.kernels": {"juggling.kernels", "core"},
     "study": {"study", "juggling", "juggling.kernels", "collision_map", "core"} | ANALYSIS | TABLES,
     "run": {"run", "core"} | TABLES,

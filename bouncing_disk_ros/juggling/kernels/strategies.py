@@ -92,6 +92,13 @@ def orbit_phase(forcing: float, restitution: float) -> float:
     return arccosine(least / forcing) if least < forcing else 0.0
 
 
+@entry(types.float64(types.float64))
+def arc_cosine(c: float) -> float:
+    """`arccosine` for Python: angle in [0, π/2] whose cosine is c in [0, 1]."""
+    found: float = arccosine(c)
+    return found
+
+
 # --- estimates ------------------------------------------------------------------------------------
 @rare_kernel
 def estimate(
