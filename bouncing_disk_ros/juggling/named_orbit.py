@@ -16,7 +16,7 @@ OWN = "period-1"
 """The orbit that needs no search, for it has a closed form; stable or not."""
 SLOWEST = -5.0
 """w_A, πg/ω, of the fastest impacts that attractors are looked for from."""
-_SEARCHED = 12
+_HIGHEST, _SEARCHED = -0.05, 12
 
 
 def orbit_named(
@@ -30,9 +30,10 @@ def orbit_named(
     """
     if name == OWN:
         return period_one_points(axial_forcing, restitution)
-    speeds = np.linspace(lowest, -0.05, _SEARCHED)
-    phases = np.linspace(0.0, math.tau, _SEARCHED, endpoint=False)
-    starts = [(float(tau), float(w)) for w in speeds for tau in phases]
+    steps = range(_SEARCHED)
+    phases = [math.tau * k / _SEARCHED for k in steps]
+    speeds = [lowest + (_HIGHEST - lowest) * k / (_SEARCHED - 1) for k in steps]
+    starts = [(tau, w) for w in speeds for tau in phases]
     found = find_attractors(NextCollisionMap(axial_forcing, restitution), starts).found
     periodic = {one.name: one for one in found if one.kind is AttractorKind.PERIODIC}
     if name not in periodic:
@@ -41,4 +42,4 @@ def orbit_named(
         raise InputError(field, name, allowed, at)
     tau, w = np.array(periodic[name].forcing_phases), np.array(periodic[name].velocities)
     _, cosine = sines_and_cosines(tau)
-    return np.stack((tau, axial_forcing * cosine - restitution * w), axis=1)
+    return np.array([tau, axial_forcing * cosine - restitution * w]).T.copy()

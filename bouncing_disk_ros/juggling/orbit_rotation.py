@@ -18,15 +18,19 @@ from bouncing_disk_ros.juggling.loop_settings import Array, sines_and_cosines
 def flight_times(orbit: Array, axial_forcing: float) -> Array:
     """Times of flight, rad, after each point (forcing phase, velocity after in πg/ω) of an orbit.
 
-    Each flight ends at the height of the platform at the next point.
+    Each flight ends at the height of the platform at the next point, on its way down, or up where
+    the platform overtakes the disk: which of both its forcing phase tells.
     """
     sine, _ = sines_and_cosines(orbit[:, 0])
-    heights, v = axial_forcing * sine, orbit[:, 1]
-    down = heights - np.roll(heights, -1)
-    return np.array([
-        math.pi * (speed + math.sqrt(max(speed * speed + 2.0 * fall / math.pi, 0.0)))
-        for speed, fall in zip(v.tolist(), down.tolist(), strict=True)
-    ])  # fmt: skip
+    heights, phases = (axial_forcing * sine).tolist(), orbit[:, 0].tolist()
+    times = []
+    for i, v in enumerate(orbit[:, 1].tolist()):
+        j = (i + 1) % len(orbit)
+        root = math.sqrt(max(v * v + 2.0 * (heights[i] - heights[j]) / math.pi, 0.0))
+        late, early = math.pi * (v + root), math.pi * (v - root)
+        off = [abs(math.remainder(t - phases[j] + phases[i], math.tau)) for t in (late, early)]
+        times.append(early if early > 0.0 and off[1] < off[0] else late)
+    return np.array(times)
 
 
 def best_phase_lag(orbit: Array, axial_forcing: float) -> float:

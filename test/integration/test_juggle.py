@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
-from bouncing_disk_ros.juggling.loop_settings import Sensor
+from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
@@ -124,10 +124,49 @@ def test_a_new_motion_begins_anew_and_one_without_an_orbit_is_named(make: Make) 
     simulator.close_node(node)
 
 
+def test_once_captured_the_disk_turns_as_fast_as_the_platform(make: Make) -> None:
+    """The phase lag −τ_imp is commanded; its cross-fade does not make the loop begin anew."""
+    motion = motion_of(0.60)._replace(angular_amplitude=0.5)
+    simulator = make(**motion._asdict(), gravity=GRAVITY, restitution=0.5, friction=0.6)
+    node = juggler_of(simulator)
+    simulator.run(PERIODS / FREQUENCY)
+    lag = -float(period_one_points(0.60, 0.5)[0, 0])
+    assert simulator.motion.phase_lag == pytest.approx(lag, abs=1e-9)
+    captured = node.status.partition(", rotor speed ")[0]
+    simulator.run(PERIODS / FREQUENCY)
+    assert node.status == f"{captured}, rotor speed 1.00 ωΦ"
+    top = math.tau * FREQUENCY * 0.5
+    assert simulator.state.angular_velocity == pytest.approx(top, rel=1e-6)
+    simulator.close_node(node)
+
+
+def test_the_target_is_switched_while_it_runs(make: Make) -> None:
+    """From period 1 to the period-2 orbit that coexists at Γ = 0.48, and back."""
+    simulator = make(**motion_of(0.48)._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator)
+    simulator.run(PERIODS / FREQUENCY)
+    assert "deadbeat: captured" in node.status
+    two = "period-2 in 1 cycle"
+    for target, name in ((two, f"deadbeat to {two}"), ("period-1", "deadbeat")):
+        done = node.set_parameters([Parameter("target", value=target)])[0]
+        assert done.successful, done.reason
+        assert node.status == f"{name}: not captured"
+        simulator.run(PERIODS / FREQUENCY)
+        assert node.status.startswith(f"{name}: captured after ")
+    assert simulator.state.gap >= 0.0
+    wrong = node.set_parameters([Parameter("target", value="period-7")])[0]
+    assert (wrong.successful, "period-2 in 1 cycle" in wrong.reason) == (False, True)
+    fixed = node.set_parameters([Parameter("delay", value=0.1)])[0]
+    assert (fixed.successful, fixed.reason) == (False, "delay: only at start")
+    simulator.close_node(node)
+
+
 def test_wrong_options_are_refused(make: Make) -> None:
     simulator = make()
     with pytest.raises(InputError, match="strategy: got 'mirror'"):
         juggler_of(simulator, strategy="mirror")
+    with pytest.raises(InputError, match="Only impact_time and deadbeat aim at other orbits"):
+        juggler_of(simulator, strategy="small", target="period-2 in 1 cycle")
     command = [sys.executable, "-m", "bouncing_disk_ros", "juggle"]
     done = subprocess.run(
         [*command, "--ros-args", "-p", "missed:=2.0"], capture_output=True, text=True, timeout=60,

@@ -10,7 +10,7 @@ import pytest
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.juggling.juggler import Juggler
+from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
 from bouncing_disk_ros.juggling.loop_settings import (
     Limits,
@@ -26,7 +26,7 @@ from bouncing_disk_ros.juggling.orbit_rotation import (
     flight_times,
     mean_rotor_speed,
 )
-from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
+from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
 
 FREQUENCY, GRAVITY, FRICTION, AMPLITUDE = 3.0, 9.81, 0.3, 1.0
 OMEGA = math.tau * FREQUENCY
@@ -45,7 +45,11 @@ def simulated(forcing: float, lag: float, angular_forcing: float, periods: float
     disk = Disk(0.5, 0.5, FRICTION, 0.1, gyration, GRAVITY)
     start = InitialState(axial_velocity=SPEED, forcing_phase=phase)
     juggler = Juggler("deadbeat", motion, disk, phase=phase)
-    return run_loop(Simulation(motion, disk, start), juggler, periods=periods)
+    simulation = Simulation(motion, disk, start)
+    first = juggler.on_impact(HeardImpact(0.0, SPEED), 0)  # the kernel hears of the start too
+    assert first is not None
+    simulation.trajectory(first.begin_ns, axial=knots_of(first))
+    return run_loop(simulation, juggler, periods=periods)
 
 
 def by_kernel(forcing: float, lag: float, angular_forcing: float, periods: float) -> float:
