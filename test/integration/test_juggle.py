@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
@@ -23,6 +27,7 @@ from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator
@@ -51,9 +56,13 @@ def motion_of(forcing: float) -> Motion:
     return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
 
 
+def overrides_of(values: Mapping[str, Any]) -> list[Parameter]:
+    return [Parameter(name, value=value) for name, value in values.items()]
+
+
 def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
     given = {"gravity": GRAVITY, "lead": 0.0, **values}
-    overrides = [Parameter(name, value=value) for name, value in given.items()]
+    overrides = overrides_of(given)
     node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
     simulator.add_node(node)
     simulator.wait_for_subscriber("disk/impacts")
@@ -96,6 +105,48 @@ def test_through_ros_the_impacts_are_the_same_to_the_bit(
     np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
     assert record.verdict.outcome is Outcome.CAPTURED
     assert status == f"{strategy}: captured after {record.verdict.impacts} impacts"
+
+
+@pytest.fixture
+def context(ros_domain: int, warm_kernels: None) -> Iterator[rclpy.Context]:
+    made = rclpy.Context()
+    rclpy.init(context=made, args=[], signal_handler_options=SignalHandlerOptions.NO)
+    yield made
+    rclpy.shutdown(context=made)
+
+
+def test_in_lockstep_the_node_answers_the_gates_and_the_impacts_are_the_same(
+    context: rclpy.Context,
+) -> None:
+    """The simulator runs as fast as it can and waits for the node at each impact."""
+    motion, disk = motion_of(0.55), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
+    values: dict[str, Any] = {
+        **motion._asdict(), **disk._asdict(), "initial_forcing_phase": 1.5 * math.pi,
+        "lockstep": "impact", "real_time_factor": 0.0, "publish_clock": True,
+    }  # fmt: skip
+    simulator = SimulatorNode(context=context, parameter_overrides=overrides_of(values))
+    values = {"gravity": GRAVITY, "lead": 0.0, "lockstep_number": 1}
+    node = JuggleNode(OPTIONS, context=context, parameter_overrides=overrides_of(values))
+    rows: list[Any] = []
+    node.create_subscription(
+        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
+    )
+    executor = SingleThreadedExecutor(context=context)
+    for one in (simulator, node):
+        executor.add_node(one)
+    end = time.monotonic() + 60.0
+    while len(rows) < 25:
+        assert time.monotonic() < end, node.status
+        executor.spin_once(timeout_sec=0.02)
+    for one in (node, simulator):
+        executor.remove_node(one)
+        one.destroy_node()
+    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
+    record = run_loop(simulation, Juggler("deadbeat", motion, disk), periods=2 * PERIODS)
+    found = np.concatenate(rows)[:25]
+    np.testing.assert_array_equal(found["time"], record.rows["time"][:25])
+    np.testing.assert_array_equal(found["axial_velocity"], record.rows["axial_velocity"][:25])
+    assert "deadbeat: captured" in node.status
 
 
 def test_an_own_controller_is_used_and_a_wrong_one_refused(make: Make, tmp_path: Path) -> None:
