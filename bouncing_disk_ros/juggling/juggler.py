@@ -115,6 +115,11 @@ class Juggler:
         self.orbit = orbit.copy()
         self._memory[AIM] = -math.inf
 
+    def take_over(self, other: Juggler) -> None:
+        """Go on where another controller of the same platform ends: what it heard and commanded."""
+        self._memory[:], self._plan[:] = other._memory, other._plan
+        self._memory[AIM] = -math.inf
+
     def on_impact(self, impact: HeardImpact, now_ns: int) -> OffsetTrajectory | None:
         """Take in an impact; the trajectory that replaces the one in force, or None."""
         velocity = impact.velocity if self._hears_velocity else None

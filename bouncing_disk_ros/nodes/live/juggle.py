@@ -15,7 +15,7 @@ _EXAMPLE = "ros2 run bouncing_disk_ros juggle --ros-args -p strategy:=deadbeat -
 
 _SPECS = (
     Spec("strategy", "deadbeat", "", "none (open loop), impact_time, deadbeat or small: see "
-         "docs/juggling.md"),
+         "docs/juggling.md; may be changed while it runs"),
     Spec("controller", "", "", "a Python file with a controller of your own, instead of a "
          "strategy: a function make_controller(setup)"),
     Spec("target", "period-1", "", "the orbit to be reached: period-1, stable or not, or another "

@@ -24,7 +24,7 @@ from bouncing_disk_ros.juggling.loop_settings import Array, Limits, Sensor, chec
 from bouncing_disk_ros.juggling.loop_verdict import Outcome, Watch
 from bouncing_disk_ros.juggling.named_orbit import OWN, orbit_named
 from bouncing_disk_ros.juggling.orbit_rotation import best_phase_lag, mean_rotor_speed
-from bouncing_disk_ros.juggling.own_controller import Setup, controller_of
+from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
 from bouncing_disk_ros.nodes.live.gate_answers import GateAnswers
 from bouncing_disk_ros.nodes.shared.node_tool import options
@@ -104,9 +104,8 @@ class JuggleNode(Node):
         values = options(self, table)
         self._values = values
         self._strategy, self._file = str(values["strategy"]), str(values["controller"])
-        check_strategy(self._strategy)
         self._target = str(values["target"])
-        self._check_target(self._target)
+        self._check(self._strategy, self._target)
         delay, jitter, missed = (float(values[name]) for name in ("delay", "jitter", "missed"))
         self._sensor = Sensor(delay, jitter, missed, int(values["seed"]))
         self.sent = 0
@@ -136,8 +135,10 @@ class JuggleNode(Node):
             self._status.publish(String(data=self.status))
 
     # --- the target -------------------------------------------------------------------------------
-    def _check_target(self, target: str) -> None:
-        if target != OWN and (self._file or self._strategy in ("none", "small")):
+    def _check(self, strategy: str, target: str) -> None:
+        """Refuse a strategy that there is not, and a target that it does not aim at."""
+        check_strategy(strategy)
+        if target != OWN and (self._file or strategy in ("none", "small")):
             why = "Only impact_time and deadbeat aim at other orbits."
             raise InputError("target", target, OWN, why)
 
@@ -145,27 +146,36 @@ class JuggleNode(Node):
         return orbit_named(target, axial_forcing_of(motion, disk), disk.restitution)
 
     def _on_change(self, changes: Sequence[Parameter]) -> SetParametersResult:
-        """Switch to another target; the other options are those of the start."""
-        for change in changes:
-            if change.name != "target":
-                return SetParametersResult(successful=False, reason=f"{change.name}: only at start")
-            try:
-                self._switch(str(change.value))
-            except InputError as error:
-                return SetParametersResult(successful=False, reason=error.line)
+        """Switch to another target or strategy; the other options are those of the start."""
+        new = {change.name: str(change.value) for change in changes}
+        strategy = new.pop("strategy", self._strategy)
+        target = new.pop("target", self._target)
+        try:
+            for name in new:
+                raise InputError(name, new[name], f"{self._values.get(name)}: it is fixed at start")
+            if strategy != self._strategy and self._file:
+                raise InputError("strategy", strategy, "none with a controller of your own")
+            self._check(strategy, target)
+            if self._loop is not None:
+                self._switch(self._loop, strategy, target)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=error.line)
+        self._strategy, self._target = strategy, target
+        if self._loop is not None:
+            self._report(self._loop)
         return SetParametersResult(successful=True)
 
-    def _switch(self, target: str) -> None:
-        self._check_target(target)
-        loop = self._loop
-        if loop is not None:
+    def _switch(self, loop: _Loop, strategy: str, target: str) -> None:
+        """Go on with another strategy, to another orbit; what was heard and commanded stays."""
+        if target != self._target:
             orbit = self._orbit(target, loop.setup.motion, loop.setup.disk)
+            loop.watch = self._new_watch(orbit)
             if isinstance(loop.controller, Juggler):
                 loop.controller.aim_at(None if target == OWN else orbit)
-            loop.watch = self._new_watch(orbit)
-        self._target = target
-        if loop is not None:
-            self._say(f"{self._name()}: not captured")
+        if strategy != self._strategy and isinstance(loop.controller, Juggler):
+            old = loop.controller
+            loop.controller = self._controller(strategy, loop.setup, old.orbit, target)
+            loop.controller.take_over(old)
 
     def _name(self) -> str:
         aim = "" if self._target == OWN else f" to {self._target}"
@@ -200,11 +210,18 @@ class JuggleNode(Node):
         limits = Limits(*(float(values[f"{name}_limit"]) for name in Limits.__dataclass_fields__))
         setup = Setup(motion, disk, limits, phase)
         orbit = self._orbit(self._target, motion, disk)
-        controller = controller_of(self._strategy, self._file, setup, learns=bool(values["learn"]))
-        if isinstance(controller, Juggler) and self._target != OWN:
-            controller.aim_at(orbit)
-        self._loop = _Loop(controller, setup, self._new_watch(orbit))
+        self._loop = _Loop(
+            load_controller(self._file, setup) if self._file
+            else self._controller(self._strategy, setup, orbit, self._target),
+            setup, self._new_watch(orbit),
+        )  # fmt: skip
         self._say(f"{self._name()}: not captured")
+
+    def _controller(self, strategy: str, setup: Setup, orbit: Array, target: str) -> Juggler:
+        return Juggler(
+            strategy, setup.motion, setup.disk, limits=setup.limits, phase=setup.phase,
+            learns=bool(self._values["learn"]), orbit=None if target == OWN else orbit,
+        )  # fmt: skip
 
     def _on_impacts(self, cloud: PointCloud2) -> None:
         try:
