@@ -280,8 +280,8 @@ _JUGGLING = (
          "which the controller is not told", low=-10.0, high=10.0),
     Spec("angular_forcing", 10.0, "1", "angular forcing: an impact changes the rotor speed by at "
          "most (1 + ε)|w_A|/Γ_T", "Γ_T", low=1e-6, high=1e6),
-    Spec("phase_lag", "best", "rad", "phase lag: a number, or best: the one that turns the disk "
-         "fastest on the target, θ = −τ_imp on period-1", "θ"),
+    Spec("phase_lag", "best", "rad", "phase lag: a number, or best: θ = −τ_imp on period-1, on "
+         "another target the best one where each impact removes all slip", "θ"),
     Spec("deadline", 50.0, "2π/ω", "end of each run, in periods", low=1.0, high=1e6),
     Spec("tolerance", 0.05, "", "distance (rad and πg/ω) at which an impact counts as on the orbit",
          low=1e-12, high=1.0),

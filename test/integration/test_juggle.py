@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import InitialState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
@@ -28,15 +28,23 @@ from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator
+from support.juggle_loops import (
+    DISK,
+    FREQUENCY,
+    GRAVITY,
+    REPORTED,
+    Make,
+    juggler_of,
+    motion_of,
+    overrides_of,
+    run_both,
+)
 from support.processes import environment
 
 ROOT = Path(__file__).resolve().parents[2]
-PERIODS, FREQUENCY, GRAVITY = 20, 3.0, 9.81
-REPORTED = float(TABLE["chatter_report_speed"].default)
-Make = Callable[..., SteppedSimulator]
+PERIODS = 20
 
 
 @pytest.fixture
@@ -50,44 +58,6 @@ def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
     yield one
     for simulator in made:
         simulator.close()
-
-
-def motion_of(forcing: float) -> Motion:
-    return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
-
-
-def overrides_of(values: Mapping[str, Any]) -> list[Parameter]:
-    return [Parameter(name, value=value) for name, value in values.items()]
-
-
-def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
-    given = {"gravity": GRAVITY, "lead": 0.0, **values}
-    overrides = overrides_of(given)
-    node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
-    simulator.add_node(node)
-    simulator.wait_for_subscriber("disk/impacts")
-    simulator.spin_until(lambda: node.status != "waiting for platform/motion")
-    return node
-
-
-def run_both(make: Make, forcing: float, strategy: str, sensor: Sensor) -> tuple[Any, Any, str]:
-    """Rows of the loop through ROS, the record of the loop in one process, the node's status."""
-    motion, disk = motion_of(forcing), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
-    simulator = make(**motion._asdict(), **disk._asdict(), initial_forcing_phase=1.5 * math.pi)
-    rows: list[Any] = []
-    node = juggler_of(
-        simulator, strategy=strategy, delay=sensor.delay, jitter=sensor.jitter,
-        missed=sensor.missed, seed=sensor.seed,
-    )  # fmt: skip
-    node.create_subscription(
-        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
-    )
-    simulator.run(PERIODS / FREQUENCY)
-    juggler = Juggler(strategy, motion, disk)
-    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
-    record = run_loop(simulation, juggler, periods=PERIODS, sensor=sensor)
-    simulator.close_node(node)
-    return np.concatenate(rows), record, node.status
 
 
 @pytest.mark.parametrize(
@@ -119,7 +89,7 @@ def test_in_lockstep_the_node_answers_the_gates_and_the_impacts_are_the_same(
     context: rclpy.Context,
 ) -> None:
     """The simulator runs as fast as it can and waits for the node at each impact."""
-    motion, disk = motion_of(0.55), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
+    motion, disk = motion_of(0.55), DISK
     values: dict[str, Any] = {
         **motion._asdict(), **disk._asdict(), "initial_forcing_phase": 1.5 * math.pi,
         "lockstep": "impact", "real_time_factor": 0.0, "publish_clock": True,
