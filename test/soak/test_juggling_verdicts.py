@@ -42,7 +42,11 @@ CASES: dict[str, tuple[float, float, Sensor]] = {
     "0.55": (0.55, 0.0, Sensor()),
     "0.60": (0.60, 0.0, Sensor()),
 }
-STARTS: dict[str, tuple[float, float] | None] = {"rest": None, "slow": (2.0, -0.6), "fast": (5.0, -4.5)}
+STARTS: dict[str, tuple[float, float] | None] = {
+    "rest": None,
+    "slow": (2.0, -0.6),
+    "fast": (5.0, -4.5),
+}
 
 
 def test_a_hundred_thousand_starts_are_captured(tmp_path: Any) -> None:

@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Juggler
-from bouncing_disk_ros.juggling.loop_settings import Sensor
+from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
@@ -56,10 +56,12 @@ def run_both(
     By default from rest. `error`: of the restitution that the controllers believe, a part of it.
     """
     motion, state = motion_of(forcing), start or InitialState()
+    thrown: dict[str, Any] = {}
+    if start is not None:
+        thrown = {"initial_with_platform": False, "initial_axial_velocity": start.axial_velocity}
     simulator = make(
-        **motion._asdict(), **DISK._asdict(), initial_forcing_phase=state.forcing_phase,
-        initial_with_platform=start is None, initial_axial_velocity=state.axial_velocity,
-    )  # fmt: skip
+        **motion._asdict(), **DISK._asdict(), initial_forcing_phase=state.forcing_phase, **thrown
+    )
     rows: list[Any] = []
     believed = DISK.restitution * (1.0 + error)
     node = juggler_of(
@@ -72,6 +74,7 @@ def run_both(
     simulator.run(periods / FREQUENCY)
     juggler = Juggler(strategy, motion, DISK, restitution=believed, phase=state.forcing_phase)
     simulation = Simulation(motion, DISK, state, chatter_report_speed=REPORTED)
-    record = run_loop(simulation, juggler, periods=periods, sensor=sensor)
+    own = period_one_points(forcing, believed) if strategy == "none" else None  # it never learns
+    record = run_loop(simulation, juggler, periods=periods, sensor=sensor, orbit=own)
     simulator.close_node(node)
     return np.concatenate(rows), record, node.status
