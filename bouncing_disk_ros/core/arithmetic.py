@@ -269,6 +269,14 @@ def arcsine(c: float) -> float:
 
 
 @kernel
+def arccosine(c: float) -> float:
+    """Angle in [0, π/2] whose cosine is c in [0, 1], to 2e-16 or so."""
+    steep = c > 0.75  # there the arcsine of c itself has few digits
+    x = arcsine(math.sqrt((1.0 - c) * (1.0 + c)) if steep else c)
+    return x if steep else 0.5 * math.pi - x
+
+
+@kernel
 def wrapped(x: float) -> float:
     """x in [0, 2π) taken into it by whole turns, for x in (−2π, 4π)."""
     if x >= TWO_PI:
