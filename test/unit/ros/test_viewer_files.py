@@ -28,8 +28,9 @@ from bouncing_disk_ros.topics import (
 ROOT = Path(__file__).resolve().parents[3]
 LAYOUT = json.loads((ROOT / "foxglove" / "bouncing_disk.json").read_text("utf-8"))
 PANELS: dict[str, dict[str, Any]] = LAYOUT["configById"]
+ALL = {**TOPICS, **TRANSFORM_TOPICS}
 TYPES = {
-    **{name: topic.type for name, topic in (TOPICS | TRANSFORM_TOPICS).items()},
+    **{name: topic.type for name, topic in ALL.items()},
     "juggle/status": "std_msgs/msg/String",
     "/rosout": "rcl_interfaces/msg/Log",
 }
@@ -180,7 +181,7 @@ def test_rviz_shows_topics_of_the_package_as_they_are_published(name: str) -> No
             continue
         asked = display["Topic" if kind == "PointCloud2" else "Description Topic"]
         short = re.sub(r"^/(first|second)/", "", asked["Value"])
-        topic = (TOPICS | TRANSFORM_TOPICS)[short]
+        topic = ALL[short]
         assert topic.type == wanted[kind]
         durability = "Transient Local" if topic.qos.latched else "Volatile"
         assert (asked["Durability Policy"], asked["Reliability Policy"]) == (durability, "Reliable")
