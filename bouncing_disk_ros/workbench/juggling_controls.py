@@ -37,7 +37,7 @@ class JugglingControls:
         self.strategy.on_change("active", lambda _attr, _old, new: self._on_strategy(new))
         self.juggle = Button(label="Juggle", width=80, name="juggle")
         self.juggle.on_click(self._on_juggle)
-        self.status = Div(text=_IDLE, width=width - 95, align="center", name="juggling")
+        self.status = Div(text=_IDLE, width=width - 95, height=34, align="center", name="juggling")
         self.layout = column(self.strategy, row(self.juggle, self.status))
 
     @property
