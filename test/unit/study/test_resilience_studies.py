@@ -14,6 +14,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.studies import curves, manifolds, resilience
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.plots.resilience_plot import impulse_picture
 from bouncing_disk_ros.study import named, run
 
 Shown = tuple[xr.Dataset, list[str]]
@@ -102,6 +103,15 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     assert in_time[-1] == pytest.approx(share[one, -1])
     assert any("hardest to lose by an impulse at 0.45" in line for line in lines)
     assert any("N·s" in line for line in lines)
+
+
+def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
+    result, _ = resilient
+    (legend,) = impulse_picture(result).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["the attractor is not there"]
+    endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
+    (legend,) = impulse_picture(endless).legends
+    assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
 
 
 def test_resilience_of_rest_is_never_lost(resilient: Shown) -> None:
