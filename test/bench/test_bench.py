@@ -20,7 +20,7 @@ OUTPUT = Path(__file__).resolve().parents[2] / "output" / "bench.json"
 
 
 @pytest.mark.bench
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(3600)
 def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # here: `make test` collects this file too, and these load most of the package
     from bench import (
