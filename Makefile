@@ -16,6 +16,8 @@ unexport ROS_SECURITY_ENABLE ROS_SECURITY_STRATEGY ROS_SECURITY_KEYSTORE ROS_SUP
 unexport RMW_IMPLEMENTATION RMW_FASTRTPS_USE_QOS_FROM_XML RMW_FASTRTPS_PUBLICATION_MODE CYCLONEDDS_URI
 unexport FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE FASTDDS_BUILTIN_TRANSPORTS FASTDDS_ENVIRONMENT_FILE
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# With this every process would compile all sources anew: half a second for each start.
+unexport PYTHONDONTWRITEBYTECODE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
 .PHONY: help demo workbench test docs figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment

@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parent
 MANIFEST = ET.parse(ROOT / "package.xml").getroot()
 NAME = MANIFEST.findtext("name")
 EXECUTABLES = runpy.run_path(str(ROOT / NAME / "executables.py"))
-SHARED_FOLDERS = ("config", "examples", "launch", "urdf", "rviz")
+SHARED_FOLDERS = ("config", "examples", "launch", "urdf", "rviz", "foxglove")
 
 
 def data_files():
@@ -97,7 +97,8 @@ setup(
             "heyoka",  # Taylor integration with events
             "jax",  # the algorithm of the lanes on arrays, compiled for them
         ],
-        "interop": ["cyclonedds", "rerun-sdk", "selenium"],  # selenium drives a browser
+        # selenium drives a browser, foxglove-sdk knows what a layout may say
+        "interop": ["cyclonedds", "foxglove-sdk", "rerun-sdk", "selenium"],
     },
     entry_points={
         "console_scripts": [

@@ -27,10 +27,13 @@ from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 KERNEL_FOLDERS = ("core", "collision_map", "juggling/kernels")
 """The packages that hold all compiled functions."""
 UNUSED_DAYS = 30
-_PARTS = (("core.contact_event",), ("core.flight_event", "core.resolve_event"))
-"""Modules whose kernels take longest to compile, in shares of the same size; the rest takes less
-than one share."""
-_OFFSETS = (("core.offset_contact_kernels",), ("core.offset_flight_kernels",))
+_PARTS = (
+    ("core.contact_event", "core.flight_event"),
+    ("core.resolve_event", "core.input_kernels"),
+)
+"""Modules whose kernels take longest to compile, in shares of about the same time: those together
+that call the same inner functions, which each process compiles anew. The rest takes less."""
+_OFFSETS = (("core.offset_event_kernels",), ("core.offset_input_kernels",))
 _STUDIES = (
     (
         "collision_map.lanes.attractor_lanes",
@@ -235,7 +238,9 @@ def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:
 def _import_command(modules: tuple[str, ...]) -> list[str]:
     names = ", ".join(f"bouncing_disk_ros.{module}" for module in modules)
     quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
-    return [sys.executable, "-P", "-c", f"{quiet}; import {names}"]
+    quick = "import gc; gc.disable()"  # a tenth of the time goes into looks for cycles
+    parts = "from bouncing_disk_ros.core.arithmetic import compile_parts; compile_parts()"
+    return [sys.executable, "-P", "-c", f"{quiet}; {quick}; import {names}; {parts}"]
 
 
 def share_compiled_kernels() -> bool:

@@ -6,10 +6,11 @@ Like `parameters`, it imports nothing heavy.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, Spec
 
 _PAPER = "paper, Fig. 2"
@@ -349,6 +350,29 @@ TAKES_BAG = (
 )
 
 TAKES_PRESET = ("motor",)
+_NO_ROTATION = (
+    "Friction acts along the surface alone, so nothing that this study computes depends on the "
+    "rotation: axial_forcing and restitution decide it"
+)
+_NOT_TAKEN: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "curves": ("phase_lag", "angular_forcing", "x_axis", "y_axis", "along"),
+        "manifolds": ("phase_lag", "angular_forcing"),
+        "resilience": ("phase_lag", "angular_forcing"),
+    }
+)
+
+
+def why_not_taken(study: str, name: str) -> str:
+    """Why a study has no such parameter; empty where there is nothing to say."""
+    return _NO_ROTATION if name in _NOT_TAKEN.get(study, ()) else ""
+
+
+def refuse_not_taken(study: str, names: Iterable[str]) -> None:
+    """Refuse, with the reason, parameters that a study could be expected to have. InputError."""
+    for name in names:
+        if why := why_not_taken(study, name):
+            raise InputError("parameter", name, ", ".join(STUDY_TABLES[study]), why)
 
 
 def table_of(study: str) -> Mapping[str, Spec]:

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import checkpoint, platform, stepper
+from bouncing_disk_ros.core import checkpoint, input_kernels, platform, stepper
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
@@ -57,7 +57,7 @@ class Engine:
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
-        self._observed = np.zeros(1, stepper.OBSERVED)
+        self._observed = np.zeros(1, input_kernels.OBSERVED)
 
     @property
     def fading(self) -> bool:
@@ -156,7 +156,7 @@ class Engine:
         while self.cut_chatter(time_ns, _MANY, rows):
             pass
         arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
-        n = stepper.advance_to(*arguments, time_ns)
+        n = input_kernels.advance_to(*arguments, time_ns)
         if n:
             rows.append(self._written(n))
 
@@ -164,7 +164,7 @@ class Engine:
         """Put another sinusoid in force under the halted disk."""
         self.base = motion
         self._join_motions()
-        stepper.keep_sticking(self.state, self.m)
+        input_kernels.keep_sticking(self.state, self.m)
 
     def change_offset(self, segments: Segments) -> None:
         """Put other segments of the offset in force under the halted disk, at its instant.
@@ -181,7 +181,7 @@ class Engine:
         if axial != 0.0:
             self.state["u"] -= axial
         if angular == 0.0:
-            stepper.keep_sticking(self.state, self.m)
+            input_kernels.keep_sticking(self.state, self.m)
 
     def expect_knot(self, ahead: bool) -> None:
         """Whether a segment of the offset is to begin."""
@@ -196,19 +196,19 @@ class Engine:
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
-        stepper.apply_impulse(
+        input_kernels.apply_impulse(
             self.state, self.m, self.k, self._ledger, axial_impulse, angular_impulse
         )
 
     def change_disk(self, disk: Disk, report_speed: float) -> None:
         """Change the parameters of the halted disk."""
         new = disk_record(disk, report_speed)
-        stepper.change_disk(self.state, self.m, self.k, new, self._ledger)
+        input_kernels.change_disk(self.state, self.m, self.k, new, self._ledger)
         self.k = new
 
     def resume(self) -> None:
         """Decide contact or flight after the inputs of one instant."""
-        stepper.classify_after_input(self.state, self.m, self.k)
+        input_kernels.classify_after_input(self.state, self.m, self.k)
 
     def sample(self, time_ns: int) -> Sample:
         """State at time_ns, which lies before the next event; changes nothing."""
@@ -255,7 +255,7 @@ class Engine:
         return self._buffer[:n].view(np.uint8).copy().view(IMPACT_DTYPE)
 
     def _observe(self, state: NDArray[np.void]) -> None:
-        stepper.observe(state, self.m, self.k, self._observed)
+        input_kernels.observe(state, self.m, self.k, self._observed)
 
     def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
         """Copies of state and ledger, propagated to time_ns."""
@@ -269,7 +269,7 @@ class Engine:
             while status == stepper.FULL:
                 _, used, status = stepper.advance(*arguments, time_ns, time_ns, left)
                 left -= used
-        stepper.advance_to(*arguments, time_ns)
+        input_kernels.advance_to(*arguments, time_ns)
         if status != stepper.DONE:  # the rest of the bounces is below all that can be shown
             state["gap"] = state["u"] = 0.0
         return state, ledger

@@ -5,22 +5,14 @@ That is where an offset is used for the first time: a start without one does not
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core import offset_contact_kernels, offset_flight_kernels, stepper
+from bouncing_disk_ros.core import offset_event_kernels, offset_input_kernels
 from bouncing_disk_ros.core.arithmetic import compile_also
 from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
 from bouncing_disk_ros.core.next_event import find_next
+from bouncing_disk_ros.core.stepper import advance
 
-PARTS = (offset_contact_kernels, offset_flight_kernels)
+PARTS = (offset_event_kernels, offset_input_kernels)
 """Modules of what is called by those here; compiled in processes of their own (kernel_cache)."""
 
 compile_also(find_next, MOTION.dtype, OFFSET_MOTION.dtype)
-for _entry in (
-    stepper.advance,
-    stepper.advance_to,
-    stepper.apply_impulse,
-    stepper.keep_sticking,
-    stepper.classify_after_input,
-    stepper.change_disk,
-    stepper.observe,
-):
-    compile_also(_entry, MOTION, OFFSET_MOTION)
+compile_also(advance, MOTION, OFFSET_MOTION)

@@ -52,7 +52,8 @@ def capture_maps(result: xr.Dataset) -> Figure:
     for axes in panels[-1]:
         axes.set_xlabel(r"$\tau_\mathrm{imp}$ (rad)")
         mark_in_pi(axes.xaxis)
-    bar = figure.colorbar(drawn, ax=panels, label="periods until captured", extend="both")
+    label = "periods until captured"
+    bar = figure.colorbar(drawn, ax=panels, label=label, extend="both", aspect=30)
     bar.set_ticks([1, 2, 5, 10, 20, 50], labels=["1", "2", "5", "10", "20", "50"])
     bar.minorticks_off()
     handles = [

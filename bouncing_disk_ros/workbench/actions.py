@@ -70,7 +70,20 @@ class Perform:
     programme: str
 
 
-Action = Move | Set | Impulse | Call | Lifecycle | Perform
+@dataclass(frozen=True)
+class Juggle:
+    """Start a loop that keeps the toss going, instead of one that runs; options of `juggle`."""
+
+    strategy: str
+    options: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StopJuggling:
+    """End the loop that was started."""
+
+
+Action = Move | Set | Impulse | Call | Lifecycle | Perform | Juggle | StopJuggling
 
 
 @dataclass(frozen=True)
@@ -150,6 +163,20 @@ def lines(action: Action | Sequel, names: Names) -> list[str]:
         case Perform(programme):
             space = "" if names.namespace == "/" else f" --ros-args -r __ns:={names.namespace}"
             return [f"ros2 run bouncing_disk_ros perform {programme}{space}"]
+        case Juggle():
+            space = "" if names.namespace == "/" else f" -r __ns:={names.namespace}"
+            words = " ".join(juggle_arguments(action))
+            return [f"ros2 run bouncing_disk_ros juggle --ros-args {words}{space}"]
+        case StopJuggling():
+            return ["# Ctrl-C in the terminal of juggle"]
+
+
+def juggle_arguments(action: Juggle) -> list[str]:
+    """What follows `--ros-args` on the command line of `juggle`, namespaces left out."""
+    given = {"strategy": action.strategy} | {
+        name: number_text(value) for name, value in action.options.items()
+    }
+    return [word for name, text in given.items() for word in ("-p", f"{name}:={text}")]
 
 
 def _set_order(name: str) -> tuple[int, int]:

@@ -15,7 +15,8 @@ from bokeh.models import Button, Div
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.workbench.basin_figures import WIDE, MapFigure, PathFigure, legend
 from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
-from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
 from bouncing_disk_ros.workbench.start_plane import Section, View, Window, pixel_centre, section_of
 
@@ -31,7 +32,7 @@ _PRECISE = "Double precision ends here: several pixels are one and the same star
 Values = Callable[[], Mapping[str, float]]
 
 
-class BasinPane:
+class BasinPane(ComputedPane):
     """Basins at the parameters in force, refined as one zooms; a click shows a start's orbit.
 
     `values()` gives the parameters in force by the node's names; `send_start` gets parameters of
@@ -48,11 +49,11 @@ class BasinPane:
         )
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
+        super().__init__(self._views, self._orbits)
         self._section: Section | None = None
         self._shown: View | None = None
         self._wanted: tuple[Section, Window] | None = None  # what was asked for last
         self._orbit: Orbit | None = None
-        self._asked = False
         self._connect()
         left = column(self._map.figure, self._under, self._status, **WIDE)
         right = column(self._legend, self._path.figure, self._message, self._button,
@@ -61,10 +62,7 @@ class BasinPane:
 
     def _connect(self) -> None:
         plot = self._map.figure
-        for axis in (plot.x_range, plot.y_range):
-            axis.on_change("start", self._on_change)
-            axis.on_change("end", self._on_change)
-        plot.on_change("inner_width", self._on_change)  # from the browser, once it shows it
+        self._watch(plot)
         plot.on_event(Tap, self._on_tap)
         plot.on_event(MouseMove, self._on_move)
         self._button.on_click(self._send_start)
@@ -79,24 +77,8 @@ class BasinPane:
         """The start whose orbit is shown."""
         return None if self._orbit is None else self._orbit.start
 
-    def parameters_changed(self) -> None:
-        """Compute anew if the plane is another one."""
-        self._on_change("", None, None)
-
-    def join(self) -> None:
-        """Wait for the threads: for tests and measurements."""
-        self._views.join()
-        self._orbits.join()
-
-    def _on_change(self, _name: str, _old: object, _new: object) -> None:
-        document = self.layout.document
-        if document is not None and not self._asked:  # several changes make one view
-            self._asked = True
-            on_next_tick(document, self._ask)
-
     def _ask(self) -> None:
         """Have the window in view computed at the parameters in force."""
-        self._asked = False
         values = dict(self._values())
         try:
             section = section_of(values)
@@ -149,11 +131,6 @@ class BasinPane:
             self._deliver(
                 lambda found=found, spent=spent: self._show(section, found, spent)  # type: ignore[misc]
             )
-
-    def _deliver(self, callback: Callable[[], None]) -> None:
-        document = self.layout.document
-        if document is not None:
-            on_next_tick(document, callback)
 
     def _show(self, section: Section, found: View, spent: float) -> None:
         if section != self._section:

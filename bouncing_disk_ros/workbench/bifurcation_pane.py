@@ -42,7 +42,8 @@ from bouncing_disk_ros.workbench.bifurcation_view import (
     diagram,
     images,
 )
-from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork, on_next_tick
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
 
 REST_FORCING = 1.0 / math.pi
@@ -62,7 +63,7 @@ _ABOUT = (
 Values = Callable[[], Mapping[str, float]]
 
 
-class BifurcationPane:
+class BifurcationPane(ComputedPane):
     """The diagram at the restitution in force; a cursor sets the axial amplitude of the run.
 
     `values()` gives the parameters in force by the node's names; `set_values` gets the axial
@@ -77,7 +78,8 @@ class BifurcationPane:
         self._shown: tuple[tuple[float, ...], int] | None = None  # what, of how many columns
         self._wanted: tuple[float, ...] | None = None  # what was asked for last
         self._diagrams, self._attractors = LatestWork(), LatestWork()
-        self._asked = self._moved = self._placing = False
+        super().__init__(self._diagrams, self._attractors)
+        self._moved = self._placing = False
         self._status, self._about = Div(text="&nbsp;", **_WIDE), Div(text=_ABOUT, **_WIDE)
         self._at_cursor = Div(text="&nbsp;", **_WIDE)
         self._images = [
@@ -122,10 +124,7 @@ class BifurcationPane:
         return plot
 
     def _connect(self) -> None:
-        for axis in (self._figure.x_range, self._figure.y_range):
-            axis.on_change("start", self._on_change)
-            axis.on_change("end", self._on_change)
-        self._figure.on_change("inner_width", self._on_change)  # once a browser shows it
+        self._watch(self._figure)
         self._figure.on_event(Tap, lambda event: self._move_cursor(float(event.x)))
         self._cursor.on_change("location", self._on_cursor)
         self._slider.on_change("value", self._on_cursor)
@@ -134,24 +133,8 @@ class BifurcationPane:
         if not self._placing:
             self._move_cursor(float(new))
 
-    def parameters_changed(self) -> None:
-        """Show Γ in force; compute anew if the restitution is another one."""
-        self._on_change("", None, None)
-
-    def join(self) -> None:
-        """Wait for the threads: for tests and measurements."""
-        self._diagrams.join()
-        self._attractors.join()
-
-    def _on_change(self, _name: str, _old: object, _new: object) -> None:
-        document = self.layout.document
-        if document is not None and not self._asked:
-            self._asked = True
-            on_next_tick(document, self._ask)
-
     def _ask(self) -> None:
         """Have the range in view computed at the parameters in force."""
-        self._asked = False
         try:
             section = section_of(self._values())
         except InputError as error:
@@ -217,11 +200,6 @@ class BifurcationPane:
                     found, both, (low, high), spent
                 )
             )
-
-    def _deliver(self, callback: Callable[[], None]) -> None:
-        document = self.layout.document
-        if document is not None:
-            on_next_tick(document, callback)
 
     def _show(
         self, found: Diagram, both: tuple[Any, Any], phases: tuple[float, float], spent: float

@@ -38,6 +38,7 @@ from bouncing_disk_ros.workbench.control_table import (
     Control,
     shown_unit,
 )
+from bouncing_disk_ros.workbench.juggling_controls import JugglingControls
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_view import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
@@ -77,12 +78,14 @@ class ControlPane:
                    sizing_mode="stretch_width"),
             sizing_mode="stretch_width",
         )  # fmt: skip
+        self.juggling = JugglingControls(self.send, WIDTH)
         self.layout = column(
             self._run_buttons(),
             self._slow_motion(),
             self._forcing_choice(),
             *(self.sliders[control.name] for control in MOTION_CONTROLS),
             self._tosses(),
+            self.juggling.layout,
             *(self.sliders[control.name] for control in DISK_CONTROLS),
             self._any_parameter(),
             width=WIDTH + 15,
@@ -213,6 +216,7 @@ class ControlPane:
         if paused != self._paused:
             self._paused = paused
             self.pause.label = "Resume" if paused else "Pause"
+        self.juggling.refresh(found, self._link.history.juggling)
         self._show_notices()
 
     def _follow(self, control: Control) -> None:

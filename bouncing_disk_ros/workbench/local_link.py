@@ -6,7 +6,7 @@ import queue
 import threading
 import time
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from bouncing_disk_ros.run.command_validation import (
     accept_impulse,
     accept_programme,
 )
-from bouncing_disk_ros.run.loop import Loop, Steps
+from bouncing_disk_ros.run.loop import BUDGET_NS, Loop, Steps
 from bouncing_disk_ros.run.programmes import load_programme, start_of
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
@@ -32,14 +32,19 @@ from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
     Impulse,
+    Juggle,
     Lifecycle,
     Move,
     Names,
     Perform,
     Sequel,
     Set,
+    StopJuggling,
 )
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
 
 TICK_SECONDS = 0.01
 LEAD_NS = NS // 2
@@ -57,6 +62,7 @@ class LocalLink:
         self._values = parameters.complete(values)
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._session: Session | None = None
+        self._juggling: LocalJuggling | None = None
         self._shown_motion = -1
         self._ended = threading.Event()
         self._begin()
@@ -108,8 +114,12 @@ class LocalLink:
         self.history.add_speed(second.time_ns / NS, first.mean_speeds(second)[1])
 
     def impacts(self, rows: NDArray[Any]) -> None:
-        """Keep rows of impacts."""
+        """Keep rows of impacts; a loop that juggles hears them."""
         self.history.add_impacts(rows)
+        if self._juggling is not None:
+            self._note_motion()
+            self._juggling.on_impacts(rows)
+            self.history.juggling = self._juggling.status
 
     # --- the run, in its thread
     def _begin(self) -> None:
@@ -145,14 +155,33 @@ class LocalLink:
             self._note_motion()
         elif self._loop.resolve_waiting():
             free = self._line.factor == 0.0
-            self._loop.slice(FAR_NS if free else self._line.due(time.monotonic_ns()))
+            due = FAR_NS if free else self._line.due(time.monotonic_ns())
+            deadline = time.monotonic_ns() + BUDGET_NS
+            while not self._slice(due) and self._loop.resolve_waiting():
+                if session.fault or time.monotonic_ns() >= deadline:
+                    break
             self._note_motion()
+
+    def _slice(self, until_ns: int, *, to_impact: bool = False) -> bool:
+        """Advance; where a loop juggles no further than an impact, which it answers at once."""
+        juggling, session = self._juggling, self._session
+        reached = self._loop.slice(until_ns, to_impact=to_impact or juggling is not None)
+        if juggling is not None and session is not None:
+            try:
+                juggling.answer(session)
+            except InputError as error:
+                self.history.note(error.line, is_refusal=True)
+        return reached
 
     def _note_motion(self) -> None:
         session = self._session
         if session is not None and session.simulation.motion_index != self._shown_motion:
             self._shown_motion = session.simulation.motion_index
-            self.history.add_motion(session.simulation.motion_in_force)
+            motion = session.simulation.motion_in_force
+            self.history.add_motion(motion)
+            if self._juggling is not None:
+                self._juggling.on_motion(motion)
+                self.history.juggling = self._juggling.status
 
     # --- actions, in that thread
     def _do(self, action: Action) -> None:
@@ -160,6 +189,8 @@ class LocalLink:
             self._change(action.transition)
         elif isinstance(action, Set):
             self._set(dict(action.values))
+        elif isinstance(action, StopJuggling):
+            self._stop_juggling()
         elif self._session is None:
             raise InputError("an input", "while unconfigured", "inputs while there is a run")
         else:
@@ -170,6 +201,7 @@ class LocalLink:
     def _change(self, transition: str) -> None:
         if transition == "cleanup":
             self._session = None
+            self._stop_juggling()
         elif transition == "configure":
             self._begin()
         elif transition == "activate":
@@ -192,8 +224,27 @@ class LocalLink:
                 begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
                 targets = programme.targets(motion.target)
                 session.command([(begin + after, target) for after, target in targets])
+            case Juggle():
+                self._juggle(action)
             case Call(service, paused):
                 self._call(session, service, bool(paused))
+
+    def _juggle(self, action: Juggle) -> None:
+        """Start a loop; its kernels are loaded with the first one."""
+        self.history.juggling = f"{action.strategy}: starts (the first time it compiles) …"
+        try:
+            from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
+
+            self._juggling = LocalJuggling(action.strategy, action.options)
+        except InputError:
+            self._stop_juggling()
+            raise
+        self._shown_motion = -1
+        self._note_motion()
+        self._anchor()  # what loading took is not made up for
+
+    def _stop_juggling(self) -> None:
+        self._juggling, self.history.juggling = None, ""
 
     def _call(self, session: Session, service: str, paused: bool) -> None:
         if service == "pause":
@@ -212,9 +263,9 @@ class LocalLink:
         end, what = self._steps.end(session, self._values)
         to_impact = self._values["step_until"] == "impact"
         before = session.simulation.rows_total
-        while not (
-            self._loop.resolve_waiting() and self._loop.slice(end, to_impact=to_impact)
-        ) and not (session.fault or self._ended.is_set()):
+        while not (self._loop.resolve_waiting() and self._slice(end, to_impact=to_impact)) and not (
+            session.fault or self._ended.is_set()
+        ):
             if to_impact and session.simulation.rows_total > before:
                 break
         return f"{what}, now"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
@@ -13,16 +13,13 @@ from bokeh.models import Div, TabPanel, Tabs
 
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.run_view import numbers
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
-
-if TYPE_CHECKING:
-    from bouncing_disk_ros.workbench.basin_pane import BasinPane
-    from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 
 TITLE = "Bouncing disk workbench"
 FRAME_MS = 33
@@ -63,12 +60,12 @@ class Page:
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
-        makers: dict[int, Callable[[], BasinPane | BifurcationPane]] = {
+        # by the tab
+        self._makers: dict[int, Callable[[], ComputedPane]] = {
             1: self._basins,
             2: self._bifurcation,
         }
-        self._makers = makers  # by the tab
-        self._panes: dict[int, BasinPane | BifurcationPane] = {}
+        self._panes: dict[int, ComputedPane] = {}
         self._holders = {tab: column(sizing_mode="stretch_width") for tab in self._makers}
         self._behind = set(self._makers)  # tabs that have not seen the parameters in force
         self.tabs = Tabs(
@@ -84,12 +81,12 @@ class Page:
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
-    def _basins(self) -> BasinPane:
+    def _basins(self) -> ComputedPane:
         from bouncing_disk_ros.workbench.basin_pane import BasinPane
 
         return BasinPane(self.values, self.send_start)
 
-    def _bifurcation(self) -> BifurcationPane:
+    def _bifurcation(self) -> ComputedPane:
         from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
 
         return BifurcationPane(self.values, self.set_values)

@@ -86,6 +86,7 @@ class RunHistory:
         self.epoch = 0
         self.phase = ""
         self.state = ""  # what the writer is doing, one line
+        self.juggling = ""  # how a loop that juggles stands, one line; "": none runs
         self.impacts_seen = 0
         self.notices: deque[Notice] = deque(maxlen=KEPT_NOTICES)
         self._notice_count = 0

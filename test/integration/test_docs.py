@@ -47,6 +47,19 @@ TABLES = {
 NO_PYTEST_SETTINGS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": None}
 
 
+RUN_ALL = """
+import runpy, sys
+for file in sys.argv[1:]:
+    print(file)
+    runpy.run_path(file, run_name="__main__")
+"""
+
+
+def is_fragment(block: str) -> bool:
+    """Whether a block is the inner part of a callback, which runs within it only."""
+    return "cloud" in block and "stepped_simulator" not in block
+
+
 def commands() -> list[str]:
     """Every ros2 command in code blocks and in code spans."""
     found = []
@@ -173,24 +186,35 @@ def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
         assert "```python\n" in section, name
 
 
-@pytest.mark.parametrize(("page", "block"), blocks("python"))
-def test_python_runs(page: str, block: str, tmp_path: Path) -> None:
-    if "cloud" in block and "stepped_simulator" not in block:
-        pytest.skip("a fragment of a callback")
+PYTHON = {
+    page: [text for name, text in blocks("python") if name == page and not is_fragment(text)]
+    for page in PAGES
+}
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("page", sorted(page for page, found in PYTHON.items() if found))
+def test_python_runs(page: str, tmp_path: Path) -> None:
+    """Each block by itself, in one process for those of a page: imports take most of the time."""
     home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
-    file = tmp_path / "test_block.py"
-    file.write_text(block, "utf-8")
     plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
-    runner = ["-m", "pytest", "-q", *plugins] if "def test_" in block else []
-    done = subprocess.run(
-        [sys.executable, *runner, str(file)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=100,
-        env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
-    )
-    assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
+    tests: list[str] = []
+    scripts: list[str] = []
+    for number, block in enumerate(PYTHON[page]):
+        file = tmp_path / f"test_block_{number}.py"
+        file.write_text(block, "utf-8")
+        (tests if "def test_" in block else scripts).append(str(file))
+    for command in (["-m", "pytest", "-q", *plugins, *tests], ["-c", RUN_ALL, *scripts]):
+        if command[-1] not in (plugins[-1], RUN_ALL):
+            done = subprocess.run(
+                [sys.executable, *command],
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                timeout=280,
+                env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
+            )
+            assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
 
 
 @pytest.mark.parametrize(("page", "block"), blocks("yaml"))

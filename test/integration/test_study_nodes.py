@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import signal
+import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,14 +26,21 @@ from support.recorded import RecordedRun, period_one_bag
 from support.ros import wait_for_message
 
 ROOT = Path(__file__).resolve().parents[2]
+SAFE: dict[str, object] = {
+    "begin": 0.44, "end": 0.45, "count": 2, "samples": 20, "instants": 2, "resolution": 0.2,
+}  # fmt: skip
 WAIT = 110.0  # s; matplotlib, xarray and zarr are slow to import on a loaded machine
 
 
 def begin(start: Starter, name: str, folder: Path, *arguments: str, **values: object) -> Process:
-    """Start a study with its output and its options; only PNG figures."""
+    """Start a study with its output and its options."""
+    return start(name, "--ros-args", *arguments, *options_of(folder, values))
+
+
+def options_of(folder: Path, values: Mapping[str, object]) -> list[str]:
+    """The options of a study with this output and these values; only PNG figures."""
     given = {"output": folder, "figures": "png", **values}
-    options = [word for key, value in given.items() for word in ("-p", f"{key}:={value}")]
-    return start(name, "--ros-args", *arguments, *options)
+    return [word for key, value in given.items() for word in ("-p", f"{key}:={value}")]
 
 
 def pixels(message: Image) -> NDArray[np.generic]:
@@ -140,14 +150,15 @@ def test_what_cannot_be_used_is_one_line_and_code_2(start: Starter, tmp_path: Pa
         ("bifurcation", {"scheduler": "tcp://127.0.0.1:9"}, "allowed: none for bifurcation"),
         ("basins", {**small, "scheduler": "tcp://127.0.0.1:9"}, "address of a Dask scheduler"),
     ]  # fmt: skip
-    nodes = [  # side by side: most of the time goes into imports, and 10 s into the dead address
-        begin(start, name, tmp_path / f"out_{place}", **values)
-        for place, (name, values, _) in enumerate(cases)
-    ]
-    for place, (node, (name, _, words)) in enumerate(zip(nodes, cases, strict=True)):
-        assert node.wait(WAIT) == 2, node.output
-        assert len(node.complaints) == 1, node.output
-        node.wait_for(f"^{name}: .*{words}")
+    words = []
+    for place, (name, values, _) in enumerate(cases):
+        words += ["+", name, "--ros-args", *options_of(tmp_path / f"out_{place}", values)]
+    node = start.command([sys.executable, str(ROOT / "test/support/several.py"), *words[1:]])
+    assert node.wait(WAIT) == 0, node.output
+    assert len(node.complaints) == len(cases), node.output
+    assert node.output.count(" ended with 2\n") == len(cases)
+    for place, (line, (name, _, said)) in enumerate(zip(node.complaints, cases, strict=True)):
+        assert re.match(f"{name}: .*{said}", line), line
         assert not (tmp_path / f"out_{place}" / "basins.png").exists()
     assert (tmp_path / "file").read_text() == "mine"
 
@@ -163,7 +174,14 @@ def test_a_cluster_computes_the_same(
     ) as cluster:  # fmt: skip
         address = cluster.scheduler_address
         node = begin(start, "toss_map", tmp_path / "there", scheduler=address, **values)
+        resilient = run(named("resilience", **SAFE), tmp_path / "safe.zarr", scheduler=address)
         assert node.wait(WAIT) == 0, node.output
+    alone = run(named("resilience", **SAFE), tmp_path / "alone.zarr")
+    assert alone is not None
+    assert resilient is not None
+    assert set(alone.data_vars) == set(resilient.data_vars)
+    for name in alone.data_vars:
+        np.testing.assert_array_equal(alone[name].values, resilient[name].values, str(name))
     here = run(named("toss_map", **values), tmp_path / "here.zarr")
     assert here is not None
     there = open_result(tmp_path / "there" / "result.zarr")

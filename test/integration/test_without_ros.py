@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import re
 import sys
 from pathlib import Path
 
-import pytest
-
+from bouncing_disk_ros.study_tables import STUDY_TABLES
 from support.page_client import PageClient
 from support.processes import Process, Starter
 from support.recorded import period_one_bag
@@ -19,31 +20,43 @@ SMALL: dict[str, dict[str, object]] = {
     "toss_map": {"phase_lag_count": 5, "amplitude_angle_count": 3},
     "bifurcation": {"count": 3, "settling": 10, "measured": 20, "kept": 5, "doublings": 0},
     "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
+    "curves": {
+        "doublings": 0, "largest_step": 0.1, "axial_forcing_count": 2, "restitution_count": 2,
+        "settling": 10, "measured": 256,
+    },
+    "motor": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 32, "longest": 100},
     "basins": {"width": 12, "height": 8},
     "basin_shares": {"count": 2, "samples": 8},
     "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8},
+    "resilience": {
+        "begin": 0.44, "end": 0.45, "count": 2, "samples": 10, "instants": 2, "periods": 200.0,
+    },
     "juggling": {"width": 3, "height": 3, "deadline": 5.0},
 }  # fmt: skip
 LIVE = ("simulator", "recorder", "perform", "echo_impacts", "juggle")
 
 
 def begin(start: Starter, *arguments: str) -> Process:
-    env = {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": "no number", "RMW_IMPLEMENTATION": "none"}
+    paths = f"{ROOT}{os.pathsep}{ROOT / 'test'}"
+    env = {"PYTHONPATH": paths, "ROS_DOMAIN_ID": "no number", "RMW_IMPLEMENTATION": "none"}
     return start.command([sys.executable, str(RUNNER), *arguments], env=env)
 
 
 def test_each_study_computes(start: Starter, tmp_path: Path) -> None:
+    assert SMALL.keys() == STUDY_TABLES.keys()
     file = tmp_path / "parameters.yaml"
     file.write_text("/lab/*:\n  ros__parameters: {netcdf: false, figures: [png]}\n")
     shared = ["--ros-args", "--params-file", str(file), "-r", "__ns:=/lab", "--log-level", "debug"]
-    nodes = {}
+    words = []
     for name, values in SMALL.items():
         given: dict[str, object] = {**values, "output": tmp_path / name}
         options = [word for key, value in given.items() for word in ("-p", f"{key}:={value}")]
-        nodes[name] = begin(start, name, *shared, *options, "--")
-    for name, node in nodes.items():
-        assert node.wait(WAIT) == 0, node.output
-        assert node.complaints == []
+        words += ["+", name, *shared, *options, "--"]
+    node = begin(start, *words[1:])
+    assert node.wait(WAIT) == 0, node.output
+    assert node.complaints == []
+    for name in SMALL:
+        node.wait_for(f"^{name} ended with 0$")
         files = {path.suffix for path in (tmp_path / name).iterdir()}
         assert files == {".png", ".zarr"}, "the file of parameters counts"
 
@@ -120,29 +133,32 @@ def test_the_library_works(start: Starter, tmp_path: Path) -> None:
     node.wait_for("^all done$")
 
 
-@pytest.mark.parametrize("name", LIVE)
-def test_what_needs_ros_says_so_in_one_line(start: Starter, name: str) -> None:
-    node = begin(start, name)
-    assert node.wait(WAIT) == 2, node.output
-    (line,) = node.output.splitlines()
-    assert line.startswith(f"{name}: needs ROS 2, ")
+def test_what_needs_ros_says_so_in_one_line(start: Starter) -> None:
+    node = begin(start, *" + ".join(LIVE).split())
+    assert node.wait(WAIT) == 0, node.output
+    complaints = iter(node.complaints)
+    for name in LIVE:
+        node.wait_for(f"^{name} ended with 2$")
+        assert next(complaints).startswith(f"{name}: needs ROS 2, ")
+    assert list(complaints) == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("basins", "--ros-args", "-p", "widt:=3"), "basins: parameter: got 'widt', .* mean width"),
-        (("basins", "--ros-args", "-p", "width:=3.5"), "basins: width: got 3.5, allowed: an int"),
-        (("basins", "--ros-args", "-p", "width=3"), "basins: -p: got 'width=3', allowed: name:="),
-        (("basins", "--ros-args", "-p", "hold:=true"), "false where ROS 2 is not installed"),
-        (("basins", "--ros-args", "foo"), "basins: ROS arguments: got 'foo'"),
-        (("basins", "--ros-args", "--params-file", "/no/file"), "--params-file: got '/no/file'"),
-    ],
+WRONG = (
+    ("-p widt:=3", "basins: parameter: got 'widt', .* mean width"),
+    ("-p width:=3.5", "basins: width: got 3.5, allowed: an int"),
+    ("-p width=3", "basins: -p: got 'width=3', allowed: name:="),
+    ("-p hold:=true", "false where ROS 2 is not installed"),
+    ("foo", "basins: ROS arguments: got 'foo'"),
+    ("--params-file /no/file", "--params-file: got '/no/file'"),
 )
-def test_a_wrong_command_line_is_one_line_and_code_2(
-    start: Starter, arguments: tuple[str, ...], words: str
-) -> None:
-    node = begin(start, *arguments)
-    assert node.wait(WAIT) == 2, node.output
-    assert len(node.complaints) == 1
-    node.wait_for(words)
+"""Arguments of `basins` and what is said of them."""
+
+
+def test_a_wrong_command_line_is_one_line_and_code_2(start: Starter) -> None:
+    lines = " + ".join(f"basins --ros-args {given}" for given, _ in WRONG)
+    node = begin(start, *lines.split())
+    assert node.wait(WAIT) == 0, node.output
+    assert node.output.count("basins ended with 2\n") == len(WRONG)
+    assert len(node.complaints) == len(WRONG), node.output
+    for complaint, (_, words) in zip(node.complaints, WRONG, strict=True):
+        assert re.search(words, complaint)

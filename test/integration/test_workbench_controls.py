@@ -15,6 +15,7 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench.actions import Lifecycle
 from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
 from support.page_link import change, click, model
@@ -142,6 +143,57 @@ def test_a_refusal_is_shown_in_the_nodes_own_words(bench: Bench) -> None:
     change(bench.document, "axial", "value", 1e300)
     click(bench.document, "impulse")
     bench.wait(lambda: "a finite impulse up to" in model(bench.document, "messages").text)
+
+
+def test_juggling_is_a_process_that_ends_when_it_is_stopped(bench: Bench) -> None:
+    """Another strategy, or another real-time factor, takes its place; a new run ends it."""
+    keeper, history = bench.link._juggler, bench.link.history
+    click(bench.document, "scene_period_1")
+    bench.wait(lambda: bench.values()["frequency"] == 3.0 and bench.values()["restitution"] == 0.5)
+    bench.wait(lambda: bench.simulator.node.run is not None and bench.simulator.node.run.active)
+    change(bench.document, "strategy", "active", 1)
+    click(bench.document, "juggle")
+    first = keeper._child
+    assert first is not None
+    bench.wait(lambda: model(bench.document, "juggle").label == "Stop")
+    bench.wait(lambda: history.juggling == "impact_time: not captured")
+    change(bench.document, "slow", "active", 1)
+    bench.wait(lambda: bench.values()["real_time_factor"] == 0.5)
+    bench.link.tick()
+    second = keeper._child
+    assert second is not None
+    assert (first.code, second.code) == (0, None)
+    bench.wait(lambda: "real_time_factor:=0.5" in model(bench.document, "messages").text)
+    bench.wait(lambda: history.juggling == "impact_time: not captured")
+    click(bench.document, "juggle")
+    bench.wait(lambda: history.juggling == "")
+    assert second.code == 0
+    bench.wait(lambda: model(bench.document, "juggle").label == "Juggle")
+    change(bench.document, "slow", "active", 0)
+    bench.wait(lambda: bench.values()["real_time_factor"] == 1.0)
+    click(bench.document, "juggle")
+    third = keeper._child
+    assert third is not None
+    bench.link.send(Lifecycle("cleanup"))  # refused by the simulator, for it is active
+    assert third.code is not None
+    assert history.juggling == ""
+    bench.wait(lambda: "change_state: refused" in model(bench.document, "messages").text)
+
+
+def test_juggle_that_ends_by_itself_is_told(bench: Bench) -> None:
+    keeper = bench.link._juggler
+    change(bench.document, "restitution", "value_throttled", 1.0)
+    bench.wait(lambda: bench.values()["restitution"] == 1.0)
+    bench.wait(lambda: model(bench.document, "restitution").value == 1.0)
+    click(bench.document, "juggle")
+
+    def ended() -> bool:
+        bench.link.tick()
+        return keeper._child is None
+
+    bench.wait(ended)
+    bench.wait(lambda: "restitution: got 1.0, allowed" in model(bench.document, "messages").text)
+    assert bench.link.history.juggling == ""
 
 
 def test_a_scene_begins_a_run_of_its_own(bench: Bench) -> None:

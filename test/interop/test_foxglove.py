@@ -1,13 +1,15 @@
-"""Foxglove's own libraries (Node.js) read our bags: every message is that which was sent.
+"""Foxglove's own libraries read our bags (Node.js) and know the settings of our layout (Python).
 
-Their packages come from the npm registry into a temporary folder; without Node.js, npm or a network
-this is skipped and says so.
+Bags: every message is that which was sent. The packages for it come from the npm registry into a
+temporary folder; without Node.js, npm or a network this is skipped and says so.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -22,6 +24,7 @@ from support.bags import TYPES, Sent, make, messages
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
 HERE = Path(__file__).parent
+LAYOUT = HERE.parents[1] / "foxglove" / "bouncing_disk.json"
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +96,42 @@ def test_foxglove_reads_every_message_as_it_was_sent(
         assert other["sha256"] == hashlib.sha256(row.data).hexdigest()
         message = deserialize_message(row.data, message_class(TYPES[row.topic]))
         agree(message, other["content"], row.topic)
+
+
+CONFIGS = {
+    "Plot": "PlotConfig", "3D": "ThreeDeeConfig", "StateTransitions": "StateTransitionsConfig",
+    "RawMessages": "RawMessagesConfig", "Publish": "PublishConfig",
+    "CallService": "ServiceCallConfig", "RosOut": "LogConfig",
+    "DiagnosticSummary": "DiagnosticsSummaryConfig", "Parameters": "", "Tab": "",
+}  # fmt: skip
+"""Kinds of panels as a layout's file names them, with the classes of their settings in the SDK."""
+
+
+def settings_of(kind: Any) -> set[str]:
+    """The names of a class of settings, as the file spells them."""
+    return {
+        re.sub(r"_(\w)", lambda match: match[1].upper(), field.name)
+        for field in dataclasses.fields(kind)
+    }
+
+
+def test_foxgloves_sdk_knows_each_setting_of_the_layout() -> None:
+    """Settings of its own title and of what is older than the SDK aside."""
+    layouts = pytest.importorskip("foxglove.layouts", reason="pip install foxglove-sdk")
+    panels = json.loads(LAYOUT.read_text("utf-8"))["configById"]
+    assert {name.partition("!")[0] for name in panels} == CONFIGS.keys()
+    series = settings_of(layouts.PlotSeries), settings_of(layouts.StateTransitionsSeries)
+    for name, panel in panels.items():
+        kind = name.partition("!")[0]
+        if not CONFIGS[kind]:
+            continue
+        known = settings_of(getattr(layouts, CONFIGS[kind])) | {"foxglovePanelTitle"}
+        assert panel.keys() <= known, name
+        for path in panel.get("paths", ()):
+            assert path.keys() <= series[kind == "StateTransitions"], name
+        for layer in panel.get("layers", {}).values():
+            assert layer.keys() <= settings_of(layouts.BaseRendererGridLayerSettings), name
+    cloud = panels["3D!scene"]["topics"]["/disk/impacts"]
+    assert cloud.keys() <= settings_of(layouts.BaseRendererPointCloudTopicSettings)
+    camera = panels["3D!scene"]["cameraState"]
+    assert camera.keys() <= settings_of(layouts.ThreeDeeCameraState)

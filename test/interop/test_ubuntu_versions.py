@@ -32,7 +32,6 @@ TESTED = (
     "test/unit/study/test_studies.py",
     "test/integration/test_simulator_stepped.py",
     "test/integration/test_simulator_process.py",
-    "test/integration/test_collection.py",
 )
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(3600)]
@@ -85,8 +84,12 @@ def passes(python: str, *tests: str) -> None:
     assert done.returncode == 0, done.stdout[-10000:]
 
 
-def test_core_node_studies_and_collection_pass(ubuntu: str) -> None:
+def test_core_node_and_studies_pass(ubuntu: str) -> None:
     passes(ubuntu, *TESTED)
+
+
+def test_every_file_of_tests_is_collected(ubuntu: str) -> None:
+    passes(ubuntu, "-m", "interop", "test/interop/test_collection.py")
 
 
 def test_results_are_those_of_the_newest_versions(ubuntu: str) -> None:

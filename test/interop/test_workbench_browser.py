@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from support import browser as chromium
+from support import without_ros
 from support.processes import Process, Starter
 
 pytestmark = pytest.mark.interop
 SHOTS = os.environ.get("SCREENSHOTS", "")
 """A folder for pictures of the page, to be looked at; empty: none are kept."""
+OPTIONS = ("--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
+WITHOUT_ROS = Path(without_ros.__file__)
+CAPTURED = r"captured after \d+ impacts"
 
 
 @pytest.fixture
-def browser(tmp_path: Path) -> Iterator[Any]:
-    """A browser; the test fails for an error in its console."""
+def browser(tmp_path: Path, start: Starter) -> Iterator[Any]:
+    """A browser, which ends before servers do; the test fails for an error in its console."""
+    del start
     if why := chromium.missing():
         pytest.skip(why)
     pytest.importorskip("selenium")
@@ -34,7 +41,7 @@ def browser(tmp_path: Path) -> Iterator[Any]:
 
 @pytest.fixture
 def workbench(start: Starter) -> Process:
-    return start("workbench", "--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
+    return start("workbench", *OPTIONS)
 
 
 def wait(condition: Callable[[], Any], seconds: float = 60.0) -> None:
@@ -94,6 +101,42 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     browser.refresh()
     wait(lambda: seconds_shown(browser) > 0.0)
     assert "Traceback" not in workbench.output
+
+
+@pytest.mark.parametrize("ros", [True, False], ids=["with ROS", "without ROS"])
+def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, ros: bool) -> None:
+    """It brings the disk back from an impulse, and from rest; the process ends with Stop."""
+    runner = ["-m", "bouncing_disk_ros"] if ros else [str(WITHOUT_ROS)]
+    workbench = start.command([sys.executable, *runner, "workbench", *OPTIONS])
+    browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
+    wait(lambda: seconds_shown(browser) > 1.0)
+    chromium.button(browser, "Juggle").click()
+    wait_for_text(browser, CAPTURED)
+    chromium.button(browser, "Give impulse").click()
+    wait_for_text(browser, r"\blost\b")
+    look(browser, "juggling_lost")
+    wait_for_text(browser, CAPTURED)
+    look(browser, "juggling")
+    chromium.button(browser, "Rest and chatter").click()
+    wait(lambda: not re.search(CAPTURED, chromium.page_text(browser)))
+    assert children(workbench, "juggle") == 0, "a scene is another run"
+    chromium.button(browser, "Period 1").click()
+    wait_for_text(browser, r"Γ:\s+0\.450")
+    chromium.button(browser, "Juggle").click()
+    wait_for_text(browser, CAPTURED)
+    chromium.button(browser, "impact times").click()
+    wait(lambda: "-p strategy:=impact_time -p" in chromium.page_text(browser))
+    wait_for_text(browser, CAPTURED)
+    assert children(workbench, "juggle") == (1 if ros else 0)
+    chromium.button(browser, "Stop").click()
+    wait(lambda: chromium.button(browser, "Juggle") is not None)
+    assert children(workbench, "juggle") == 0
+
+
+def children(process: Process, name: str) -> int:
+    """How many processes a process has started with this name of an executable."""
+    found = psutil.Process(process.pid).children(recursive=True)
+    return sum(name in child.cmdline() for child in found)
 
 
 def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) -> None:

@@ -13,6 +13,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Direction
 from support.random_commands import Command, RandomCommands, packed
+from support.random_trajectories import TOPIC, RandomTrajectories
 from support.ros_peer import Peer
 from support.storms import all_finite
 
@@ -21,14 +22,16 @@ BATCH = 60
 FAST = ("--ros-args", "-p", "crossfade_duration:=0.01", "-p", "state_rate:=10.0",
         "-p", "real_time_factor:=20.0")  # fmt: skip
 """Arguments of a simulator on which many motions act in little time."""
-# trajectories have barrages of their own: test_closed_loops.py
 COMMAND_TOPICS = [
     name
     for name, topic in TOPICS.items()
-    if topic.direction is Direction.IN and name not in ("platform/joint_trajectory", "~/proceed")
+    if topic.direction is Direction.IN and name != "~/proceed"
 ]
+TRAJECTORIES = 0.2
+"""Part of the commands that are offset trajectories."""
 _MARKS = {"axial_amplitude": 1e-5, "angular_amplitude": 0.1, "frequency": 20.0, "phase_lag": 2.0}
 _STEP = 1e-6  # of the values from one mark to the next, relative
+_SOON = 1_000_000  # ns until an offset is reached
 
 
 class Barrage:
@@ -39,6 +42,7 @@ class Barrage:
         self._rng = random.Random(seed)
         # a listener in Python keeps up with these, and a disk so thrown soon returns
         self._draw = RandomCommands(self._rng, frequencies=(10.0, 1e3))
+        self._trajectories = RandomTrajectories(self._rng)
         self.sent = 0
         self._marks = 0
 
@@ -46,14 +50,21 @@ class Barrage:
         """Send random commands, half of them wrong; returns when the simulator has taken each."""
         for k in range(commands):
             now_ns = self._peer.now_ns()
-            valid = self._rng.random() < 0.5
-            command = self._draw.valid(now_ns) if valid else self._draw.wrong(now_ns)
+            command = self._drawn(now_ns)
             if command.data:  # of a publisher that sends an empty one Fast DDS delivers no more
                 self._publish(command)
             if k % BATCH == BATCH - 1 or k == commands - 1:
                 self._mark()
                 if self._rng.random() < 0.5:
                     self._peer.call(Trigger, "reset", repeatable=True)
+
+    def _drawn(self, now_ns: int) -> Command:
+        """A random command, valid or wrong."""
+        valid = self._rng.random() < 0.5
+        draw: RandomTrajectories | RandomCommands = self._draw
+        if self._rng.random() < TRAJECTORIES:
+            draw = self._trajectories
+        return draw.valid(now_ns) if valid else draw.wrong(now_ns)
 
     def _publish(self, command: Command) -> None:
         self._peer.publisher(command.topic).publish(command.data)
@@ -83,6 +94,11 @@ def marker(topic: str, grown: float) -> Command:
     if topic == "platform/command":
         point = JointTrajectoryPoint(positions=[grown])
         return Command(topic, packed(JointTrajectory(joint_names=["phase_lag"], points=[point])))
+    if topic == TOPIC:
+        point = JointTrajectoryPoint(positions=[grown * _STEP])
+        point.time_from_start.nanosec = _SOON
+        msg = JointTrajectory(joint_names=["platform_rotation"], points=[point])
+        return Command(topic, packed(msg))
     return Command(topic, packed(Float64(data=_MARKS[topic.split("/")[1]] * grown)))
 
 
@@ -90,6 +106,9 @@ def shows(record: Record, topic: str, grown: float) -> bool:
     """Whether a record is that of a marker."""
     if topic == "disk/impulse":
         return bool(record["kind"] == "impulse" and record["angular_impulse"] == grown * _STEP)
+    if topic == TOPIC:
+        joints = record["joints"] if record["kind"] == "trajectory" else {}
+        return any(row[2] == grown * _STEP for row in joints.get("platform_rotation", ()))
     if record["kind"] != "motion" or len(record["points"]) != 1:
         return False
     values = dict(zip(MOTION_NAMES, record["points"][0][1], strict=True))
@@ -121,9 +140,11 @@ def withstand(peer: Peer, seed: int, commands: int) -> str:
     values = peer.diagnostic("inputs")[2]
     accepted, refused = int(values["accepted"]), int(values["refused"])
     assert accepted == sum(record["kind"] != "snapshot" for record in peer.records)
-    of_commands = sum(record["kind"] in ("motion", "impulse") for record in peer.records)
+    commanded = {"motion", "impulse", "trajectory"}
+    of_commands = sum(record["kind"] in commanded for record in peer.records)
     assert of_commands + refused == barrage.sent
     assert values["commands lost on the way"] == "0"
     assert min(accepted, refused) > commands // 10
     assert len(rows) > commands // 100
+    assert {record["kind"] for record in peer.records} >= commanded
     return f"{accepted} accepted, {refused} refused, {len(rows)} rows heard and replayed"

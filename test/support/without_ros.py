@@ -1,9 +1,11 @@
 """Run an executable of the package, or code, as on a machine without ROS: its imports fail.
 
     python test/support/without_ros.py basins --ros-args -p width:=8
+    python test/support/without_ros.py basins --ros-args -p width:=8 + toss_paths
     python test/support/without_ros.py -c "from bouncing_disk_ros import simulate; ..."
 
-What ROS brings, its definitions of messages too, is not found.
+What ROS brings, its definitions of messages too, is not found. Several command lines may stand
+there, with a + in between (see several.py).
 """
 
 from __future__ import annotations
@@ -50,6 +52,8 @@ def hide_ros() -> None:
 
 def main() -> int | None:
     """Run what the command line names."""
+    from support.several import run_all
+
     del sys.path[0]  # this folder has modules with names of others
     hide_ros()
     if sys.argv[1] == "-c":
@@ -57,7 +61,10 @@ def main() -> int | None:
         return 0
     from bouncing_disk_ros.__main__ import run
 
-    return run(sys.argv[1], sys.argv[2:])
+    if "+" not in sys.argv:
+        return run(sys.argv[1], sys.argv[2:])
+    run_all(sys.argv[1:])
+    return 0
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ MAX_LINES = 400
 
 TABLES = {
     "angles",
+    "early_signals",
     "environment",
     "errors",
     "executables",
@@ -77,7 +78,8 @@ MAY_IMPORT = {
                      "run"} | ANALYSIS | TABLES,
     "nodes.studies": {"nodes.studies", "nodes.bags", "nodes.shared", "ros", "bag", "plots",
                       "run", "study", "core"} | ANALYSIS | TABLES,
-    "workbench": {"workbench", "plots", "study", "run", *MAP, "core"} | ANALYSIS | TABLES,
+    "workbench": {"workbench", "plots", "study", "run", "juggling", *MAP,
+                  "core"} | ANALYSIS | TABLES,
     "nodes.workbench": {"nodes.workbench", "nodes.bags", "nodes.shared", "workbench", "ros", "bag",
                         "run", "core"} | ANALYSIS | TABLES,
     "nodes.demo": {"nodes.demo", "nodes.replay", "nodes.shared", "ros", "bag", "plots",

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import weakref
 from types import TracebackType
 
 _RUN = """
@@ -33,6 +34,7 @@ class Child:
     def __init__(self, name: str, *arguments: str) -> None:
         self.name = name
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with this object)
+        weakref.finalize(self, self._log.close)
         self._process = subprocess.Popen(
             [sys.executable, "-c", _RUN, str(os.getpid()), name, *arguments],
             stdin=subprocess.DEVNULL,

@@ -23,6 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import one_line
 from bouncing_disk_ros.nodes.shared.child import Child
+from bouncing_disk_ros.nodes.workbench.juggler_process import JugglerProcess
 from bouncing_disk_ros.nodes.workbench.topic_reader import TopicReader
 from bouncing_disk_ros.ros.conversions import programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
@@ -33,12 +34,14 @@ from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
     Impulse,
+    Juggle,
     Lifecycle,
     Move,
     Names,
     Perform,
     Sequel,
     Set,
+    StopJuggling,
 )
 from bouncing_disk_ros.workbench.run_history import RunHistory
 
@@ -92,6 +95,7 @@ class RosLink:
         self._impulse = node.create_publisher(WrenchStamped, impulse.name, profile_of(impulse))
         self._clients: dict[tuple[type, str], Any] = {}
         self._performer: Child | None = None
+        self._juggler = JugglerProcess(node, self.history)
         self._queue: queue.SimpleQueue[Action | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._worker = threading.Thread(target=self._work, name="workbench actions", daemon=True)
@@ -143,6 +147,7 @@ class RosLink:
             self._performer = None
             said = performer.log.strip().splitlines() or ["it said nothing"]
             self.history.note(f"perform: {said[-1]}", is_refusal=performer.code != 0)
+        self._juggler.tick(self.names)
 
     def close(self) -> None:
         """End the thread of actions."""
@@ -151,6 +156,7 @@ class RosLink:
         self._worker.join(ANSWER_SECONDS + 1.0)
         if self._performer is not None:
             self._performer.end()
+        self._juggler.end()
 
     # --- actions
     def send(self, action: Action | Sequel) -> None:
@@ -160,7 +166,13 @@ class RosLink:
                 self.send(one)
         elif isinstance(action, Perform):  # a process is started by this thread, not the other
             self._perform(action.programme)
+        elif isinstance(action, Juggle):
+            self._juggler.start(action)
+        elif isinstance(action, StopJuggling):
+            self._juggler.stop()
         else:
+            if action == Lifecycle("cleanup"):  # what comes is another run
+                self._juggler.end()
             self._queue.put(action)
 
     def _perform(self, programme: str) -> None:

@@ -10,17 +10,20 @@ import pytest
 import yaml
 
 from bouncing_disk_ros.executables import EXECUTABLES
+from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
     Impulse,
+    Juggle,
     Lifecycle,
     Move,
     Names,
     Perform,
     Sequel,
     Set,
+    StopJuggling,
     lines,
     number_text,
 )
@@ -101,6 +104,20 @@ def test_parameters_are_set_in_an_order_that_is_accepted() -> None:
 def test_a_text_is_quoted_for_the_shell() -> None:
     words, _ = read(Set({"restitution": "a; rm 'x'"}))
     assert words[-1] == "a; rm 'x'"
+
+
+def test_juggling_is_the_node_with_its_options() -> None:
+    (line,) = lines(Juggle("deadbeat", {"restitution": 0.5, "gravity": 10.0}), NAMES)
+    words = shlex.split(line)
+    assert words[:5] == ["ros2", "run", "bouncing_disk_ros", "juggle", "--ros-args"]
+    assert words[5::2] == ["-p", "-p", "-p", "-r"]
+    assert words[6::2] == [
+        "strategy:=deadbeat", "restitution:=0.5", "gravity:=10.0", "__ns:=/left"
+    ]  # fmt: skip
+    names = [word.partition(":=")[0] for word in words[6:-2:2]]
+    assert set(names) <= OPTIONS.keys()
+    (line,) = lines(StopJuggling(), NAMES)
+    assert shlex.split(line, comments=True) == [], "a remark: a shell does nothing"
 
 
 def test_sequels_and_the_rest() -> None:

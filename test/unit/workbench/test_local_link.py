@@ -10,7 +10,17 @@ from typing import Any
 import pytest
 
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.workbench.actions import Call, Impulse, Move, Perform, Sequel, Set
+from bouncing_disk_ros.workbench.actions import (
+    Call,
+    Impulse,
+    Juggle,
+    Lifecycle,
+    Move,
+    Perform,
+    Sequel,
+    Set,
+    StopJuggling,
+)
 from bouncing_disk_ros.workbench.local_link import LocalLink
 from bouncing_disk_ros.workbench.scene_table import SCENES
 
@@ -68,6 +78,35 @@ def test_what_is_wrong_is_refused_in_one_line(link: LocalLink) -> None:
         link.send(action)
         wait(lambda: line in link.history.notices_after(0)[-1].text)  # noqa: B023 (called at once)
         assert link.history.notices_after(0)[-1].is_refusal
+
+
+def test_it_juggles_until_it_is_stopped_or_another_run_begins(link: LocalLink) -> None:
+    """From an impulse that ends the open loop the disk comes back; a step is juggled too."""
+    history, juggle = link.history, Juggle("deadbeat", {"restitution": 0.5, "gravity": 10.0})
+    link.send(Set({"real_time_factor": 20.0}))
+    link.send(juggle)
+    wait(lambda: history.juggling.startswith("deadbeat: captured"))
+    link.send(Impulse(0.3))
+    wait(lambda: history.juggling == "deadbeat: lost")
+    wait(lambda: history.juggling.startswith("deadbeat: captured"))
+    session = link._session
+    assert session is not None
+    assert session.latest_offset.axial.newest_extremes().position > 0.0
+    link.send(Call("pause", True))
+    wait(lambda: history.phase == "paused")
+    before = session.time_ns
+    link.send(Call("step"))
+    wait(lambda: any("step: 1 period" in notice.text for notice in history.notices))
+    assert session.time_ns - before == round(1e9 / session.latest_target.frequency)
+    link.send(StopJuggling())
+    wait(lambda: history.juggling == "")
+    link.send(juggle)
+    wait(lambda: history.juggling)
+    link.send(Sequel(tuple(map(Lifecycle, ("deactivate", "cleanup", "configure", "activate")))))
+    wait(lambda: history.juggling == "")
+    link.send(Juggle("mirror", juggle.options))
+    wait(lambda: "strategy: got 'mirror'" in history.notices_after(0)[-1].text)
+    assert history.juggling == ""
 
 
 def test_a_scene_is_a_run_from_time_0(link: LocalLink) -> None:

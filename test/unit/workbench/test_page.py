@@ -12,16 +12,19 @@ from bokeh.document import Document
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
+from bouncing_disk_ros.juggling.loop_settings import STRATEGIES as KNOWN
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import (
     Call,
     Impulse,
+    Juggle,
     Move,
     Names,
     Perform,
     Sequel,
     Set,
+    StopJuggling,
     lines,
 )
 from bouncing_disk_ros.workbench.control_table import (
@@ -31,6 +34,7 @@ from bouncing_disk_ros.workbench.control_table import (
     forcing_of,
     shown_unit,
 )
+from bouncing_disk_ros.workbench.juggling_controls import STRATEGIES
 from bouncing_disk_ros.workbench.page import Page, Pages
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE
 from bouncing_disk_ros.workbench.run_view import numbers
@@ -241,6 +245,41 @@ def test_pages_share_a_run_and_each_has_its_own_figures(link: ListLink) -> None:
         for _ in range(6):
             page.update()
     assert [model(document, "restitution").value for document in documents] == [0.3, 0.3]
+
+
+def test_a_strategy_is_started_changed_and_stopped(link: ListLink) -> None:
+    """Its status is shown, and the strategy that runs, whoever has started it."""
+    document = Document()
+    page = Page(document, link)
+    link.history.add_values(1.0, {"preload": 0.5, "real_time_factor": 0.1})
+
+    def refresh(status: str) -> None:
+        link.history.juggling = status
+        for _ in range(6):
+            page.update()
+
+    refresh("")
+    change(document, "strategy", "active", 1)
+    assert link.sent == [], "nothing runs that another strategy could take over from"
+    click(document, "juggle")
+    believed = {"restitution": 0.5, "gravity": 12.0, "real_time_factor": 0.1}
+    assert link.sent.pop() == Juggle("impact_time", believed)
+    assert "ros2 run bouncing_disk_ros juggle" in model(document, "command_lines").text
+    refresh("small: captured after 7 impacts")
+    assert link.sent == [], "the page follows what runs"
+    assert model(document, "strategy").active == 3
+    assert model(document, "juggle").label == "Stop"
+    assert "captured after 7 impacts" in model(document, "juggling").text
+    change(document, "strategy", "active", 2)
+    assert link.sent.pop() == Juggle("deadbeat", believed)
+    click(document, "juggle")
+    assert link.sent.pop() == StopJuggling()
+    refresh("")
+    assert model(document, "juggle").label == "Juggle"
+
+
+def test_the_page_offers_every_strategy() -> None:
+    assert tuple(STRATEGIES) == KNOWN
 
 
 def test_a_scene_begins_and_its_number_comes(document: Document, link: ListLink) -> None:

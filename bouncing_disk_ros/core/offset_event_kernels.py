@@ -1,11 +1,11 @@
-"""Compiles flight and impacts for motions with an offset (see `offset_kernels`)."""
+"""Compiles the searches for the next event for motions with an offset (see `offset_kernels`)."""
 
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import compile_also
+from bouncing_disk_ros.core.contact_event import after_contact
 from bouncing_disk_ros.core.flight_event import after_flight
 from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
-from bouncing_disk_ros.core.resolve_event import resolve
 
-for _entry in (after_flight, resolve):
+for _entry in (after_contact, after_flight):
     compile_also(_entry, MOTION.dtype, OFFSET_MOTION.dtype)

@@ -16,6 +16,9 @@ TEST = Path(__file__).resolve().parents[1]
 PACKAGE = Path(bouncing_disk_ros.__file__).resolve().parents[1]
 
 
+pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
+
+
 def collected(*arguments: str | Path, cwd: Path = TEST.parent) -> subprocess.CompletedProcess[str]:
     """Collect as `colcon test` does, from the package's folder, beside launch_testing's hook."""
     command = ["-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "--tb=short"]
@@ -31,7 +34,6 @@ def collected(*arguments: str | Path, cwd: Path = TEST.parent) -> subprocess.Com
     )
 
 
-@pytest.mark.timeout(300)
 def test_every_file_of_tests_is_collected_beside_launch_testing() -> None:
     done = collected("-m", "")  # also what only `make soak` and the like run
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr

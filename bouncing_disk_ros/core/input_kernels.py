@@ -1,0 +1,127 @@
+"""Entry points from Python: stop a state at an instant, apply inputs to it, observe it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import from_dtype, types
+
+from bouncing_disk_ros.core.arithmetic import entry
+from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
+from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
+from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
+from bouncing_disk_ros.core.layout import (
+    DISK,
+    FLIGHT,
+    LEDGER,
+    MOTION,
+    STATE,
+    STICKING,
+    UNKNOWN,
+    W_IMPULSES,
+    W_PARAMETERS,
+)
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.propagate import classify_contact, propagate
+
+OBSERVED = np.dtype(
+    [(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")]
+)
+_OBSERVED = from_dtype(OBSERVED)[::1]
+_INT, _FLOAT = types.int64, types.float64
+
+
+@entry(_INT(STATE, MOTION, DISK, LEDGER, ROWS, ROWS, _INT))
+def advance_to(
+    states: Record,
+    motion: Record,
+    disk: Record,
+    ledger: Ledger,
+    rows: Rows,
+    open_row: Rows,
+    ns: int,
+) -> int:
+    """Propagate the state to an input at ns, before its next event; returns rows."""
+    state = states[0]
+    if seconds_between(state.ns, state.sub, ns, 0.0) > 0.0:
+        d = seconds_between(state.ns, state.sub, ns, 0.0)
+        cycles, tau = phase_of(motion[0], ns, 0.0)
+        propagate(state, motion[0], disk[0], ledger, d, ns, 0.0, cycles, tau)
+    state.event = UNKNOWN
+    if state.phase == FLIGHT and state.gap < 0.0:
+        state.gap = 0.0  # rounding: an impact has just been or is just to come
+    return close_row(open_row, rows, 0, state, CHATTER_CUT)
+
+
+@entry(types.void(STATE, MOTION, DISK, LEDGER, _FLOAT, _FLOAT))
+def apply_impulse(
+    states: Record, motion: Record, disks: Record, ledger: Ledger, axial: float, angular: float
+) -> None:
+    """Add impulses (N·s, N·m·s) to a state; `classify_after_input` follows the last input."""
+    state, disk = states[0], disks[0]
+    since = elapsed(motion[0], state.ns, state.sub)
+    climb = axial_jet(motion[0], state.sine, state.cosine, since)[1]
+    add_entry(ledger, W_IMPULSES, axial * (climb + state.u) + 0.5 * axial * axial / disk.mass)
+    add_entry(ledger, W_IMPULSES, angular * state.omega + 0.5 * angular * angular / disk.inertia)
+    state.u += axial / disk.mass
+    state.omega += angular / disk.inertia
+
+
+@entry(types.void(STATE, MOTION))
+def keep_sticking(states: Record, motion: Record) -> None:
+    """A new motion of the platform for a halted state: a disk that sticks still sticks.
+
+    The new motion's β̇ is the old one's but for rounding, and rounding must not make it slip.
+    """
+    state = states[0]
+    if state.phase == STICKING:
+        since = elapsed(motion[0], state.ns, state.sub)
+        state.omega = angular_jet(motion[0], state.sine, state.cosine, since)[1]
+
+
+@entry(types.void(STATE, MOTION, DISK))
+def classify_after_input(states: Record, motion: Record, disk: Record) -> None:
+    """After the inputs of one instant: contact, flight or an impact at once (rules 1, 4 and 10)."""
+    state = states[0]
+    state.event = UNKNOWN
+    if state.phase == FLIGHT:
+        if state.gap == 0.0 and state.u == 0.0:
+            classify_contact(state, motion[0], disk[0])
+    elif state.u != 0.0:
+        state.phase = FLIGHT
+    else:
+        classify_contact(state, motion[0], disk[0])
+
+
+@entry(types.void(STATE, MOTION, DISK, DISK, LEDGER))
+def change_disk(states: Record, motion: Record, disk: Record, new: Record, ledger: Ledger) -> None:
+    """Enter the jump of the energy where parameters change."""
+    state = states[0]
+    jet = axial_jet(motion[0], state.sine, state.cosine, elapsed(motion[0], state.ns, state.sub))
+    x, v = jet[0] + state.gap, jet[1] + state.u
+    before = mechanical_energy(disk[0], x, v, state.turns, state.angle, state.omega)
+    after = mechanical_energy(new[0], x, v, state.turns, state.angle, state.omega)
+    add_entry(ledger, W_PARAMETERS, after - before)
+
+
+@entry(types.void(STATE, MOTION, DISK, _OBSERVED))
+def observe(states: Record, motion: Record, disks: Record, out: Record) -> None:
+    """Platform motion, forces on the disk and mechanical energy at the clock of a state."""
+    state, disk, observed = states[0], disks[0], out[0]
+    since = elapsed(motion[0], state.ns, state.sub)
+    jet = axial_jet(motion[0], state.sine, state.cosine, since)
+    turn = angular_jet(motion[0], state.sine, state.cosine, since)
+    observed.s, observed.s1, observed.b, observed.b1 = jet[0], jet[1], turn[0], turn[1]
+    observed.force = 0.0
+    observed.torque = 0.0
+    if state.phase != FLIGHT:
+        a = disk.g + jet[2]
+        observed.force = disk.mass * a
+        if state.phase == STICKING:
+            observed.torque = disk.inertia * (turn[2] + state.drag)
+        else:
+            observed.torque = -state.slip_sign * disk.inertia * disk.grip * a
+    v = jet[1] + state.u
+    observed.kinetic = 0.5 * disk.mass * v * v + 0.5 * disk.inertia * state.omega * state.omega
+    observed.energy = mechanical_energy(
+        disk, jet[0] + state.gap, v, state.turns, state.angle, state.omega
+    )

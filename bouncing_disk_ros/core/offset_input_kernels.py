@@ -1,0 +1,19 @@
+"""Compiles events resolved and inputs for motions with an offset (see `offset_kernels`)."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros.core import input_kernels
+from bouncing_disk_ros.core.arithmetic import compile_also
+from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
+from bouncing_disk_ros.core.resolve_event import resolve
+
+compile_also(resolve, MOTION.dtype, OFFSET_MOTION.dtype)
+for _entry in (
+    input_kernels.advance_to,
+    input_kernels.apply_impulse,
+    input_kernels.keep_sticking,
+    input_kernels.classify_after_input,
+    input_kernels.change_disk,
+    input_kernels.observe,
+):
+    compile_also(_entry, MOTION, OFFSET_MOTION)

@@ -1,0 +1,116 @@
+"""A controller that juggles a run of this process: what the node `juggle` does, without ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler, OffsetTrajectory
+from bouncing_disk_ros.juggling.loop_settings import Sensor, check_strategy, period_one_points
+from bouncing_disk_ros.juggling.loop_verdict import Watch
+from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
+from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.run.trajectory_validation import (
+    TrajectoryPoint,
+    TrajectoryRequest,
+    schedule_trajectory,
+    validate_trajectory,
+)
+from bouncing_disk_ros.topics import OFFSET_JOINTS
+from bouncing_disk_ros.units import NS
+
+_SIMULATED = TimeMap(0, 0, 0, 1.0)
+"""Stamps of this loop are simulated time."""
+
+
+class LocalJuggling:
+    """Hears motions and impacts of a session, and gives it offset trajectories.
+
+    `options`: restitution and gravity (m/s², that of a preload included) as the controller believes
+    them. Attribute `status`: how the loop stands, in the words of `juggle/status`. Raises
+    InputError for a strategy that does not exist.
+    """
+
+    def __init__(self, strategy: str, options: Mapping[str, float]) -> None:
+        check_strategy(strategy)
+        _load()
+        self._strategy = strategy
+        self._believed = Disk(1.0, options["restitution"], 0.0, 1.0, 1.0, options["gravity"])
+        self._sensor = Sensor()
+        self._motion: Motion | None = None
+        self._controller: Juggler | None = None
+        self._answers: list[OffsetTrajectory] = []
+        self.status = f"{strategy}: waiting for a steady motion"
+
+    def on_motion(self, motion: MotionInForce) -> None:
+        """A motion of the platform is in force: begin anew, once it is steady."""
+        self._controller = None
+        if motion.begin_ns != motion.end_ns:
+            self.status = f"{self._strategy}: waiting for a steady motion"
+            return
+        steady, disk = motion.target, self._believed
+        phase = motion.forcing_phase - math.tau * steady.frequency * motion.begin_ns / NS
+        try:
+            orbit = period_one_points(axial_forcing_of(steady, disk), disk.restitution)
+            self._controller = Juggler(self._strategy, steady, disk, phase=phase)
+        except InputError as error:
+            self.status = f"{self._strategy}: cannot juggle: {error.line}"
+            return
+        self._motion, self._watch = steady, Watch(orbit)
+        self._say()
+
+    def _say(self) -> None:
+        self.status = f"{self._strategy}: {self._watch.text}"
+
+    def on_impacts(self, rows: NDArray[Any]) -> None:
+        """Take in rows of impacts; what they ask for is sent by `answer`."""
+        controller, motion = self._controller, self._motion
+        if controller is None or motion is None:
+            return
+        scale = velocity_scale(motion, self._believed)
+        for row in rows:
+            watch = self._watch.learnt(controller.orbit)
+            velocity = float(row["axial_velocity"]) / scale
+            watch.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
+            heard = hear_row(row, self._sensor, motion.frequency, 0, int(row["index"]))
+            assert heard is not None, "this sensor misses none"
+            known_ns, impact = heard
+            if (answer := controller.on_impact(impact, known_ns)) is not None:
+                self._answers.append(answer)
+        self._say()
+
+    def answer(self, session: Session) -> None:
+        """Send what was answered; InputError where the session's limits forbid it."""
+        answers, self._answers = self._answers, []
+        for one in answers:
+            request = _request(one)
+            validate_trajectory(request)
+            now = Instant(session.input_ns, _SIMULATED, 0)
+            splice = schedule_trajectory(request, now, session.latest_offset, session.values)
+            session.trajectory(splice)
+
+
+def _load() -> None:
+    """Load what is compiled, or compile it, before an impact is to be answered."""
+    motion, disk = Motion(0.039, 0.0, 3.0, 0.0), Disk(1.0, 0.5, 0.0, 1.0, 1.0, 9.81)
+    Juggler("deadbeat", motion, disk).on_impact(HeardImpact(0.2, 1.6), 200_000_000)
+
+
+def _request(answer: OffsetTrajectory) -> TrajectoryRequest:
+    """A trajectory as it is asked for on platform/joint_trajectory."""
+    points = tuple(
+        TrajectoryPoint(
+            (point.position,), (point.velocity,), (point.acceleration,),
+            after_ns=point.at_ns - answer.begin_ns,
+        )
+        for point in answer.points
+    )  # fmt: skip
+    return TrajectoryRequest((OFFSET_JOINTS[0],), points, answer.begin_ns)
