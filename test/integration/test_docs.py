@@ -120,9 +120,9 @@ def check_call(service: str, kind: str, content: str = "{}") -> None:
 
 
 def check_setting(node: str, name: str, value: str) -> None:
-    assert node == "/bouncing_disk"
-    assert not parameters.TABLE[name].read_only
-    parameters.TABLE[name].checked(yaml.safe_load(value))
+    spec = {"/bouncing_disk": parameters.TABLE, "/juggle": juggle.OPTIONS}[node][name]
+    assert not spec.read_only
+    spec.checked(yaml.safe_load(value))
 
 
 def check_launch(package: str, file: str, *arguments: str) -> None:

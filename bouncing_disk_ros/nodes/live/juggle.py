@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 from bouncing_disk_ros.nodes.shared.startup import Start
@@ -49,7 +50,9 @@ _SPECS = (
     Spec("streak", 5, "", "impacts on the orbit in a row that count as captured", low=1,
          high=10_000),
 )  # fmt: skip
-OPTIONS = {spec.name: spec for spec in _SPECS}
+CHANGEABLE = ("strategy", "target")
+"""Options that may be changed while it runs."""
+OPTIONS = {spec.name: replace(spec, read_only=spec.name not in CHANGEABLE) for spec in _SPECS}
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -146,13 +146,11 @@ class JuggleNode(Node):
         return orbit_named(target, axial_forcing_of(motion, disk), disk.restitution)
 
     def _on_change(self, changes: Sequence[Parameter]) -> SetParametersResult:
-        """Switch to another target or strategy; the other options are those of the start."""
+        """Switch to another target or strategy; the other options are read-only."""
         new = {change.name: str(change.value) for change in changes}
-        strategy = new.pop("strategy", self._strategy)
-        target = new.pop("target", self._target)
+        strategy = new.get("strategy", self._strategy)
+        target = new.get("target", self._target)
         try:
-            for name in new:
-                raise InputError(name, new[name], f"{self._values.get(name)}: it is fixed at start")
             if strategy != self._strategy and self._file:
                 raise InputError("strategy", strategy, "none with a controller of your own")
             self._check(strategy, target)
