@@ -31,7 +31,10 @@ Importing the package is cheap: what is named below is loaded when first used.
 
 from __future__ import annotations
 
-import bouncing_disk_ros.safe_path  # noqa: F401 (before anything else is looked for)
+import bouncing_disk_ros.safe_path  # before anything else is looked for
+
+# isort: split
+import bouncing_disk_ros.early_signals  # noqa: F401 (before what takes time)
 
 # isort: split
 import functools

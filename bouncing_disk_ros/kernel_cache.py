@@ -239,7 +239,8 @@ def _import_command(modules: tuple[str, ...]) -> list[str]:
     names = ", ".join(f"bouncing_disk_ros.{module}" for module in modules)
     quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
     quick = "import gc; gc.disable()"  # a tenth of the time goes into looks for cycles
-    return [sys.executable, "-P", "-c", f"{quiet}; {quick}; import {names}"]
+    parts = "from bouncing_disk_ros.core.arithmetic import compile_parts; compile_parts()"
+    return [sys.executable, "-P", "-c", f"{quiet}; {quick}; import {names}; {parts}"]
 
 
 def share_compiled_kernels() -> bool:

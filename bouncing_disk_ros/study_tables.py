@@ -6,10 +6,11 @@ Like `parameters`, it imports nothing heavy.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, Spec
 
 _PAPER = "paper, Fig. 2"
@@ -250,7 +251,7 @@ _JUGGLING = (
          "impact_time, deadbeat, small"),
     Spec("conditions", "nominal", "", "cases to be compared, with ; between: nominal, or "
          "NAME=VALUE with commas between; names: axial_forcing, restitution_error, delay, jitter, "
-         "missed, impulse, start, target, learn"),
+         "missed, impulse, angular_forcing, start, target, phase_lag, learn"),
     Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=1e-6, high=1e3),
     Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0),
     Spec("width", 60, "", "starts along the forcing phase", low=1, high=100_000),
@@ -278,6 +279,10 @@ _JUGGLING = (
     Spec("missed", 0.0, "1", "part of the impacts that it never hears of", low=0.0, high=1.0),
     Spec("impulse", 0.0, "πg/ω", "change of the disk's velocity by an impulse in the tenth period, "
          "which the controller is not told", low=-10.0, high=10.0),
+    Spec("angular_forcing", 10.0, "1", "angular forcing: an impact changes the rotor speed by at "
+         "most (1 + ε)|w_A|/Γ_T", "Γ_T", low=1e-6, high=1e6),
+    Spec("phase_lag", "best", "rad", "phase lag: a number, or best: θ = −τ_imp on period-1, on "
+         "another target the best one where each impact removes all slip", "θ"),
     Spec("deadline", 50.0, "2π/ω", "end of each run, in periods", low=1.0, high=1e6),
     Spec("tolerance", 0.05, "", "distance (rad and πg/ω) at which an impact counts as on the orbit",
          low=1e-12, high=1.0),
@@ -345,6 +350,29 @@ TAKES_BAG = (
 )
 
 TAKES_PRESET = ("motor",)
+_NO_ROTATION = (
+    "Friction acts along the surface alone, so nothing that this study computes depends on the "
+    "rotation: axial_forcing and restitution decide it"
+)
+_NOT_TAKEN: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "curves": ("phase_lag", "angular_forcing", "x_axis", "y_axis", "along"),
+        "manifolds": ("phase_lag", "angular_forcing"),
+        "resilience": ("phase_lag", "angular_forcing"),
+    }
+)
+
+
+def why_not_taken(study: str, name: str) -> str:
+    """Why a study has no such parameter; empty where there is nothing to say."""
+    return _NO_ROTATION if name in _NOT_TAKEN.get(study, ()) else ""
+
+
+def refuse_not_taken(study: str, names: Iterable[str]) -> None:
+    """Refuse, with the reason, parameters that a study could be expected to have. InputError."""
+    for name in names:
+        if why := why_not_taken(study, name):
+            raise InputError("parameter", name, ", ".join(STUDY_TABLES[study]), why)
 
 
 def table_of(study: str) -> Mapping[str, Spec]:

@@ -20,6 +20,7 @@ ARGUMENTS = {
     "namespace": ("", "namespace of both nodes"),
     "rviz": ("false", "show platform, disk and next-collision section"),
     "strategy": ("deadbeat", "none, impact_time, deadbeat or small: see docs/juggling.md"),
+    "target": ("period-1", "orbit to be reached, such as 'period-2 in 1 cycle'"),
     "controller": ("", "a Python file with a controller of your own, instead of a strategy"),
     "restitution_error": ("0.0", "error of the restitution that the controller believes, 1"),
     "delay": ("0.0", "delay of what the controller hears, in periods"),
@@ -52,6 +53,7 @@ def _juggler(context):
             for name in ("restitution", "gravity", "preload", "mass")}  # fmt: skip
     parameters = {
         "strategy": ParameterValue(given["strategy"], value_type=str),
+        "target": ParameterValue(given["target"], value_type=str),
         "controller": ParameterValue(given["controller"], value_type=str),
         "restitution": disk["restitution"] * (1.0 + float(given["restitution_error"])),
         "gravity": disk["gravity"] + disk["preload"] / disk["mass"],

@@ -173,7 +173,8 @@ SHARES = (
     "value. All starts that come to contact go on as one orbit: where that ends on another "
     "attractor, the black line has a dot in its colour. Middle and bottom: the phase lag at which "
     "the largest attractor that is neither rest nor chattering turns the disk fastest, and the "
-    "mean speed there, in ωΦ; they jump where another attractor becomes the largest."
+    "mean speed there, in ωΦ; they jump where another attractor becomes the largest, the lag also "
+    "where another of its maxima becomes the highest."
 )
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",

@@ -36,8 +36,8 @@ def acceleration(disk: Disk) -> float:
 
 def axial_forcing_of(motion: Motion, disk: Disk) -> float:
     """Γ = A ω² / (π g), 1."""
-    omega = math.tau * motion.frequency
-    return motion.axial_amplitude * omega**2 / (math.pi * acceleration(disk))
+    omega = math.tau * motion.frequency  # its square by the product: powers are the C library's
+    return motion.axial_amplitude * (omega * omega) / (math.pi * acceleration(disk))
 
 
 def angular_forcing_of(motion: Motion, disk: Disk) -> float:

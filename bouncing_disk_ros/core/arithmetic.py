@@ -75,6 +75,40 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     return compile_entry
 
 
+_parts: list[tuple[Any, tuple[object, ...]]] = []
+"""What `part` has declared, and the types of its arguments."""
+
+
+def part(*arguments: object) -> Callable[[Kernel], Kernel]:
+    """Declare a function that is compiled and cached by itself, for what calls it, not for Python.
+
+    It is compiled or loaded only when one of its callers is compiled: a start with all cached does
+    neither. `compile_parts` compiles what has been declared.
+    """
+    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
+
+    def declare(function: Kernel) -> Kernel:
+        share_compiled_kernels()
+        declared: Any = njit(error_model="numpy", nogil=True, cache=True)(function)
+        template = declared.get_call_template
+
+        def template_of_types(given: tuple[Any, ...], keywords: Any) -> Any:
+            """Let numba compile once for all integers, not again for a literal one."""
+            return template(tuple(types.unliteral(one) for one in given), keywords)
+
+        declared.get_call_template = template_of_types
+        _parts.append((declared, arguments))
+        return declared
+
+    return declare
+
+
+def compile_parts() -> None:
+    """Compile the parts that are imported into the cache, before and beside what calls them."""
+    for declared, arguments in _parts:
+        declared.compile(arguments)
+
+
 OFFSET_FIELD = "axial_duration"
 """A field that only the record of a motion with an offset has (layout.OFFSET_DTYPE)."""
 
@@ -99,7 +133,14 @@ def chosen_by_motion(function: Kernel) -> Kernel:
 
 
 def compile_also(compiled: Kernel, argument: object, other: object) -> None:
-    """Compile an entry for another type of one of its arguments, once; cached as the first is."""
+    """Compile an entry for another type of one of its arguments, once; cached as the first is.
+
+    A part is declared for it.
+    """
+    for declared, arguments in _parts:
+        if declared is compiled:
+            _parts.append((declared, tuple(other if a == argument else a for a in arguments)))
+            return
     signatures: list[tuple[object, ...]] = list(compiled.signatures)  # type: ignore[attr-defined]
     wanted = tuple(other if found == argument else found for found in signatures[0])
     if wanted not in signatures:
@@ -225,6 +266,14 @@ def arcsine(c: float) -> float:
         if cosine > 1e-8:
             x += (c - sine) / cosine
     return x
+
+
+@kernel
+def arccosine(c: float) -> float:
+    """Angle in [0, π/2] whose cosine is c in [0, 1], to 2e-16 or so."""
+    steep = c > 0.75  # there the arcsine of c itself has few digits
+    x = arcsine(math.sqrt((1.0 - c) * (1.0 + c)) if steep else c)
+    return x if steep else 0.5 * math.pi - x
 
 
 @kernel

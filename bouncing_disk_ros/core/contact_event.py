@@ -6,7 +6,7 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel, sincos
 from bouncing_disk_ros.core.bounds import span_from
 from bouncing_disk_ros.core.contact import (
     HOLD,
@@ -28,7 +28,6 @@ from bouncing_disk_ros.core.layout import (
     LETS_GO,
     LONGEST,
     MOTION,
-    NEXT_EVENT,
     NOTHING,
     SEPARATION,
     SKIP,
@@ -219,7 +218,7 @@ def brake_event(
     return NextEvent(NOTHING, 0.0, 0.0, found.steps)
 
 
-@entry(NEXT_EVENT(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64))
+@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64)
 def after_contact(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:

@@ -6,7 +6,7 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel
+from bouncing_disk_ros.core.arithmetic import kernel, part
 from bouncing_disk_ros.core.contact import load_returns, stopped
 from bouncing_disk_ros.core.flight import search_impact
 from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, braked_chatter, chatter_verdict
@@ -16,7 +16,6 @@ from bouncing_disk_ros.core.layout import (
     IMPACT,
     LONGEST,
     MOTION,
-    NEXT_EVENT,
     NOTHING,
     PAST_BOUNDARY,
     STATE,
@@ -46,7 +45,7 @@ def _chatter(
     return NextEvent(CHATTER_ENDS, t, sign, 0)
 
 
-@entry(NEXT_EVENT(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64))
+@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64)
 def after_flight(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:

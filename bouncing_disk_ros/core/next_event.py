@@ -9,7 +9,7 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import chosen_by_motion, entry, kernel
+from bouncing_disk_ros.core.arithmetic import chosen_by_motion, kernel, part
 from bouncing_disk_ros.core.contact_event import after_contact
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.flight_event import after_flight
@@ -77,7 +77,7 @@ def _take_to_knot(state: Record, motion: Record, boundary_ns: int, rounding: flo
         state.event_cycles, state.event_tau = phase_of(motion, boundary_ns, 0.0)
 
 
-@entry(types.int64(STATE.dtype, MOTION.dtype, DISK.dtype, types.int64))
+@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.int64)
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> int:
     """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state.
 

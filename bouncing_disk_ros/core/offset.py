@@ -338,6 +338,11 @@ class Offset(NamedTuple):
             for lane, knots in zip(self, (axial, angular), strict=True)
         ))  # fmt: skip
 
+    def takeovers_after(self, ns: int) -> list[int]:
+        """The instants after one at which accepted trajectories take over, rising."""
+        plans = (plan for lane in self for plan in lane.plans)
+        return sorted({plan.begin_ns for plan in plans if plan.begin_ns > ns})
+
     def trimmed(self, now_ns: int) -> Offset:
         """The same with no more of the past than a splice at now_ns can need."""
         return Offset(self.axial.trimmed(now_ns), self.angular.trimmed(now_ns))

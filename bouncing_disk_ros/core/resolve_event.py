@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
 from bouncing_disk_ros.core.brake import (
     STOPPED_TAIL,
     chatter_drag,
@@ -227,7 +227,7 @@ def _still(
     return n
 
 
-@entry(types.int64(STATE.dtype, MOTION.dtype, DISK.dtype, LEDGER, ROWS, types.int64, ROWS))
+@part(STATE.dtype, MOTION.dtype, DISK.dtype, LEDGER, ROWS, types.int64, ROWS)
 def resolve(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:

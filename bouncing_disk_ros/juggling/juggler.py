@@ -23,6 +23,7 @@ from bouncing_disk_ros.juggling.kernels.offset_plan import (
     empty_plan,
 )
 from bouncing_disk_ros.juggling.kernels.strategies import AIM, EPSILON, hear, new_memory
+from bouncing_disk_ros.juggling.kernels.toss_planner import FORCING, OWN_ORBIT
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
     Array,
@@ -93,7 +94,7 @@ class Juggler:
         self._memory, self._plan = new_memory(believed), empty_plan()
         self._omega, self._phase = math.tau * motion.frequency, phase
         self._speed = velocity_scale(motion, disk)
-        self._length = math.pi * acceleration(disk) / self._omega**2
+        self._length = math.pi * acceleration(disk) / (self._omega * self._omega)
 
     @property
     def restitution(self) -> float:
@@ -105,6 +106,19 @@ class Juggler:
         """Simulated time, s, at which the plan has the disk on the orbit; None: no plan."""
         at = float(self._memory[AIM])
         return (at - self._phase) / self._omega if math.isfinite(at) else None
+
+    def aim_at(self, orbit: Array | None) -> None:
+        """Aim at another orbit from the next impact on; None: the period-1 orbit."""
+        self._settings[OWN_ORBIT] = float(orbit is None)
+        if orbit is None:
+            orbit = period_one_points(float(self._settings[FORCING]), self.restitution)
+        self.orbit = orbit.copy()
+        self._memory[AIM] = -math.inf
+
+    def take_over(self, other: Juggler) -> None:
+        """Go on where another controller of the same platform ends: what it heard and commanded."""
+        self._memory[:], self._plan[:] = other._memory, other._plan
+        self._memory[AIM] = -math.inf
 
     def on_impact(self, impact: HeardImpact, now_ns: int) -> OffsetTrajectory | None:
         """Take in an impact; the trajectory that replaces the one in force, or None."""

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.core.arithmetic import sine_and_cosine
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
 from bouncing_disk_ros.juggling.kernels import toss_planner as plan
-from bouncing_disk_ros.juggling.kernels.strategies import NAMES, SMALL
+from bouncing_disk_ros.juggling.kernels.strategies import NAMES, SMALL, orbit_phase
 
 Array = NDArray[np.float64]
 STRATEGIES = NAMES
@@ -60,7 +61,13 @@ def period_one_points(axial_forcing: float, restitution: float) -> Array:
     if not least < axial_forcing:
         allowed = f"more than (1 − ε)/(1 + ε) = {least:.6g}"
         raise InputError("axial_forcing", axial_forcing, allowed, "There is no period-1 orbit.")
-    return np.array([[math.acos(least / axial_forcing), 1.0]])
+    return np.array([[orbit_phase(axial_forcing, restitution), 1.0]])
+
+
+def sines_and_cosines(phases: Array) -> tuple[Array, Array]:
+    """Sines and cosines of angles in one dimension, with the same bits on every machine."""
+    found = np.array([sine_and_cosine(float(phase)) for phase in phases]).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
 
 
 def controller_settings(
@@ -81,13 +88,15 @@ def controller_settings(
 
 def plant_settings(
     restitution: float, sensor: Sensor, *, hears_velocity: bool, deadline: float,
-    impulse: float = 0.0, impulse_at: float = 10.0,
+    impulse: float = 0.0, impulse_at: float = 10.0, phase_lag: float = 0.0,
+    angular_forcing: float = 1.0,
 ) -> Array:  # fmt: skip
-    """Of plant and sensor; times in periods, the impulse a change of velocity."""
+    """Of plant and sensor; times in periods, the impulse a change of velocity, the lag in rad."""
     plant = np.zeros(loop.PLANT)
     plant[loop.P_RESTITUTION], plant[loop.MISSED] = restitution, sensor.missed
     plant[loop.DELAY], plant[loop.JITTER] = math.tau * sensor.delay, math.tau * sensor.jitter
     plant[loop.HEARS_VELOCITY] = float(hears_velocity)
     plant[loop.IMPULSE], plant[loop.IMPULSE_AT] = impulse, math.tau * impulse_at
     plant[loop.DEADLINE] = math.tau * deadline
+    plant[loop.PHASE_LAG], plant[loop.ANGULAR_FORCING] = phase_lag, angular_forcing
     return plant

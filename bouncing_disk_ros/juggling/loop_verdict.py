@@ -29,13 +29,13 @@ class Watch:
     """Follows the impacts of a run: whether it is on the orbit now, and was before."""
 
     def __init__(self, orbit: Array, tolerance: float = 0.05, streak: int = 5) -> None:
-        self._orbit, self._tolerance, self._streak = orbit, tolerance, streak
+        self.orbit, self._tolerance, self._streak = orbit, tolerance, streak
         self._near = self._count = self._reached = 0
         self._had = False
 
     def learnt(self, orbit: Array) -> Watch:
         """The same watch, from now on with the orbit as a controller has corrected it."""
-        self._orbit = orbit
+        self.orbit = orbit
         return self
 
     def note(self, phase: float, velocity: float, *, rests: bool) -> None:
@@ -44,7 +44,7 @@ class Watch:
         on = not rests and any(
             abs(math.remainder(phase - tau, math.tau)) <= self._tolerance
             and abs(velocity - v) <= self._tolerance
-            for tau, v in self._orbit
+            for tau, v in self.orbit
         )
         self._near = self._near + 1 if on else 0
         if self._near == 1:

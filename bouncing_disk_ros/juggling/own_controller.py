@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError, one_line
-from bouncing_disk_ros.juggling.juggler import Controller, Juggler
+from bouncing_disk_ros.juggling.juggler import Controller
 from bouncing_disk_ros.juggling.loop_settings import Limits
 
 FUNCTION = "make_controller"
@@ -40,12 +40,3 @@ def load_controller(file: str | Path, setup: Setup) -> Controller:
         given = f"{FUNCTION} that returns {type(controller).__name__}"
         raise InputError("controller", given, "an object with on_impact(impact, now_ns)")
     return cast("Controller", controller)
-
-
-def controller_of(strategy: str, file: str, setup: Setup, *, learns: bool = True) -> Controller:
-    """The controller of a file, or where none is given that of a strategy."""
-    if file:
-        return load_controller(file, setup)
-    return Juggler(
-        strategy, setup.motion, setup.disk, limits=setup.limits, learns=learns, phase=setup.phase
-    )

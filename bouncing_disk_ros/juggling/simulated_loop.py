@@ -22,6 +22,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
+from bouncing_disk_ros.juggling.orbit_rotation import mean_rotor_speed
 
 _GIGA = 10**9
 _MASK = (1 << 64) - 1
@@ -34,6 +35,11 @@ class LoopRecord:
     rows: NDArray[np.void]
     verdict: Verdict
     commands: list[OffsetTrajectory] = field(default_factory=list)
+
+    def rotor_speed(self, impacts: int = 10) -> float:
+        """Mean angular velocity, rad/s, over so many flights at the end; nan: fewer than two."""
+        last = self.rows[-impacts - 1 :]
+        return mean_rotor_speed(last["time"].tolist(), last["angular_velocity"].tolist())
 
 
 def draw(seed: int, start: int, count: int) -> float:

@@ -20,6 +20,7 @@ from bouncing_disk_ros.plots.style import (
     UNRESOLVED,
     VERMILION,
     new_figure,
+    typeset,
 )
 
 COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
@@ -35,14 +36,14 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
         _draw_lines(figure, top, result)
     else:
         _draw_stack(figure, top, result)
-    middle.set_title("of the largest attractor that is neither rest nor chattering: a jump means "
-                     "that it is another one", fontsize=9)  # fmt: skip
+    largest = "the largest attractor that is neither rest nor chattering"
+    middle.set_title(f"fastest rotation on {largest}", fontsize=9)
     middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
-    middle.set_ylabel(r"best phase lag $\theta/\pi$")
+    middle.set_ylabel("best phase lag\n$\\theta/\\pi$")
     bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
-    bottom.set_ylabel(r"mean speed there ($\omega\Phi$)")
+    bottom.set_ylabel("mean speed there\n($\\omega\\Phi$)")
     symbol = str(result["value"].attrs.get("symbol", ""))
-    bottom.set_xlabel(f"{result['value'].attrs['long_name']} {symbol}")
+    bottom.set_xlabel(typeset(f"{result['value'].attrs['long_name']} {symbol}"))
     for axes in (middle, bottom):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
@@ -97,11 +98,11 @@ def _title(result: xr.Dataset) -> str:
     given = {
         "axial_forcing": "axial forcing Γ",
         "restitution": "restitution ε",
-        "angular_forcing": "angular forcing $\\Gamma_T$",
+        "angular_forcing": "angular forcing Γ_T",
     }
     fixed = [
         f"{text} = {result.attrs[f'parameter_{name}']:g}"
         for name, text in given.items()
         if name != result.attrs["parameter_along"]
     ]
-    return f"Basins of attraction at {', '.join(fixed)}"
+    return typeset(f"Shares of the basins at {', '.join(fixed)}")

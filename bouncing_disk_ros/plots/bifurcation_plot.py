@@ -21,7 +21,16 @@ from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sect
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
-from bouncing_disk_ros.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, in_pi, new_figure
+from bouncing_disk_ros.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PURPLE,
+    VERMILION,
+    in_pi,
+    new_figure,
+    typeset,
+)
 
 Array = NDArray[np.float64]
 
@@ -65,9 +74,10 @@ def bifurcation_figure(
     _exponent(bottom, branch, followed)
     _theory(top, middle, branch, section, axis, low)
     _mark(panels, doublings, onset)
-    top.legend(loc="upper left", fontsize=8)
+    # above the panel: within it, it would cover a branch at some restitutions
+    top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
     if followed and len(middle.get_legend_handles_labels()[0]) > 1:
-        middle.legend(loc="lower left", fontsize=9)
+        middle.legend(loc="best", fontsize=9)
     for axes in panels:
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.set_axisbelow(True)
@@ -76,7 +86,8 @@ def bifurcation_figure(
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     symbol, unit = MAP_PARAMETERS[axis]
-    bottom.set_xlabel(f"{axis.replace('_', ' ')} {symbol}" + (f" ({unit})" if unit != "1" else ""))
+    label = f"{axis.replace('_', ' ')} {symbol}" + (f" ({unit})" if unit != "1" else "")
+    bottom.set_xlabel(typeset(label))
     figure.suptitle(_title(branch, section, axis, followed), fontsize=12)
     return figure
 
@@ -240,4 +251,4 @@ def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool)
         starts = branch.mean_speed.shape[1]
         what = f"Attractors reached from {starts} start{'s' if starts > 1 else ''} at each"
     text = f"{what} {MAP_PARAMETERS[axis].symbol}; {', '.join(fixed)}"
-    return text.replace("-", "−")
+    return typeset(text.replace("-", "−"))

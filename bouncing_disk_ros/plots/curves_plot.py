@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.plots.parameter_map_plot import draw_periods
 from bouncing_disk_ros.plots.style import BLACK, VERMILION, new_figure
@@ -18,6 +19,8 @@ STYLES: dict[str, tuple[Any, str]] = {
     "graze": ("-", VERMILION),
     "contact onset": (":", VERMILION),
 }
+_HALO = [withStroke(linewidth=2.8, foreground="white", alpha=0.7)]
+"""About a curve, so that it is seen on areas of its own colour; not between dots."""
 MARKERS = {
     "cusp": "^", "generalised flip": "s", "graze meets doubling": "D", "graze meets fold": "v",
     "two grazes": "o",
@@ -62,7 +65,9 @@ def _draw_curve(axes: Any, result: xr.Dataset, i: int) -> bool:
     x, y = (result[f"point_{name}"].values[own] for name in ("axial_forcing", "restitution"))
     allowed = result["point_admissible"].values[own] > 0
     line, color = STYLES[str(result["curve_kind"].values[i])]
-    axes.plot(np.where(allowed, x, np.nan), np.where(allowed, y, np.nan), line, color=color, lw=1.3)
+    style: dict[str, Any] = {"lw": 1.8} if line == ":" else {"lw": 1.3, "path_effects": _HALO}
+    axes.plot(np.where(allowed, x, np.nan), np.where(allowed, y, np.nan), line, color=color,
+              **style)  # fmt: skip
     faint = np.append(~allowed[1:] | ~allowed[:-1], False) | np.append(False, ~allowed[1:])
     if (~allowed).any():
         axes.plot(np.where(faint, x, np.nan), np.where(faint, y, np.nan), line, color=color, lw=1.0,

@@ -28,6 +28,7 @@ from bouncing_disk_ros.plots.style import (
     YELLOW,
     new_figure,
     pixel_frame,
+    typeset,
 )
 
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
@@ -137,9 +138,8 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
 
 def _label(axis: xr.DataArray) -> str:
     unit = axis.attrs["units"]
-    return f"{axis.attrs['long_name']} {axis.attrs['symbol']}" + (
-        f" ({unit})" if unit != "1" else ""
-    )
+    label = f"{axis.attrs['long_name']} {axis.attrs['symbol']}"
+    return typeset(label + (f" ({unit})" if unit != "1" else ""))
 
 
 def _title(result: xr.Dataset) -> str:
@@ -157,7 +157,7 @@ def _title(result: xr.Dataset) -> str:
         for name, of in MAP_PARAMETERS.items()
         if name in given
     ]
-    return f"What the disk settles on from {start}\n{', '.join(fixed)}"
+    return typeset(f"What the disk settles on from {start}\n{', '.join(fixed)}")
 
 
 def _number(value: float) -> str:

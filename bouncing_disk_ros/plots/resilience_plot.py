@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.colors import ListedColormap, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.plots.style import (
@@ -24,8 +26,9 @@ from bouncing_disk_ros.plots.style import (
 )
 
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
-MOST_LINES = 6
-"""Attractors that are named, those with the largest shares; all others are grey."""
+"""Of the attractors with the largest shares; all others are grey."""
+_NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
+"""Areas where no impulse is fatal, and where there is no such attractor."""
 
 
 def line_colors(result: xr.Dataset) -> list[str]:
@@ -108,9 +111,14 @@ def _mark_ends_of_contact(
     for i, color in enumerate(colors):
         if color == BLACK:
             continue
-        more = result["line_share"].values[i] - result["line_share_without_contact"].values[i]
-        ends = more > 1e-9
+        ends = _ends_of_contact(result, i)
         axes.plot(x[ends], contact[ends], "o", color=color, ms=5, mec=BLACK, mew=0.5)
+
+
+def _ends_of_contact(result: xr.Dataset, line: int) -> NDArray[np.bool_]:
+    """Where along the axis starts that come to contact end on a line."""
+    share, direct = (result[f"line_{n}"].values[line] for n in ("share", "share_without_contact"))
+    return np.asarray(share - direct > 1e-9)
 
 
 def _draw_pairs(
@@ -160,8 +168,9 @@ def line_legend(figure: Figure, result: xr.Dataset, colors: list[str]) -> None:
     ]
     if GREY in colors:
         handles.append(Line2D([], [], color=GREY, label="others"))
-    handles.append(Line2D([], [], marker="o", ls="", color="white", mec=BLACK,
-                          label="contact leads to the attractor of this colour"))  # fmt: skip
+    if any(_ends_of_contact(result, i).any() for i, c in enumerate(colors) if c != BLACK):
+        handles.append(Line2D([], [], marker="o", ls="", color="white", mec=BLACK,
+                              label="contact leads to the attractor of this colour"))  # fmt: skip
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
 
 
@@ -176,15 +185,17 @@ def impulse_picture(result: xr.Dataset) -> Figure:
         return figure
     line = max(own, key=lambda i: float(shares[i]))
     sizes = result["line_fatal_impulse"].values[line]
-    top = float(np.quantile(sizes[np.isfinite(sizes)], 0.95)) if np.isfinite(sizes).any() else 1.0
+    top = float(np.quantile(sizes[np.isfinite(sizes)], 0.99)) if np.isfinite(sizes).any() else 1.0
     x = result["value"].values
     for k, (axes, name) in enumerate(zip(panels, ("upwards", "downwards"), strict=True)):
-        shown = np.ma.masked_invalid(np.where(np.isinf(sizes[:, k]), 10 * top, sizes[:, k]))
-        axes.set_facecolor("#e8e8e8")
+        shown = np.ma.masked_invalid(sizes[:, k])
+        never = np.ma.masked_equal(np.isinf(sizes[:, k]), False)
+        axes.set_facecolor(_ABSENT)
         half = 0.5 * (x[-1] - x[0]) / max(len(x) - 1, 1) or 0.5
-        drawn = axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top,
-                            cmap="viridis", interpolation="nearest",
-                            extent=(0.0, 1.0, x[0] - half, x[-1] + half))  # fmt: skip
+        frame = {"origin": "lower", "aspect": "auto", "interpolation": "nearest",
+                 "extent": (0.0, 1.0, x[0] - half, x[-1] + half)}  # fmt: skip
+        axes.imshow(never, cmap=ListedColormap([_NEVER]), **frame)
+        drawn = axes.imshow(shown, norm=PowerNorm(0.5, 0.0, top), cmap="viridis", **frame)
         axes.set_xlabel("part of a repetition since its first impact")
         axes.set_title(f"impulse {name}", fontsize=10)
     figure.colorbar(drawn, ax=panels, label=r"fatal impulse ($m\,\pi g/\omega$)", extend="max")
@@ -192,7 +203,21 @@ def impulse_picture(result: xr.Dataset) -> Figure:
     panels[0].set_ylabel(f"{result['value'].attrs['long_name']} {symbol}")
     name = str(result["line_name"].values[line])
     figure.suptitle(f"Smallest fatal impulse over its instant: {name}", fontsize=11)
+    _areas(figure, sizes, float(result.attrs["parameter_largest_impulse"]))
     return figure
+
+
+def _areas(figure: Figure, sizes: NDArray[np.float64], largest: float) -> None:
+    """What the areas without a size are, those that are there."""
+    texts = (
+        (_NEVER, f"no impulse up to {largest:g} is fatal", np.isinf(sizes).any()),
+        (_ABSENT, "the attractor is not there", np.isnan(sizes).any()),
+    )
+    handles = [Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=text)
+               for color, text, there in texts if there]  # fmt: skip
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9,
+                      frameon=False)  # fmt: skip
 
 
 def _title(result: xr.Dataset) -> str:

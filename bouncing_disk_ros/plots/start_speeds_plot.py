@@ -15,7 +15,7 @@ from bouncing_disk_ros.plots.basin_plot import (
     label_axes,
     title_of,
 )
-from bouncing_disk_ros.plots.style import MOST_PIXELS, UNRESOLVED, new_figure
+from bouncing_disk_ros.plots.style import MOST_PIXELS, UNRESOLVED, new_figure, typeset
 
 COLUMNS = 3
 
@@ -44,6 +44,6 @@ def start_speeds_picture(result: xr.Dataset) -> Figure:
             axes.set_xlabel("")
     figure.colorbar(drawn, ax=panels, label=r"mean speed at the end ($\omega\Phi$); grey: rest")
     lag, angular = (result.attrs[f"parameter_{name}"] for name in ("phase_lag", "angular_forcing"))
-    figure.suptitle(f"{title_of(result)},\nphase lag θ = {lag:g} rad, Γ_T = {angular:g}".replace(
-        "-", "−"), fontsize=12)  # fmt: skip
+    title = f"{title_of(result)},\nphase lag θ = {lag:g} rad, Γ_T = {angular:g}"
+    figure.suptitle(typeset(title.replace("-", "−")), fontsize=12)
     return figure

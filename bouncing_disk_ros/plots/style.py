@@ -52,6 +52,11 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
     }  # fmt: skip
 
 
+def typeset(text: str) -> str:
+    """A text with Γ_T and w_A as they are printed: with a subscript."""
+    return text.replace("Γ_T", r"$\Gamma_T$").replace("w_A", "$w_A$")
+
+
 def decimal_in_pi(value: float) -> str:
     """A number of rad/π in decimals, for ticks of which some are no simple part: 0.35π, 0.5π."""
     return "0" if abs(value) < 1e-12 else f"{value:.6g}π".replace("-", "−")

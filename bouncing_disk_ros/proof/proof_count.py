@@ -9,6 +9,7 @@ from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 
 _SHOWN = 10
+_UNDER_OFFSET = "under an offset trajectory, which interval proofs do not cover"
 
 
 class ProofCount:
@@ -16,7 +17,7 @@ class ProofCount:
 
     def __init__(self) -> None:
         self.counts: Counter[tuple[Kind, Outcome]] = Counter()
-        self.left_out = 0
+        self.left_out = self.with_offset = 0
         self.kept: dict[Outcome, list[tuple[Event, Verdict]]] = {
             Outcome.REFUTED: [],
             Outcome.UNDECIDED: [],
@@ -25,6 +26,9 @@ class ProofCount:
     def take(self, event: Event, verdict: Verdict) -> None:
         """Count one verdict."""
         self.counts[event.kind, verdict.outcome] += 1
+        if verdict.outcome is Outcome.UNDECIDED and event.motion.has_offset:
+            self.with_offset += 1  # all for one reason, told in one line
+            return
         kept = self.kept.get(verdict.outcome)
         if kept is not None and len(kept) < _SHOWN:
             kept.append((event, verdict))
@@ -49,6 +53,9 @@ class ProofCount:
             for event, verdict in kept:
                 yield f"{outcome.value}: {described(event, verdict)}"
             more = self.total(outcome) - len(kept)
+            if outcome is Outcome.UNDECIDED and self.with_offset:
+                more -= self.with_offset
+                yield f"{outcome.value}: {self.with_offset} events {_UNDER_OFFSET}"
             if more:
                 yield f"{outcome.value}: {more} more"
 

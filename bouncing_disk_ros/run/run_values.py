@@ -33,4 +33,5 @@ def run_values(now: Reading, refused: int) -> dict[str, float]:
     }
     energy = _NO_ENERGY if now.energy is None else now.energy
     values |= {f"energy_{name}": value for name, value in energy._asdict().items()}
+    values["pending_trajectories"] = pending.trajectories
     return {name: float(value) for name, value in values.items()}

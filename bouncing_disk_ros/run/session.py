@@ -111,8 +111,10 @@ class Session:
         instants = [fades[0].begin_ns] if fades else []
         if impulse_ns is not None:
             instants.append(impulse_ns)
-        first = min(instants, default=None)
-        return Pending(len(fades), simulation.queued_impulses, self.waiting, first)
+        takeovers = simulation.offset.takeovers_after(self.time_ns)
+        first = min([*instants, *takeovers[:1]], default=None)
+        queued = simulation.queued_impulses
+        return Pending(len(fades), queued, self.waiting, first, len(takeovers))
 
     @property
     def latest_target(self) -> Motion:

@@ -10,13 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import (
-    Attractor,
-    AttractorKind,
-    refuse_conservative,
-)
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.attractors import refuse_conservative
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
@@ -27,19 +21,23 @@ from bouncing_disk_ros.juggling.loop_settings import (
     controller_settings,
     period_one_points,
     plant_settings,
+    sines_and_cosines,
 )
+from bouncing_disk_ros.juggling.named_orbit import OWN, orbit_named
+from bouncing_disk_ros.juggling.orbit_rotation import best_phase_lag
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
-OWN = "period-1"
-"""The target and start that need no search, for they have a closed form; stable or not."""
 WINDOW, REST = "window", "rest"
-NUMBERS = ("axial_forcing", "restitution_error", "delay", "jitter", "missed", "impulse")
-TEXTS = ("start", "target")
+NUMBERS = ("axial_forcing", "restitution_error", "delay", "jitter", "missed", "impulse",
+           "angular_forcing")  # fmt: skip
+TEXTS = ("start", "target", "phase_lag")
 """What a condition can set, besides `learn`."""
-_SEARCHED = 12
 _REST = 1.0  # kind of state, of the kernels
-_RESULTS = ("verdict", "impacts", "time", "largest_offset", "largest_acceleration", "commands")
+_RESULTS = ("verdict", "impacts", "time", "largest_offset", "largest_acceleration", "commands", "",
+            "rotor_speed")  # fmt: skip
+BEST = "best"
+"""The phase lag with the largest rotor speed on the target."""
 _FLAGS = {0: "never", 1: "captured", 2: "lost"}
 
 
@@ -54,6 +52,8 @@ class Condition(NamedTuple):
     start: str
     target: str
     learns: bool
+    angular_forcing: float
+    phase_lag: str
 
 
 class Juggling(Study):
@@ -75,6 +75,8 @@ class Juggling(Study):
             check_strategy(name)
         self.conditions = [self._condition(one) for one in str(given["conditions"]).split(";")]
         for one in self.conditions:
+            if one.phase_lag != BEST:
+                _number("phase_lag", one.phase_lag, f" or {BEST}")
             if one.target == OWN or one.start == OWN:
                 period_one_points(one.axial_forcing, self.restitution)
         if not float(given["velocity_begin"]) < float(given["velocity_end"]):
@@ -99,6 +101,7 @@ class Juggling(Study):
         return Condition(
             text, numbers["axial_forcing"], numbers["restitution_error"], sensor,
             numbers["impulse"], str(given["start"]), str(given["target"]), learns,
+            numbers["angular_forcing"], str(given["phase_lag"]),
         )  # fmt: skip
 
     @property
@@ -133,6 +136,9 @@ class Juggling(Study):
                 dims, "float64", "A omega^2", "largest acceleration of the offset commanded"
             ),
             "commands": Field(dims, "int32", "1", "trajectories commanded", fill=0),
+            "rotor_speed": Field(
+                dims, "float64", "omega Phi", "mean angular velocity in the last ten periods"
+            ),
         }
 
     @property
@@ -148,28 +154,23 @@ class Juggling(Study):
             for name in {one.start, one.target} - {OWN, WINDOW, REST}:
                 key = f"{one.axial_forcing!r} {name}"
                 if key not in found:
-                    found[key] = self._attractor_points(one.axial_forcing, name)
+                    found[key] = orbit_named(
+                        name, one.axial_forcing, self.restitution, field="start or target",
+                        others=(WINDOW, REST), lowest=float(self.parameters["velocity_begin"]),
+                    )  # fmt: skip
         return dict(found)
-
-    def _attractor_points(self, axial_forcing: float, name: str) -> NDArray[np.float64]:
-        """Of a periodic attractor, as `basins` names it; InputError where there is none."""
-        given = self.parameters
-        speeds = np.linspace(float(given["velocity_begin"]), -0.05, _SEARCHED)
-        phases = np.linspace(0.0, math.tau, _SEARCHED, endpoint=False)
-        starts = [(float(tau), float(w)) for w in speeds for tau in phases]
-        found = find_attractors(NextCollisionMap(axial_forcing, self.restitution), starts).found
-        periodic = {a.name: a for a in found if a.kind is AttractorKind.PERIODIC}
-        if name not in periodic:
-            names = ", ".join([WINDOW, REST, *periodic])
-            at = f"Attractors at axial_forcing {axial_forcing:g} without contact are meant."
-            raise InputError("start or target", name, names, at)
-        return _points(periodic[name], axial_forcing, self.restitution)
 
     def orbit(self, one: Condition, name: str, context: Arrays) -> NDArray[np.float64]:
         """Points of an orbit that a condition names."""
         if name == OWN:
             return period_one_points(one.axial_forcing, self.restitution)
         return np.ascontiguousarray(context[f"{one.axial_forcing!r} {name}"], float)
+
+    def phase_lag(self, one: Condition, context: Arrays) -> float:
+        """θ of a condition, rad."""
+        if one.phase_lag != BEST:
+            return float(one.phase_lag)
+        return best_phase_lag(self.orbit(one, one.target, context), one.axial_forcing)
 
     def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:  # noqa: ARG002
         """Run the loops of one region."""
@@ -190,6 +191,7 @@ class Juggling(Study):
         plant = plant_settings(
             self.restitution, one.sensor, hears_velocity=strategy not in HEARS_TIMES_ONLY,
             deadline=float(given["deadline"]), impulse=one.impulse,
+            phase_lag=self.phase_lag(one, context), angular_forcing=one.angular_forcing,
         )  # fmt: skip
         results = np.zeros((len(starts), RESULTS))
         run_loops(
@@ -200,26 +202,29 @@ class Juggling(Study):
         results[:, 2] /= math.tau
         results[:, 3:5] /= one.axial_forcing
         shape = (1, 1, len(w), len(tau))
-        return {name: results[:, i].reshape(shape) for i, name in enumerate(_RESULTS)}
+        return {name: results[:, i].reshape(shape) for i, name in enumerate(_RESULTS) if name}
 
     def _starts(
         self, one: Condition, w: NDArray[np.float64], tau: NDArray[np.float64], context: Arrays
     ) -> NDArray[np.float64]:
         """States (kind, instant, position, velocity) after a first impact, or at rest."""
-        w, tau = (v.ravel() for v in np.meshgrid(w, tau, indexing="ij"))
-        starts = np.zeros((len(w), 4))
-        starts[:, 1] = tau
-        starts[:, 3] = one.axial_forcing * np.cos(tau) - self.restitution * w
+        grid = np.zeros((len(w), len(tau), 4))
+        sine, cosine = sines_and_cosines(tau)
+        grid[:, :, 1], grid[:, :, 2] = tau, one.axial_forcing * sine
+        grid[:, :, 3] = one.axial_forcing * cosine - self.restitution * w[:, None]
+        starts = grid.reshape(-1, 4)
         if one.start == REST:
             starts[:, 0], starts[:, 3] = _REST, 0.0
         elif one.start != WINDOW:
             points = self.orbit(one, one.start, context)
-            starts[:, 1:4:2] = points[np.arange(len(w)) % len(points)]
-        starts[:, 2] = one.axial_forcing * np.sin(starts[:, 1])
+            sine, _ = sines_and_cosines(points[:, 0])
+            heights = one.axial_forcing * sine
+            each = np.arange(len(starts)) % len(points)
+            starts[:, 1:] = np.stack((points[:, 0], heights, points[:, 1]), axis=1)[each]
         return starts
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
-        """Part of the starts that was captured, lost and never captured, for each case."""
+        """Part of the starts captured, lost and never captured, and medians, for each case."""
         over = ("velocity", "forcing_phase")
         verdict = result["verdict"]
         median = result["time"].where(verdict == 1).median(over)
@@ -227,6 +232,7 @@ class Juggling(Study):
             {name: (verdict == flag).mean(over) for flag, name in _FLAGS.items()}
         ).assign(
             median_time=median,
+            median_rotor_speed=result["rotor_speed"].median(over),
             offset_used=result["largest_offset"].max(over),
             acceleration_used=result["largest_acceleration"].max(over),
             strategy_name=("strategy", self.strategies),
@@ -234,14 +240,14 @@ class Juggling(Study):
         )
 
 
-def _number(name: str, value: Value) -> float:
+def _number(name: str, value: Value, other: str = "") -> float:
     low, high = RANGES[name]
     try:
         number = float(value)
     except ValueError:
         number = math.nan
     if not low <= number <= high:
-        raise InputError(name, value, f"a number from {low:g} to {high:g}")
+        raise InputError(name, value, f"a number from {low:g} to {high:g}{other}")
     return number
 
 
@@ -252,10 +258,6 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "jitter": (0.0, 1.0),
     "missed": (0.0, 1.0),
     "impulse": (-10.0, 10.0),
+    "angular_forcing": (1e-6, 1e6),
+    "phase_lag": (-1e3, 1e3),
 }
-
-
-def _points(found: Attractor, axial_forcing: float, restitution: float) -> NDArray[np.float64]:
-    """(forcing phase, velocity after the impact) of each impact."""
-    tau, w = np.array(found.forcing_phases), np.array(found.velocities)
-    return np.stack((tau, axial_forcing * np.cos(tau) - restitution * w), axis=1)

@@ -22,6 +22,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study_tables import why_not_taken
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
 
@@ -37,7 +38,8 @@ class ResilienceStudy(Study):
         given = self.parameters
         along = str(given["along"])
         if along not in AXES:
-            raise InputError("along", along, "one of " + ", ".join(AXES))
+            allowed = "one of " + ", ".join(AXES)
+            raise InputError("along", along, allowed, why_not_taken(self.name, along))
         del given[along]  # no part of what is computed
         if "restitution" in given:
             refuse_conservative(float(given["restitution"]))

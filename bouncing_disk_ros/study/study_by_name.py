@@ -7,7 +7,7 @@ import importlib
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import listed_text
 from bouncing_disk_ros.study.definition import Study
-from bouncing_disk_ros.study_tables import LISTS, STUDY_TABLES
+from bouncing_disk_ros.study_tables import LISTS, STUDY_TABLES, refuse_not_taken
 
 _MODULES = {
     "basin_shares": ("basin_shares_study", "BasinShares"),
@@ -36,6 +36,7 @@ def named(name: str, **given: object) -> Study:
     if name not in STUDY_TABLES:
         raise InputError("study", name, ", ".join(STUDY_TABLES), closest(name, STUDY_TABLES))
     table = STUDY_TABLES[name]
+    refuse_not_taken(name, given)
     for key in given:
         if key not in table:
             raise InputError("parameter", key, ", ".join(table), closest(key, table))

@@ -5,33 +5,46 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import InitialState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
-from bouncing_disk_ros.juggling.loop_settings import Sensor
+from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.live.juggle import OPTIONS
 from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
-from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator
+from support.juggle_loops import (
+    DISK,
+    FREQUENCY,
+    GRAVITY,
+    REPORTED,
+    Make,
+    juggler_of,
+    motion_of,
+    overrides_of,
+    run_both,
+)
 from support.processes import environment
 
 ROOT = Path(__file__).resolve().parents[2]
-PERIODS, FREQUENCY, GRAVITY = 20, 3.0, 9.81
-REPORTED = float(TABLE["chatter_report_speed"].default)
-Make = Callable[..., SteppedSimulator]
+PERIODS = 20
 
 
 @pytest.fixture
@@ -45,40 +58,6 @@ def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
     yield one
     for simulator in made:
         simulator.close()
-
-
-def motion_of(forcing: float) -> Motion:
-    return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
-
-
-def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
-    given = {"gravity": GRAVITY, "lead": 0.0, **values}
-    overrides = [Parameter(name, value=value) for name, value in given.items()]
-    node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
-    simulator.add_node(node)
-    simulator.wait_for_subscriber("disk/impacts")
-    simulator.spin_until(lambda: node.status != "waiting for platform/motion")
-    return node
-
-
-def run_both(make: Make, forcing: float, strategy: str, sensor: Sensor) -> tuple[Any, Any, str]:
-    """Rows of the loop through ROS, the record of the loop in one process, the node's status."""
-    motion, disk = motion_of(forcing), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
-    simulator = make(**motion._asdict(), **disk._asdict(), initial_forcing_phase=1.5 * math.pi)
-    rows: list[Any] = []
-    node = juggler_of(
-        simulator, strategy=strategy, delay=sensor.delay, jitter=sensor.jitter,
-        missed=sensor.missed, seed=sensor.seed,
-    )  # fmt: skip
-    node.create_subscription(
-        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
-    )
-    simulator.run(PERIODS / FREQUENCY)
-    juggler = Juggler(strategy, motion, disk)
-    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
-    record = run_loop(simulation, juggler, periods=PERIODS, sensor=sensor)
-    simulator.close_node(node)
-    return np.concatenate(rows), record, node.status
 
 
 @pytest.mark.parametrize(
@@ -96,6 +75,48 @@ def test_through_ros_the_impacts_are_the_same_to_the_bit(
     np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
     assert record.verdict.outcome is Outcome.CAPTURED
     assert status == f"{strategy}: captured after {record.verdict.impacts} impacts"
+
+
+@pytest.fixture
+def context(ros_domain: int, warm_kernels: None) -> Iterator[rclpy.Context]:
+    made = rclpy.Context()
+    rclpy.init(context=made, args=[], signal_handler_options=SignalHandlerOptions.NO)
+    yield made
+    rclpy.shutdown(context=made)
+
+
+def test_in_lockstep_the_node_answers_the_gates_and_the_impacts_are_the_same(
+    context: rclpy.Context,
+) -> None:
+    """The simulator runs as fast as it can and waits for the node at each impact."""
+    motion, disk = motion_of(0.55), DISK
+    values: dict[str, Any] = {
+        **motion._asdict(), **disk._asdict(), "initial_forcing_phase": 1.5 * math.pi,
+        "lockstep": "impact", "real_time_factor": 0.0, "publish_clock": True,
+    }  # fmt: skip
+    simulator = SimulatorNode(context=context, parameter_overrides=overrides_of(values))
+    values = {"gravity": GRAVITY, "lead": 0.0, "lockstep_number": 1}
+    node = JuggleNode(OPTIONS, context=context, parameter_overrides=overrides_of(values))
+    rows: list[Any] = []
+    node.create_subscription(
+        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
+    )
+    executor = SingleThreadedExecutor(context=context)
+    for one in (simulator, node):
+        executor.add_node(one)
+    end = time.monotonic() + 60.0
+    while len(rows) < 25:
+        assert time.monotonic() < end, node.status
+        executor.spin_once(timeout_sec=0.02)
+    for one in (node, simulator):
+        executor.remove_node(one)
+        one.destroy_node()
+    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
+    record = run_loop(simulation, Juggler("deadbeat", motion, disk), periods=2 * PERIODS)
+    found = np.concatenate(rows)[:25]
+    np.testing.assert_array_equal(found["time"], record.rows["time"][:25])
+    np.testing.assert_array_equal(found["axial_velocity"], record.rows["axial_velocity"][:25])
+    assert "deadbeat: captured" in node.status
 
 
 def test_an_own_controller_is_used_and_a_wrong_one_refused(make: Make, tmp_path: Path) -> None:
@@ -124,10 +145,75 @@ def test_a_new_motion_begins_anew_and_one_without_an_orbit_is_named(make: Make) 
     simulator.close_node(node)
 
 
+def test_once_captured_the_disk_turns_as_fast_as_the_platform(make: Make) -> None:
+    """The phase lag −τ_imp is commanded; its cross-fade does not make the loop begin anew."""
+    motion = motion_of(0.60)._replace(angular_amplitude=0.5)
+    simulator = make(**motion._asdict(), gravity=GRAVITY, restitution=0.5, friction=0.6)
+    node = juggler_of(simulator)
+    simulator.run(PERIODS / FREQUENCY)
+    lag = -float(period_one_points(0.60, 0.5)[0, 0])
+    assert simulator.motion.phase_lag == pytest.approx(lag, abs=1e-9)
+    captured = node.status.partition(", rotor speed ")[0]
+    simulator.run(PERIODS / FREQUENCY)
+    assert node.status == f"{captured}, rotor speed 1.00 ωΦ"
+    top = math.tau * FREQUENCY * 0.5
+    assert simulator.state.angular_velocity == pytest.approx(top, rel=1e-6)
+    simulator.close_node(node)
+
+
+def test_the_target_is_switched_while_it_runs(make: Make) -> None:
+    """From period 1 to the period-2 orbit that coexists at Γ = 0.48, and back."""
+    simulator = make(**motion_of(0.48)._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator)
+    simulator.run(PERIODS / FREQUENCY)
+    assert "deadbeat: captured" in node.status
+    two = "period-2 in 1 cycle"
+    for target, name in ((two, f"deadbeat to {two}"), ("period-1", "deadbeat")):
+        done = node.set_parameters([Parameter("target", value=target)])[0]
+        assert done.successful, done.reason
+        assert node.status == f"{name}: not captured"
+        simulator.run(PERIODS / FREQUENCY)
+        assert node.status.startswith(f"{name}: captured after ")
+    assert simulator.state.gap >= 0.0
+    wrong = node.set_parameters([Parameter("target", value="period-7")])[0]
+    assert (wrong.successful, "period-2 in 1 cycle" in wrong.reason) == (False, True)
+    fixed = node.set_parameters([Parameter("delay", value=0.1)])[0]
+    assert (fixed.successful, fixed.reason) == (
+        False, "delay: got '0.1', allowed: 0.0: it is fixed at start"
+    )  # fmt: skip
+    simulator.close_node(node)
+
+
+def test_small_feedback_goes_on_where_another_strategy_has_captured(make: Make) -> None:
+    """At Γ = 0.60, with errors of the instants: the offset stays within 2 % of the amplitude."""
+    motion = motion_of(0.60)
+    simulator = make(**motion._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator, jitter=0.001)
+    simulator.run(PERIODS / FREQUENCY)
+    captured = node.status.removeprefix("deadbeat: ")
+    assert captured.startswith("captured")
+    assert node.set_parameters([Parameter("strategy", value="small")])[0].successful
+    assert node.status == f"small: {captured}"
+    simulator.run(3.0 / FREQUENCY)  # the offset of the last answer of deadbeat is over
+    sent, most = node.sent, 0.0
+    for _ in range(2 * PERIODS):
+        simulator.run_to_impact()
+        assert simulator.node.run is not None
+        newest = simulator.node.run.session.simulation.offset.axial.newest_extremes()
+        most = max(most, newest.position)
+    assert node.status == f"small: {captured}"
+    assert node.sent > sent
+    assert 0.0 < most <= 0.02 * motion.axial_amplitude * (1.0 + 1e-9)
+    assert not node.set_parameters([Parameter("target", value="period-2")])[0].successful
+    simulator.close_node(node)
+
+
 def test_wrong_options_are_refused(make: Make) -> None:
     simulator = make()
     with pytest.raises(InputError, match="strategy: got 'mirror'"):
         juggler_of(simulator, strategy="mirror")
+    with pytest.raises(InputError, match="Only impact_time and deadbeat aim at other orbits"):
+        juggler_of(simulator, strategy="small", target="period-2 in 1 cycle")
     command = [sys.executable, "-m", "bouncing_disk_ros", "juggle"]
     done = subprocess.run(
         [*command, "--ros-args", "-p", "missed:=2.0"], capture_output=True, text=True, timeout=60,

@@ -26,6 +26,9 @@ from support.recorded import RecordedRun, period_one_bag
 from support.ros import wait_for_message
 
 ROOT = Path(__file__).resolve().parents[2]
+SAFE: dict[str, object] = {
+    "begin": 0.44, "end": 0.45, "count": 2, "samples": 20, "instants": 2, "resolution": 0.2,
+}  # fmt: skip
 WAIT = 110.0  # s; matplotlib, xarray and zarr are slow to import on a loaded machine
 
 
@@ -171,7 +174,14 @@ def test_a_cluster_computes_the_same(
     ) as cluster:  # fmt: skip
         address = cluster.scheduler_address
         node = begin(start, "toss_map", tmp_path / "there", scheduler=address, **values)
+        resilient = run(named("resilience", **SAFE), tmp_path / "safe.zarr", scheduler=address)
         assert node.wait(WAIT) == 0, node.output
+    alone = run(named("resilience", **SAFE), tmp_path / "alone.zarr")
+    assert alone is not None
+    assert resilient is not None
+    assert set(alone.data_vars) == set(resilient.data_vars)
+    for name in alone.data_vars:
+        np.testing.assert_array_equal(alone[name].values, resilient[name].values, str(name))
     here = run(named("toss_map", **values), tmp_path / "here.zarr")
     assert here is not None
     there = open_result(tmp_path / "there" / "result.zarr")

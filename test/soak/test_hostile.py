@@ -20,6 +20,7 @@ from support.storms import COMMANDS, check_storm
 from support.twins import NAMES, Twin, compare, paused_in
 
 IN_PROCESS = 1_000_000
+WITH_OFFSETS = 100_000
 OVER_DDS, OF_ONE = 100_000, 10_000
 """Commands in all, and of one simulator."""
 ROWS = 100_000
@@ -37,6 +38,15 @@ def test_a_million_random_commands_in_process() -> None:
         rows += len(found.rows)
     print(f"\nseeds from {SEED}: {accepted} accepted, {refused} refused, {rows} rows replayed")
     assert accepted + refused == IN_PROCESS
+
+
+def test_a_hundred_thousand_random_trajectories_and_commands_in_process() -> None:
+    accepted = refused = 0
+    for seed in range(SEED, SEED + WITH_OFFSETS // COMMANDS):
+        found = check_storm(seed, offsets=True)
+        accepted, refused = accepted + found.accepted, refused + found.refused
+    print(f"\nseeds from {SEED}: {accepted} accepted, {refused} refused")
+    assert accepted + refused == WITH_OFFSETS
 
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + OVER_DDS // OF_ONE))

@@ -13,7 +13,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Direction
 from support.random_commands import Command, RandomCommands, packed
-from support.random_trajectories import TOPIC, valid_command, wrong_command
+from support.random_trajectories import TOPIC, RandomTrajectories
 from support.ros_peer import Peer
 from support.storms import all_finite
 
@@ -42,6 +42,7 @@ class Barrage:
         self._rng = random.Random(seed)
         # a listener in Python keeps up with these, and a disk so thrown soon returns
         self._draw = RandomCommands(self._rng, frequencies=(10.0, 1e3))
+        self._trajectories = RandomTrajectories(self._rng)
         self.sent = 0
         self._marks = 0
 
@@ -60,10 +61,10 @@ class Barrage:
     def _drawn(self, now_ns: int) -> Command:
         """A random command, valid or wrong."""
         valid = self._rng.random() < 0.5
+        draw: RandomTrajectories | RandomCommands = self._draw
         if self._rng.random() < TRAJECTORIES:
-            draw = valid_command if valid else wrong_command
-            return draw(self._rng, now_ns)
-        return self._draw.valid(now_ns) if valid else self._draw.wrong(now_ns)
+            draw = self._trajectories
+        return draw.valid(now_ns) if valid else draw.wrong(now_ns)
 
     def _publish(self, command: Command) -> None:
         self._peer.publisher(command.topic).publish(command.data)

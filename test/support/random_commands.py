@@ -24,6 +24,8 @@ FORCINGS = (1e-3, 1e2)
 GRAVITY = 9.80665
 MASS = 0.25
 NS = 1_000_000_000
+NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e300, -1e7)
+"""Numbers that no command may have."""
 
 
 class Command(NamedTuple):

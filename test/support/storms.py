@@ -16,6 +16,7 @@ from bouncing_disk_ros.run.session import EVENTS_AT_ONCE
 from bouncing_disk_ros.run.time_map import FAR_NS
 from support.commanded import WALL_NS, CommandedSession
 from support.random_commands import RandomCommands, between
+from support.random_trajectories import RandomTrajectories
 
 COMMANDS = 1000
 """Commands of one storm: each begins with a new session, so that memory does not grow."""
@@ -31,13 +32,16 @@ class Storm(NamedTuple):
     end_ns: int
 
 
-def storm(seed: int, commands: int = COMMANDS) -> Storm:
+def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Storm:
     """A session under random commands, half of them wrong; every other seed to the table's ends.
+
+    `offsets`: half of the commands are offset trajectories.
 
     AssertionError, with the seed, where a number is not finite or the run has ended.
     """
     rng = random.Random(seed)
-    draw = RandomCommands(rng, wild=seed % 2 == 1)
+    draw = RandomCommands(rng, wild=seed % 2 == 1 and not offsets)
+    trajectories = RandomTrajectories(rng) if offsets else draw
     commanded = CommandedSession(
         restitution=rng.choice([0.0, 0.5, 0.9, 1.0]), crossfade_duration=rng.choice([0.0, 1e-3])
     )
@@ -45,7 +49,8 @@ def storm(seed: int, commands: int = COMMANDS) -> Storm:
     accepted = 0
     for _ in range(commands):
         now_ns = WALL_NS + session.time_ns
-        command = draw.valid(now_ns) if rng.random() < 0.5 else draw.wrong(now_ns)
+        chosen = trajectories if offsets and rng.random() < 0.5 else draw
+        command = chosen.valid(now_ns) if rng.random() < 0.5 else chosen.wrong(now_ns)
         accepted += commanded.take(*command)
         if session.resolve_waiting():
             ahead = round(between(rng, 1.0, 1e8))
@@ -68,9 +73,9 @@ def all_finite(rows: NDArray[np.void]) -> bool:
     return all(bool(np.isfinite(rows[name]).all()) for name in IMPACT_DTYPE.names or ())
 
 
-def check_storm(seed: int, commands: int = COMMANDS) -> Storm:
+def check_storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Storm:
     """A storm that replays bit by bit, and in which commands were both accepted and refused."""
-    found = storm(seed, commands)
+    found = storm(seed, commands, offsets=offsets)
     again = input_replay.replay(found.records, until_ns=found.end_ns)
     assert again.tobytes() == found.rows.tobytes(), f"seed {seed}: the replay differs"
     assert found.accepted > commands // 10, f"seed {seed}"

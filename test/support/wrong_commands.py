@@ -9,8 +9,10 @@ from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from bouncing_disk_ros.limits import COMMAND_POINTS
 from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
+from bouncing_disk_ros.topics import OFFSET_JOINTS
 
 
 def trajectory(
@@ -47,6 +49,7 @@ def wrench(axis: str, value: float) -> WrenchStamped:
 
 
 NAN, INF = math.nan, math.inf
+OFFSETS = "platform/joint_trajectory"
 WRONG: list[tuple[str, Any, str]] = [
     ("platform/command", trajectory(["frequency"], ([NAN], 0)), "frequency (Hz): got nan"),
     ("platform/command", trajectory(["frequency"], ([INF], 0)), "frequency (Hz): got inf"),
@@ -68,6 +71,26 @@ WRONG: list[tuple[str, Any, str]] = [
     ),
     ("platform/frequency", Float64(data=NAN), "platform/frequency (Hz): got nan"),
     ("disk/impulse", wrench("z", NAN), "wrench.force.z: got nan"),
+    (OFFSETS, trajectory(["platform_axial"], ([NAN], 1)), "positions platform_axial (m): got nan"),
+    (OFFSETS, trajectory(["platform_rotation"], ([INF], 1)), "platform_rotation (rad): got inf"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0], 1), velocities=[NAN]), "(m/s): got nan"),
+    (OFFSETS, trajectory(["platform_axial"], ([2e6], 1)), "(m): got 2000000.0"),
+    (OFFSETS, trajectory(["platform_tilt"], ([0.0], 1)), "joint_names: got 'platform_tilt'"),
+    (OFFSETS, trajectory([*OFFSET_JOINTS, "frequency"], ([0.0] * 3, 1)), "got 'frequency'"),
+    (OFFSETS, trajectory(["platform_axial"] * 2, ([0.0] * 2, 1)), "each name once"),
+    (OFFSETS, trajectory([], ([], 1)), "joint_names: got 'no names'"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0], 2), ([0.0], 2)), "strictly increasing"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0], 2), ([0.0], 1)), "strictly increasing"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0], -1)), "allowed: >= 0 s"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0], 1), effort=[1.0]), "effort: got 'values'"),
+    (OFFSETS, trajectory(["platform_axial"], ([5.0], 0)), "the offset's own state there"),
+    (OFFSETS, trajectory(["platform_axial"], ([0.0, 0.0], 1)), "got '2 values', allowed: 1"),
+    (OFFSETS, old(trajectory(["platform_axial"], ([0.0], 1))), "command_tolerance"),
+    (
+        OFFSETS,
+        trajectory(["platform_axial"], *(([0.0], sec) for sec in range(1, COMMAND_POINTS + 2))),
+        f"{COMMAND_POINTS + 1}",
+    ),
     ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
     ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
 ]

@@ -3,7 +3,8 @@
 The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
 reached again where its attractor is, within a number of periods. The sizes that are fatal are
 intervals: the line is looked at in steps of a part of the size, and the edge of the first interval
-found is halved to rounding. Intervals narrower than a step may be missed.
+found is halved to rounding (of a chaotic attractor to 1e-6 of it). Intervals narrower than a step
+may be missed.
 """
 
 from __future__ import annotations
@@ -30,11 +31,12 @@ Array = NDArray[np.float64]
 Flights = Callable[[NDArray[np.intp], Array], Array]
 """Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
 
-_HALVINGS = 44
+_HALVINGS, _HALVINGS_OF_CHAOS = 44, 15
+"""To rounding; of a chaotic attractor to 1e-6 of the size, for the orbit is but a sample of it."""
 _LEVELS = 2
 """Where the first size is fatal, sizes down to a thousandth of it are looked at; then it is 0."""
 CHAOTIC_RESOLUTION = 0.05
-"""Of a chaotic attractor, whose starts take the most impacts, and whose orbit is but a sample."""
+"""Of a chaotic attractor, whose starts take the most impacts."""
 _BLOCK = 200_000
 
 
@@ -161,7 +163,7 @@ def _first_fatal(
         first, last = 1e-3 * first, first
     high[todo] = 0.0
     fatal = np.flatnonzero(np.isfinite(high) & (high > 0.0))
-    for _ in range(_HALVINGS):
+    for _ in range(_HALVINGS_OF_CHAOS if chaotic else _HALVINGS):
         middle = 0.5 * (low[fatal] + high[fatal])
         fine = alive(fatal, middle)
         low[fatal] = np.where(fine, middle, low[fatal])

@@ -23,6 +23,7 @@ from bouncing_disk_ros.analysis.recorded.ratio_estimate import (
     middle_of,
     ratio_of,
 )
+from bouncing_disk_ros.analysis.recorded.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.analysis.recorded.section import single_impacts
 from bouncing_disk_ros.core.model import Disk, Motion
 
@@ -48,14 +49,16 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def platform_velocities(rows: NDArray[np.void], motion: Motion) -> Column:
+def platform_velocities(rows: NDArray[np.void], motion: Motion, offsets: Offsets = ()) -> Column:
     """Velocity ṡ (m/s) of the platform in steady motion at each row of IMPACT_DTYPE, shape (n,).
 
-    >>> platform_velocities(record.rows, record.motion)
+    `offsets`: of the run, on top of that motion; nan where it is not known, or where it jumps.
+
+    >>> platform_velocities(record.rows, record.motion, record.offsets)
     """
     omega = math.tau * motion.frequency
     velocities: Column = motion.axial_amplitude * omega * np.cos(rows["forcing_phase"])
-    return velocities
+    return velocities + axial_offset(rows["time"], offsets, 1) if offsets else velocities
 
 
 def restitution_of(

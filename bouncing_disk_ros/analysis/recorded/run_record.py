@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Energy, Motion, MotionInForce, join_rows
+from bouncing_disk_ros.core.offset import Offset
 
 SETTLED_SECONDS = 2.0
 """The rotor speed of the summary is the mean over this long at the end."""
@@ -65,6 +66,9 @@ class RunRecord:
     inputs: int = 0  # motions, impulses, parameter changes and resets that the simulator accepted
     changes: list[Change] = field(default_factory=list)
     disks: list[tuple[float, Disk]] = field(default_factory=list)  # time from which it is known
+    offsets: list[tuple[int, Offset | None]] = field(default_factory=list)
+    """Simulated ns of each acceptance of an offset trajectory, and all accepted then (None: not
+    known); before the first entry it is not known either, without any there was none."""
 
     def __repr__(self) -> str:
         """What there is, in numbers."""

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.recorded.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known
 from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, series
 from bouncing_disk_ros.analysis.report.run_report import Report
@@ -48,7 +49,7 @@ def _series(report: Report, segment: Segment, motion: Motion) -> tuple[list[Seri
         flights = rows[int(np.searchsorted(rows["time"], begin)) - len(before) :]
         if _is_flight(flights):
             times = np.linspace(max(begin, float(flights["time"][0])), end, _POINTS)
-            return _from_impacts(flights, times, motion, segment.disk), (
+            return _from_impacts(flights, times, motion, segment.disk, report.record.offsets), (
                 "Curves: sine and parabolas from the impacts. "
             )
     if not states:
@@ -80,14 +81,14 @@ def _is_flight(rows: NDArray[np.void]) -> bool:
 
 
 def _from_impacts(
-    rows: NDArray[np.void], times: Column, motion: Motion, disk: Disk
+    rows: NDArray[np.void], times: Column, motion: Motion, disk: Disk, offsets: Offsets
 ) -> list[Series]:
     """Heights at some times, each counted from the impact before it."""
     times = np.sort(np.concatenate((times, rows["time"][rows["time"] > times[0]])))
     last = rows[np.searchsorted(rows["time"], times, side="right") - 1]
     since = times - last["time"]
     phase = last["forcing_phase"] + math.tau * motion.frequency * since
-    platform = motion.axial_amplitude * np.sin(phase)
+    platform = motion.axial_amplitude * np.sin(phase) + axial_offset(times, offsets)
     flight = last["axial_velocity"] * since - 0.5 * acceleration(disk) * since**2
     return [
         series("platform s", times, 1e3 * platform, SeriesStyle.LINE, 3),

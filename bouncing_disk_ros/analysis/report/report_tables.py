@@ -13,8 +13,10 @@ from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
 from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report, SegmentReport
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
+from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parsing import read_json
+from bouncing_disk_ros.units import NS
 
 
 class Table(NamedTuple):
@@ -87,6 +89,10 @@ def _drive(report: Report) -> Pairs:
         )
     else:
         found.append(("platform", f"platform/motion is {ABSENT}"))
+    begin, end = (time * NS for time in segment[:2])
+    if moved := sum(begin <= at < end and one != Offset() for at, one in report.record.offsets):
+        text = f"{moved} trajector{'y' if moved == 1 else 'ies'} accepted; theory is without them"
+        found.append(("offset of the platform", text))
     if not known(segment.disk):
         return [*found, ("disk", f"its parameters (disk/inputs) are {ABSENT}")]
     disk = segment.disk

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.period_one import separation_phase
 from bouncing_disk_ros.analysis.recorded.estimate import (
     Estimate,
+    counted,
     friction_of,
     platform_velocities,
     restitution_of,
@@ -21,6 +22,7 @@ from bouncing_disk_ros.analysis.recorded.estimate import (
 from bouncing_disk_ros.analysis.recorded.impact_energy import LedgerCheck, check_ledger
 from bouncing_disk_ros.analysis.recorded.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.analysis.recorded.record_validation import checked_times
+from bouncing_disk_ros.analysis.recorded.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime, rise_time_of
 from bouncing_disk_ros.analysis.recorded.run_record import Health, RunRecord
 from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segments_of, time_decimals
@@ -151,7 +153,7 @@ def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Repor
         _segment(speeds, segment, rows, place in worked or place == shown, before)
         for place, (before, segment) in enumerate(zip([None, *segments], segments, strict=False))
     )
-    restitution, friction = _estimates(rows, segments, shown)
+    restitution, friction = _estimates(rows, segments, shown, record.offsets)
     return Report(
         record, source, rows, begin, end, reports, shown, restitution, friction,
         check_ledger(rows, record.health, record.changes, record.disks),
@@ -213,7 +215,9 @@ def _contact_kind(segment: Segment, speed: float) -> OrbitKind:
     return OrbitKind.CONTACT if moves or not abs(speed) < STILL else OrbitKind.REST
 
 
-def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimate, Estimate]:
+def _estimates(
+    rows: Rows, segments: list[Segment], shown: int, offsets: Offsets
+) -> tuple[Estimate, Estimate]:
     """ε and μ from all impacts of the disk that the segment shown has."""
     nothing = Estimate(math.nan, 0.0, math.inf, 0, "not identifiable: no impacts")
     if not segments or not len(rows):
@@ -231,11 +235,30 @@ def _estimates(rows: Rows, segments: list[Segment], shown: int) -> tuple[Estimat
         ]
     )[-MOST_ESTIMATED:]
     unknown = nothing._replace(note="not identifiable: the disk's parameters are not in this bag")
-    if np.any(np.isfinite(velocities)):
-        restitution = restitution_of(own, velocities)
+    offset = axial_offset(own["time"], offsets, 1)
+    if np.any(np.isfinite(velocities + offset)):
+        found = _restitution(own, velocities, offset)
+    elif known(disk):
+        found = restitution_of(own, mass=disk.mass)
     else:
-        restitution = restitution_of(own, mass=disk.mass) if known(disk) else unknown
-    return restitution, friction_of(own, disk) if known(disk) else unknown
+        moved = bool(np.any(np.isfinite(velocities)))
+        found = nothing._replace(note=f"not identifiable: {_OFFSET_UNKNOWN}") if moved else unknown
+    return found, friction_of(own, disk) if known(disk) else unknown
+
+
+_OFFSET_UNKNOWN = "the platform's offset trajectories (disk/inputs) are not in this bag"
+
+
+def _restitution(own: Rows, velocities: Column, offset: Column) -> Estimate:
+    """ε by velocities of the sinusoid and of its offset, with what was left out for the offset."""
+    clear = np.isfinite(offset)
+    found = restitution_of(own[clear], (velocities + offset)[clear])
+    left = int(np.sum(np.isfinite(velocities[~clear])))
+    if not left:
+        return found
+    why = "where the platform's offset is not known or its velocity jumps"
+    notes = [*([found.note] if found.note else []), f"left out {counted(left, 'row')} {why}"]
+    return found._replace(note="; ".join(notes))
 
 
 def _alike(first: Disk, second: Disk) -> bool:

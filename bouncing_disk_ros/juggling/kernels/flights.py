@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel, sincos
 from bouncing_disk_ros.juggling.kernels.offset_plan import Array, offset_state
 
 KIND, SINCE, POSITION, VELOCITY = 0, 1, 2, 3
@@ -37,10 +37,17 @@ def apart(t: float, phase: float) -> float:
 
 
 @rare_kernel
+def sine_cosine(t: float) -> tuple[float, float]:
+    """Sine and cosine of t, with the same bits on every machine."""
+    found: tuple[float, float] = sincos(t)
+    return found
+
+
+@rare_kernel
 def platform_state(forcing: float, plan: Array, t: float) -> Triple:
     """Position, velocity and acceleration of the platform."""
     p, v, a = offset_state(plan, t)
-    sine, cosine = math.sin(t), math.cos(t)
+    sine, cosine = sine_cosine(t)
     return forcing * sine + p, forcing * cosine + v, a - forcing * sine
 
 

@@ -26,6 +26,7 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     VELOCITY,
     apart,
     next_event,
+    sine_cosine,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
@@ -54,12 +55,20 @@ P_RESTITUTION, DELAY, JITTER, MISSED, HEARS_VELOCITY, IMPULSE, IMPULSE_AT, DEADL
 """Of the plant and the sensor: ε, delay and jitter (rad), part of impacts unheard, whether the
 velocity is heard, change of velocity by an impulse, the begin of the period in which it acts, end
 (rad)."""
-PLANT = 8
+PHASE_LAG, ANGULAR_FORCING = 8, 9
+"""Of its rotation: θ (rad), Γ_T."""
+PLANT = 10
 NEVER, CAPTURED, LOST = 0, 1, 2
 """Verdicts."""
 R_VERDICT, R_IMPACTS, R_TIME, R_POSITION, R_ACCELERATION, R_COMMANDS, R_EVENTS = range(7)
 """Results: verdict, impacts and time until captured, largest offset, commands, impacts in all."""
-RESULTS = 7
+R_ROTOR = 7
+"""Mean angular velocity of the disk in the last periods of a run that was captured, ωΦ."""
+RESULTS = 8
+MEASURED = 10.0 * TWO_PI
+"""Time up to the deadline over which that mean is taken, rad."""
+SPEED, TURNED_AT, TURNED = range(3)
+"""Of the rotor: angular velocity (ωΦ), since when, angle turned in the time that is measured."""
 
 _WAITING = 64  # impacts on their way to the controller; the oldest is lost beyond
 _IMPULSE_DRAW = 1 << 40  # number of the draw that an impulse's instant comes from
@@ -107,6 +116,8 @@ def run_loop(
     if plant[IMPULSE] != 0.0:
         impulse_at = plant[IMPULSE_AT] + TWO_PI * draw(seed, number, _IMPULSE_DRAW)
     result[:] = 0.0
+    rotor = np.zeros(3)
+    rotor[TURNED_AT] = start[SINCE]
     had = False
     if state[KIND] == FLIES:
         queued = report(plant, waiting, 0, state, False, seed, number, 0)
@@ -114,8 +125,9 @@ def run_loop(
     while state[SINCE] < plant[DEADLINE] and impacts < _BUDGET:
         heard_at = waiting[0, 0] if queued else math.inf
         until = min(heard_at, impulse_at, plant[DEADLINE])
-        found, t, _ = next_event(forcing, e, bound, plan, state, until)
+        found, t, w = next_event(forcing, e, bound, plan, state, until)
         if found in (IMPACT, RESTED):
+            turn_rotor(plant, rotor, t, w)
             if impacts < len(trace):
                 trace[impacts] = t, state[VELOCITY]
             impacts += 1
@@ -134,6 +146,30 @@ def run_loop(
             break
     result[R_EVENTS] = impacts
     note_verdict(result, near >= streak, had)
+    result[R_ROTOR] = mean_speed(plant, rotor, start[SINCE]) if near >= streak else math.nan
+
+
+@rare_kernel
+def turn_rotor(plant: Array, rotor: Array, t: float, w: float) -> None:
+    """Change the angular velocity in an impact of relative velocity w: slip goes, up to friction.
+
+    Contact does not turn the disk here: that matters for a few impacts after it only.
+    """
+    begin = max(rotor[TURNED_AT], plant[DEADLINE] - MEASURED)
+    rotor[TURNED] += rotor[SPEED] * max(t - begin, 0.0)
+    rotor[TURNED_AT] = t
+    slip = rotor[SPEED] - sine_cosine(t + plant[PHASE_LAG])[1]
+    most = (1.0 + plant[P_RESTITUTION]) * abs(w) / plant[ANGULAR_FORCING]
+    rotor[SPEED] -= min(max(slip, -most), most)
+
+
+@rare_kernel
+def mean_speed(plant: Array, rotor: Array, start: float) -> float:
+    """Mean angular velocity over the time that is measured, which ends with the deadline."""
+    end = plant[DEADLINE]
+    begin = max(start, end - MEASURED)
+    turned = rotor[TURNED] + rotor[SPEED] * max(end - max(rotor[TURNED_AT], begin), 0.0)
+    return float(turned / (end - begin))
 
 
 @rare_kernel

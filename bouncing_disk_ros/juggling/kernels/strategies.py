@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, arccosine, entry, rare_kernel
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     GRAVITY,
@@ -26,6 +26,7 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     apart,
     next_event,
     platform_state,
+    sine_cosine,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     Array,
@@ -84,11 +85,18 @@ def new_memory(restitution: float) -> Array:
     return memory
 
 
-@rare_kernel
+@entry(types.float64(types.float64, types.float64))
 def orbit_phase(forcing: float, restitution: float) -> float:
     """τ_imp of the period-1 orbit; 0 where there is none."""
     least = (1.0 - restitution) / (1.0 + restitution)
-    return math.acos(least / forcing) if least < forcing else 0.0
+    return arccosine(least / forcing) if least < forcing else 0.0
+
+
+@entry(types.float64(types.float64))
+def arc_cosine(c: float) -> float:
+    """`arccosine` for Python: angle in [0, π/2] whose cosine is c in [0, 1]."""
+    found: float = arccosine(c)
+    return found
 
 
 # --- estimates ------------------------------------------------------------------------------------
@@ -202,7 +210,7 @@ def small_speed(
     reach = math.pi * (1.0 + e)
     phase = off + reach * fast
     wanted = -phase / reach  # deviation of the velocity that makes the phase after next right
-    own = -(1.0 + e) * settings[FORCING] * math.sin(target[0]) * phase + e * e * fast
+    own = -(1.0 + e) * settings[FORCING] * sine_cosine(target[0])[0] * phase + e * e * fast
     return (wanted - own) / (1.0 + e)
 
 

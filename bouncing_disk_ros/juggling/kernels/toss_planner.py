@@ -26,6 +26,7 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     VELOCITY,
     landing,
     next_event,
+    sine_cosine,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
@@ -147,11 +148,12 @@ def try_toss(
     before = flight[VELOCITY] - GRAVITY * d
     height = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
     d = arrives - at
-    orbit_height = forcing * math.sin(target[0])
+    orbit_sine, orbit_cosine = sine_cosine(target[0])
+    orbit_height = forcing * orbit_sine
     leaves = (orbit_height - height) / d + 0.5 * GRAVITY * d
-    speed = (leaves + e * before) / (1.0 + e) - forcing * math.cos(at)
+    speed = (leaves + e * before) / (1.0 + e) - forcing * sine_cosine(at)[1]
     again = leaves - GRAVITY * d
-    second = (target[1] + e * again) / (1.0 + e) - forcing * math.cos(target[0])
+    second = (target[1] + e * again) / (1.0 + e) - forcing * orbit_cosine
     fastest = 2.0 * math.sqrt(settings[POSITION_LIMIT] * settings[ACCELERATION_LIMIT])
     if max(abs(speed), abs(second)) > fastest:
         return math.inf
@@ -183,13 +185,14 @@ def meeting(settings: Array, flight: Array, begin: float, level: float, middle: 
     clear_plan(flat)
     flat[0, END] = level
     d = begin - flight[SINCE]
-    gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d) - forcing * math.sin(begin)
+    gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
+    gap -= forcing * sine_cosine(begin)[0]
     start = begin
     if gap - level <= 1e-9:
         start = middle
         d = start - flight[SINCE]
         gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
-        gap -= forcing * math.sin(start)
+        gap -= forcing * sine_cosine(start)[0]
         if gap <= level:
             return math.inf
     return landing(
@@ -333,7 +336,8 @@ def natural_landing(settings: Array, flight: Array, now: float) -> float:
     """When the flight in progress would land on the sinusoid alone; -inf: it is below it now."""
     forcing = settings[FORCING]
     d = now - flight[SINCE]
-    gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d) - forcing * math.sin(now)
+    gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
+    gap -= forcing * sine_cosine(now)[0]
     if gap <= REST_SPEED:
         return -math.inf
     at: float = meeting(settings, flight, now, 0.0, now)

@@ -21,7 +21,7 @@ from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.bounded_columns import Bounded, EveryNth, Newest
 from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
-from bouncing_disk_ros.nodes.bags.simulators import WANTED, choose, is_there
+from bouncing_disk_ros.nodes.bags.simulators import OPTIONAL, WANTED, choose, is_there
 from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder, record_of
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 
@@ -80,13 +80,13 @@ class BagRun:
         self.namespace = choose(bag, options.namespace)
         base = self.namespace.rstrip("/")
         names = {"/diagnostics": "/diagnostics"}
-        names |= {f"{base}/{short}": short for short in WANTED}
+        names |= {f"{base}/{short}": short for short in (*WANTED, *OPTIONAL)}
         if options.topics:
             names = {name: short for name, short in names.items() if short in options.topics}
         self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
         for name in self._names:
             bag.check_installed(name)
-        self._missing = tuple(sorted(set(names.values()) - set(self._names.values())))
+        self._missing = tuple(sorted(set(names.values()) - {*self._names.values(), *OPTIONAL}))
         self._losses = Losses()
         self._stopped = ""
         self._cut_off = False  # the run goes on after the times wished for
@@ -108,6 +108,7 @@ class BagRun:
         self._record.motions = Newest[Any](limits.EVENTS)
         self._record.changes = Newest[Any](limits.EVENTS)
         self._record.disks = Newest[Any](limits.EVENTS)
+        self._record.offsets = Newest[Any](limits.EVENTS)
         self._builder = RunRecordBuilder(self._record, self.namespace)
         self._latest = {"disk/inputs": -1.0, "disk/impacts": -1.0}
         if self._wish.run in (0, self._runs):
@@ -210,6 +211,7 @@ class BagRun:
         ):  # fmt: skip
             if isinstance(kept, EveryNth) and kept.step > 1:
                 yield f"of {name} all but every {kept.step}th message"
-        for events in (self.record.motions, self.record.changes, self.record.disks):
+        record = self.record
+        for events in (record.motions, record.changes, record.disks, record.offsets):
             if isinstance(events, Newest) and events.dropped:
-                yield f"the first {events.dropped} motions, changes or disks of the run"
+                yield f"the first {events.dropped} motions, changes, disks or offsets of the run"

@@ -9,6 +9,8 @@ from bouncing_disk_ros.topics import TOPICS
 WANTED = ("disk/impacts", "disk/inputs", "platform/motion", "disk/rotor_speed", "joint_states",
           "disk/phase")  # fmt: skip
 """Topics of a simulator, within its namespace."""
+OPTIONAL = ("platform/offset",)
+"""Topics that are there only where something was commanded."""
 
 
 def simulators(bag: Bag) -> list[str]:

@@ -15,9 +15,13 @@ _EXAMPLE = "ros2 run bouncing_disk_ros juggle --ros-args -p strategy:=deadbeat -
 
 _SPECS = (
     Spec("strategy", "deadbeat", "", "none (open loop), impact_time, deadbeat or small: see "
-         "docs/juggling.md"),
+         "docs/juggling.md; may be changed while it runs"),
     Spec("controller", "", "", "a Python file with a controller of your own, instead of a "
          "strategy: a function make_controller(setup)"),
+    Spec("target", "period-1", "", "the orbit to be reached: period-1, stable or not, or another "
+         "periodic attractor, such as \"period-2 in 1 cycle\"; may be changed while it runs"),
+    Spec("set_phase_lag", True, "", "once captured, command the phase lag that turns the disk "
+         "fastest, θ = −τ_imp on period-1, where the platform turns; never with strategy none"),
     Spec("restitution", 0.5, "1", "coefficient of restitution as the controller believes it", "ε",
          low=1e-6, high=0.999999),
     Spec("learn", True, "", "correct the restitution by what is heard"),
@@ -30,6 +34,8 @@ _SPECS = (
     Spec("small_limit", 0.02, "A", "largest offset of the strategy small", low=1e-9, high=1e3),
     Spec("lead", 0.02, "s", "simulated time from an impact until an answer to it can act: longer "
          "than messages take; 0 where simulated time waits (lockstep)", low=0.0, high=1e3),
+    Spec("lockstep_number", 0, "", "number of this controller in the simulator's "
+         "lockstep_controllers, whose gates it answers; 0: no lockstep", low=0, high=2**31 - 1),
     Spec("delay", 0.0, "2π/ω", "besides: a delay, in periods, to try it out", low=0.0, high=10.0),
     Spec("jitter", 0.0, "2π/ω", "largest error of the instants, in periods, to try it out",
          low=0.0, high=1.0),

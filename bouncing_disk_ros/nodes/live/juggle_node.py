@@ -4,37 +4,96 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header, String
+from std_msgs.msg import Float64, Header, String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
-from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Controller, Juggler, OffsetTrajectory
-from bouncing_disk_ros.juggling.loop_settings import (
-    Limits,
-    Sensor,
-    check_strategy,
-    period_one_points,
-)
-from bouncing_disk_ros.juggling.loop_verdict import Watch
-from bouncing_disk_ros.juggling.own_controller import Setup, controller_of
+from bouncing_disk_ros.juggling.loop_settings import Array, Limits, Sensor, check_strategy
+from bouncing_disk_ros.juggling.loop_verdict import Outcome, Watch
+from bouncing_disk_ros.juggling.named_orbit import OWN, orbit_named
+from bouncing_disk_ros.juggling.orbit_rotation import best_phase_lag, mean_rotor_speed
+from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
+from bouncing_disk_ros.nodes.live.gate_answers import GateAnswers
 from bouncing_disk_ros.nodes.shared.node_tool import options
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
-from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
+from bouncing_disk_ros.ros.from_messages import (
+    impacts_from_msg,
+    msg_to_motion,
+    time_to_ns,
+)
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import OFFSET_JOINTS, TOPICS
 from bouncing_disk_ros.units import NS
 
+_MEASURED = 11
+"""Impacts over which the rotor speed is measured."""
+_LAG_OFF = 1e-3
+"""Phase lags nearer than this (rad) to the best one are left alone: 1 − cos of it is 5e-7."""
+_PHASE_OFF = 1e-6
+"""Forcing phases nearer than this (rad) belong to one motion."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class _Loop:
+    """What the node knows while one motion up and down lasts."""
+
+    def __init__(self, controller: Controller, setup: Setup, watch: Watch) -> None:
+        self.controller, self.setup, self.watch = controller, setup, watch
+        self.motion = setup.motion
+        self.phase_lag = setup.motion.phase_lag  # as last commanded, or in force
+        self.axial_forcing = axial_forcing_of(setup.motion, setup.disk)
+        self._scale = velocity_scale(setup.motion, setup.disk)
+        self._turns = False  # whether a cross-fade changes the rotation only
+        self._times: deque[float] = deque(maxlen=_MEASURED)
+        self._speeds: deque[float] = deque(maxlen=_MEASURED)
+
+    @property
+    def orbit(self) -> Array:
+        """The orbit aimed at, as corrected by what was heard."""
+        return self.watch.orbit
+
+    def goes_on(self, heard: MotionInForce, phase: float) -> bool:
+        """Whether a motion that begins moves the platform up and down as before."""
+        begin, end = heard.start, heard.target
+        fades = heard.begin_ns != heard.end_ns
+        same = all(_axial(one) == _axial(self.motion) for one in (begin, end))
+        near = abs(math.remainder(phase - self.setup.phase, math.tau)) < _PHASE_OFF
+        if not (same and near and (fades or self._turns)):
+            return False
+        self._turns, self.motion, self.phase_lag = fades, end, end.phase_lag
+        return True
+
+    def note(self, row: Any) -> None:
+        """An impact: what it says of the orbit and of the rotation."""
+        if isinstance(self.controller, Juggler):
+            self.watch.learnt(self.controller.orbit)
+        velocity = float(row["axial_velocity"]) / self._scale
+        self.watch.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
+        self._times.append(float(row["time"]))
+        self._speeds.append(float(row["angular_velocity"]))
+
+    @property
+    def rotor_speed(self) -> float:
+        """Mean angular velocity over the last flights, rad/s; nan: not known."""
+        return mean_rotor_speed(list(self._times), list(self._speeds))
+
+
+def _axial(motion: Motion) -> tuple[float, float]:
+    return motion.axial_amplitude, motion.frequency
 
 
 class JuggleNode(Node):
@@ -45,88 +104,169 @@ class JuggleNode(Node):
         values = options(self, table)
         self._values = values
         self._strategy, self._file = str(values["strategy"]), str(values["controller"])
-        check_strategy(self._strategy)
+        self._target = str(values["target"])
+        self._check(self._strategy, self._target)
         delay, jitter, missed = (float(values[name]) for name in ("delay", "jitter", "missed"))
         self._sensor = Sensor(delay, jitter, missed, int(values["seed"]))
         self.sent = 0
         self.status = ""
-        self._controller: Controller | None = None
-        self._motion: Motion | None = None
-        self._setup: Setup | None = None
-        self._watch: Watch | None = None
+        self._loop: _Loop | None = None
         topic = TOPICS["platform/joint_trajectory"]
         self._out = self.create_publisher(JointTrajectory, topic.name, profile_of(topic))
+        topic = TOPICS["platform/phase_lag"]
+        self._lag_out = self.create_publisher(Float64, topic.name, profile_of(topic))
         self._status = self.create_publisher(String, "~/status", LATCHED)
+        number = int(values["lockstep_number"])
+        self._gates = GateAnswers(self, number) if number else None
         for name, kind, callback in (
             ("platform/motion", JointTrajectory, self._on_motion),
             ("disk/impacts", PointCloud2, self._on_impacts),
         ):
             self.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+        self.add_on_set_parameters_callback(self._on_change)
         self._say("waiting for platform/motion")
 
-    def _say(self, text: str) -> None:
-        """A new status: latched, and a line in the log."""
-        if text != self.status:
-            self.status = text
-            self.get_logger().info(text)
-            self._status.publish(String(data=text))
+    def _say(self, text: str, more: str = "") -> None:
+        """A new status: latched; a line in the log where it is not only `more` that is new."""
+        if text + more != self.status:
+            if not self.status.startswith(text):
+                self.get_logger().info(text)
+            self.status = text + more
+            self._status.publish(String(data=self.status))
+
+    # --- the target -------------------------------------------------------------------------------
+    def _check(self, strategy: str, target: str) -> None:
+        """Refuse a strategy that there is not, and a target that it does not aim at."""
+        check_strategy(strategy)
+        if target != OWN and (self._file or strategy in ("none", "small")):
+            why = "Only impact_time and deadbeat aim at other orbits."
+            raise InputError("target", target, OWN, why)
+
+    def _orbit(self, target: str, motion: Motion, disk: Disk) -> Array:
+        return orbit_named(target, axial_forcing_of(motion, disk), disk.restitution)
+
+    def _on_change(self, changes: Sequence[Parameter]) -> SetParametersResult:
+        """Switch to another target or strategy; the other options are those of the start."""
+        new = {change.name: str(change.value) for change in changes}
+        strategy = new.pop("strategy", self._strategy)
+        target = new.pop("target", self._target)
+        try:
+            for name in new:
+                raise InputError(name, new[name], f"{self._values.get(name)}: it is fixed at start")
+            if strategy != self._strategy and self._file:
+                raise InputError("strategy", strategy, "none with a controller of your own")
+            self._check(strategy, target)
+            if self._loop is not None:
+                self._switch(self._loop, strategy, target)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=error.line)
+        self._strategy, self._target = strategy, target
+        if self._loop is not None:
+            self._report(self._loop)
+        return SetParametersResult(successful=True)
+
+    def _switch(self, loop: _Loop, strategy: str, target: str) -> None:
+        """Go on with another strategy, to another orbit; what was heard and commanded stays."""
+        if target != self._target:
+            orbit = self._orbit(target, loop.setup.motion, loop.setup.disk)
+            loop.watch = self._new_watch(orbit)
+            if isinstance(loop.controller, Juggler):
+                loop.controller.aim_at(None if target == OWN else orbit)
+        if strategy != self._strategy and isinstance(loop.controller, Juggler):
+            old = loop.controller
+            loop.controller = self._controller(strategy, loop.setup, old.orbit, target)
+            loop.controller.take_over(old)
+
+    def _name(self) -> str:
+        aim = "" if self._target == OWN else f" to {self._target}"
+        return f"{self._file or self._strategy}{aim}"
+
+    def _new_watch(self, orbit: Array) -> Watch:
+        return Watch(orbit, float(self._values["tolerance"]), int(self._values["streak"]))
 
     # --- what is heard ----------------------------------------------------------------------------
     def _on_motion(self, msg: JointTrajectory) -> None:
         try:
             motion = msg_to_motion(msg)
-            if motion.begin_ns != motion.end_ns:  # a cross-fade: the steady motion comes next
-                self._controller = None
-                self._say("waiting for a steady motion")
+            phase = motion.forcing_phase - math.tau * motion.target.frequency * motion.begin_ns / NS
+            if self._loop is not None and self._loop.goes_on(motion, phase):
                 return
-            self._begin(motion.target, motion.forcing_phase, motion.begin_ns)
+            self._loop = None
+            if motion.begin_ns != motion.end_ns:  # a cross-fade: the steady motion comes next
+                self._say("waiting for a steady motion")
+            else:
+                self._begin(motion.target, phase)
         except InputError as error:
-            self._controller = None
+            self._loop = None
             self._say(f"cannot juggle: {error.line}")
+        if self._gates is not None:
+            self._gates.begin()
 
-    def _begin(self, motion: Motion, forcing_phase: float, at_ns: int) -> None:
+    def _begin(self, motion: Motion, phase: float) -> None:
         """Start anew under a steady motion."""
         values = self._values
         restitution, gravity = float(values["restitution"]), float(values["gravity"])
         disk = Disk(1.0, restitution, 0.0, 1.0, 1.0, gravity)
-        phase = forcing_phase - math.tau * motion.frequency * at_ns / NS
         limits = Limits(*(float(values[f"{name}_limit"]) for name in Limits.__dataclass_fields__))
         setup = Setup(motion, disk, limits, phase)
-        orbit = period_one_points(axial_forcing_of(motion, disk), restitution)
-        self._controller = controller_of(
-            self._strategy, self._file, setup, learns=bool(values["learn"])
-        )
-        self._setup = setup
-        self._watch = Watch(orbit, float(values["tolerance"]), int(values["streak"]))
-        self._say(f"{self._file or self._strategy}: not captured")
+        orbit = self._orbit(self._target, motion, disk)
+        self._loop = _Loop(
+            load_controller(self._file, setup) if self._file
+            else self._controller(self._strategy, setup, orbit, self._target),
+            setup, self._new_watch(orbit),
+        )  # fmt: skip
+        self._say(f"{self._name()}: not captured")
+
+    def _controller(self, strategy: str, setup: Setup, orbit: Array, target: str) -> Juggler:
+        return Juggler(
+            strategy, setup.motion, setup.disk, limits=setup.limits, phase=setup.phase,
+            learns=bool(self._values["learn"]), orbit=None if target == OWN else orbit,
+        )  # fmt: skip
 
     def _on_impacts(self, cloud: PointCloud2) -> None:
-        controller, setup, watch = self._controller, self._setup, self._watch
-        if controller is None or setup is None or watch is None:
-            return
         try:
             rows = impacts_from_msg(cloud)
         except InputError as error:
             self.get_logger().warning(error.line, once=True)
             return
-        last_ns = round(float(rows["time"][-1]) * NS)
+        if self._loop is not None:
+            for row in rows:
+                self._on_row(self._loop, row, cloud, round(float(rows["time"][-1]) * NS))
+            self._report(self._loop)
+        if self._gates is not None:
+            self._gates.heard(int(rows["index"][-1]) + 1)
+
+    def _on_row(self, loop: _Loop, row: Any, cloud: PointCloud2, last_ns: int) -> None:
+        loop.note(row)
+        heard = hear_row(row, self._sensor, loop.setup.motion.frequency, 0, int(row["index"]))
+        if heard is None:
+            return
+        known_ns, impact = heard
         lead_ns = round(float(self._values["lead"]) * NS)
-        scale = velocity_scale(setup.motion, setup.disk)
-        for row in rows:
-            watched = watch.learnt(controller.orbit) if isinstance(controller, Juggler) else watch
-            velocity = float(row["axial_velocity"]) / scale
-            watched.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
-            heard = hear_row(row, self._sensor, setup.motion.frequency, 0, int(row["index"]))
-            if heard is None:
-                continue
-            known_ns, impact = heard
-            answer = controller.on_impact(impact, known_ns + lead_ns)
-            if answer is not None:
-                stamp_ns = time_to_ns(cloud.header.stamp)
-                factor = float(self._values["real_time_factor"]) or 1.0
-                late_ns = answer.begin_ns - last_ns
-                self._send(answer, stamp_ns + round(late_ns / factor), factor)
-        self._say(f"{self._file or self._strategy}: {watch.text}")
+        answer = loop.controller.on_impact(impact, known_ns + lead_ns)
+        if answer is not None:
+            factor = float(self._values["real_time_factor"]) or 1.0
+            late_ns = round((answer.begin_ns - last_ns) / factor)
+            self._send(answer, time_to_ns(cloud.header.stamp) + late_ns, factor)
+
+    def _report(self, loop: _Loop) -> None:
+        """Say how it stands; once captured, the rotor speed too, and see to the phase lag."""
+        text, more = f"{self._name()}: {loop.watch.text}", ""
+        top = math.tau * loop.motion.frequency * loop.motion.angular_amplitude
+        if loop.watch.verdict.outcome is Outcome.CAPTURED and top > 0.0:
+            speed = loop.rotor_speed / top
+            more = f", rotor speed {speed:.2f} ωΦ" if speed == speed else ""
+            if self._values["set_phase_lag"] and self._strategy != "none":
+                self._turn_fastest(loop)
+        self._say(text, more)
+
+    def _turn_fastest(self, loop: _Loop) -> None:
+        """Command the phase lag with the largest rotor speed on the orbit, where it is another."""
+        lag = best_phase_lag(loop.orbit, loop.axial_forcing)
+        if abs(math.remainder(lag - loop.phase_lag, math.tau)) > _LAG_OFF:
+            loop.phase_lag = lag
+            self._lag_out.publish(Float64(data=lag))
+            self._count()
 
     # --- what is commanded ------------------------------------------------------------------------
     def _send(self, answer: OffsetTrajectory, stamp_ns: int, factor: float) -> None:
@@ -143,3 +283,8 @@ class JuggleNode(Node):
         names = [OFFSET_JOINTS[0]]
         self._out.publish(JointTrajectory(header=header, joint_names=names, points=points))
         self.sent += 1
+        self._count()
+
+    def _count(self) -> None:
+        if self._gates is not None:
+            self._gates.sent()

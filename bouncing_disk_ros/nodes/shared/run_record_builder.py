@@ -28,6 +28,7 @@ from bouncing_disk_ros.ros.from_messages import (
     time_to_ns,
 )
 from bouncing_disk_ros.run.input_records import Record, from_json
+from bouncing_disk_ros.run.recorded_trajectories import RecordedTrajectories
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.units import NS
 
@@ -55,11 +56,13 @@ class RunRecordBuilder:
         self.phase = ""
         self._prefix = namespace.strip("/")
         self._losses = LossCounter()
+        self._trajectories = RecordedTrajectories(record.offsets)
         self._line: TimeMap | None = None  # between stamps and simulated time
         self._factor, self._clock_is_simulated = 1.0, False
         self.handlers: Mapping[str, Callable[[Any], None]] = {
             "disk/inputs": self._on_input,
             "platform/motion": self._on_motion,
+            "platform/offset": self._on_offset,
             "disk/phase": self._on_phase,
             "disk/impacts": self._on_impacts,
             "disk/rotor_speed": self._on_speed,
@@ -85,6 +88,9 @@ class RunRecordBuilder:
         self._line = self._through(motion.begin_ns, time_to_ns(msg.header.stamp))
         if not self.record.motions or self.record.motions[-1] != motion:
             self.record.motions.append(motion)
+
+    def _on_offset(self, _: Any) -> None:
+        self._trajectories.note_offset()
 
     def _on_phase(self, msg: Any) -> None:
         self.phase = msg.data
@@ -126,6 +132,7 @@ class RunRecordBuilder:
             case "snapshot":
                 self._take_values(record["parameters"])
                 self._take_disk(time, record["parameters"])
+                self._trajectories.take_snapshot(record)
             case "parameters":
                 self._take_values(record["values"])
                 if self._take_disk(time, record["disk"]):
@@ -133,8 +140,11 @@ class RunRecordBuilder:
             case "impulse":
                 detail = f"{record['axial_impulse']:g} N·s, {record['angular_impulse']:g} N·m·s"
                 self.record.changes.append(Change(record["at_ns"] / NS, "impulse", detail))
+            case "trajectory":
+                self._trajectories.take_trajectory(record)
             case "reset":
                 self.record.changes.append(Change(time, kind))
+                self._trajectories.take_reset(record["time_ns"])
 
     def _take_values(self, values: Mapping[str, Any]) -> None:
         self._factor = float(values.get("real_time_factor", self._factor))

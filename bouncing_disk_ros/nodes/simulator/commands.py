@@ -135,9 +135,8 @@ class Commands:
             self._target.refuse(error)
             return False
         session.trajectory(splice)
-        self._target.log_accepted(
-            request.field, describe_trajectory(splice), far_ahead(request, instant)
-        )
+        line = f"{describe_trajectory(splice)}; pending: {session.pending}"
+        self._target.log_accepted(request.field, line, far_ahead(request, instant))
         self._target.publish_consequences()
         return True
 

@@ -46,6 +46,7 @@ def lines(result: xr.Dataset) -> list[str]:
             text = f"    {strategy!s:12} {', '.join(parts)}"
             if took == took:
                 text += f", in {took:.3g} periods (median)"
+                text += f", rotor speed {float(one['median_rotor_speed']):.4g} ωΦ"
             rows.append(f"{text}, offset up to {float(one['offset_used']):.3g} A")
     return rows
 

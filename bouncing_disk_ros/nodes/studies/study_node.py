@@ -19,7 +19,7 @@ from bouncing_disk_ros.nodes.studies.study_work import REPORT_SECONDS, Outlet, S
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.study_tables import LISTS
+from bouncing_disk_ros.study_tables import LISTS, refuse_not_taken
 from bouncing_disk_ros.topics import Qos
 
 _LATCHED = Qos(1, latched=True)
@@ -32,6 +32,7 @@ class StudyNode(Node):
         self, name: str, table: Mapping[str, Spec], make_view: Callable[[], StudyView[Any]]
     ) -> None:
         super().__init__(name)
+        refuse_not_taken(name, overrides_of(self))
         values = options(self, table, LISTS)
         self._work = StudyWork(name, table, values, set(overrides_of(self)), make_view())
         self._topics = _Topics(self, has_image=self._work.has_image)

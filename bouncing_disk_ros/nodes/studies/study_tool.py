@@ -15,7 +15,7 @@ from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.ros_arguments import RosArguments
-from bouncing_disk_ros.study_tables import LISTS, table_of
+from bouncing_disk_ros.study_tables import LISTS, refuse_not_taken, table_of
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class StudyTool:
 
     def _run_without_ros(self, start: Start) -> int:
         overrides = RosArguments(start.ros, self.name).overrides
+        refuse_not_taken(self.name, overrides)
         values = option_values(overrides, self.table, LISTS)
         with start.stop.importing():
             announce_compilation(self.name)

@@ -10,13 +10,18 @@ from __future__ import annotations
 import ast
 import importlib
 import pkgutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from numba import types
 from numba.core.dispatcher import Dispatcher
 
 import bouncing_disk_ros
+from bouncing_disk_ros.core import arithmetic
+from bouncing_disk_ros.core.next_event import find_next
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("collision_map", "core", "juggling.kernels")
@@ -102,3 +107,26 @@ def test_no_file_compiles_otherwise() -> None:
         if (told := list(offences(ast.parse(file.read_text("utf-8")))))
     }
     assert found == {}
+
+
+LOADED = """
+from bouncing_disk_ros.core import arithmetic, engine
+print([part.__name__ for part, _ in arithmetic._parts if part.signatures])
+"""
+
+
+def test_a_start_loads_no_kernel_that_only_kernels_call(warm_kernels: None) -> None:
+    """A tenth of a second of each start: the kernels that Python calls hold their code."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True, timeout=100
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_a_part_is_compiled_once_for_all_integers(warm_kernels: None) -> None:
+    """A literal one is a type of its own to numba: each took another 10 s to compile."""
+    part, arguments = next(row for row in arithmetic._parts if row[0] is find_next)
+    part.get_call_template(arguments, {})
+    compiled = list(part.signatures)
+    part.get_call_template((*arguments[:-1], types.literal(7)), {})
+    assert part.signatures == compiled

@@ -66,6 +66,12 @@ def test_arcsine_inverts_the_sine(c: float) -> None:
     assert math.sin(x) == pytest.approx(c, abs=2e-16)
 
 
+@given(st.floats(0, 1))
+def test_arccosine_inverts_the_cosine(c: float) -> None:
+    """To two ulp of π/2, also where the cosine hardly changes."""
+    assert float(abs(arithmetic.arccosine(c) - mpmath.acos(c))) <= 2.0**-51
+
+
 @pytest.mark.parametrize(
     ("x", "expected"),
     [(-1e-300, 0.0), (math.tau, 0.0), (7.0, 7.0 - math.tau), (-1.0, math.tau - 1.0), (1.0, 1.0)],

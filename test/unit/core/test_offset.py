@@ -29,8 +29,10 @@ from bouncing_disk_ros.core.offset import (
     largest,
 )
 from bouncing_disk_ros.core.simulation import Simulation
+from reference.cases import examples
 from reference.offset_path import Point, Trajectory, pieces
 from support.offset_runs import OffsetRun, Spliced, knots, random_run
+from support.offset_splices import check_future_splice
 
 SECOND = 10**9
 STILL = Motion(0.0, 0.0, 1.0, 0.0)
@@ -347,25 +349,9 @@ def test_any_pattern_of_calls_and_a_checkpoint_give_the_same_bits() -> None:
 
 
 def test_future_splices_while_moving_keep_the_position_continuous() -> None:
-    """Over a splice the platform moves by what its speeds allow in 2 ns, to rounding."""
-    rng = np.random.default_rng(5)
-    for seed in range(60):
-        run = random_run(seed)
-        sim = run.start()
-        at = int(rng.uniform(0.1, 2.0) / run.motion.frequency * SECOND)
-        before = sim.offset
-        sim.trajectory(at, knots(((at + SECOND // 10, 0.01, 0.0),)))
-        for ns in rng.integers(0, at + 1, 5).tolist():
-            assert sim.offset.axial.state_at(ns).position == before.axial.state_at(ns).position
-        found = []
-        for ns in (at - 1, at, at + 1):
-            sim.advance(ns)
-            found.append(sim.sample())
-        speed = 1e-9 * max(abs(one.platform_velocity) for one in found)
-        scale = max(abs(one.platform_position) for one in found)
-        room = 1.01 * speed + 1e-15 * scale + 1e-17
-        assert abs(found[1].platform_position - found[0].platform_position) <= room
-        assert abs(found[2].platform_position - found[1].platform_position) <= room
+    """`make soak`: ten thousand."""
+    for seed in range(examples(60)):
+        check_future_splice(seed)
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,9 @@ def test_the_figure_says_what_it_shows(
     assert bottom.get_xlabel() == "axial forcing Γ"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
     assert middle.get_ylabel() == "mean speed α̇ / (ωΦ)"
-    assert figure.get_suptitle() == "Attractor followed upward in Γ; ε = 0.5, θ = 0, Γ_T = 100"
+    assert (
+        figure.get_suptitle() == "Attractor followed upward in Γ; ε = 0.5, θ = 0, $\\Gamma_T$ = 100"
+    )
     legend = top.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == [
@@ -91,6 +93,8 @@ def test_the_figure_says_what_it_shows(
         file = tmp_path / f"figure.{kind}"
         figure.savefig(file)
         assert 10_000 < file.stat().st_size < 500_000
+    bottom_of_legend = legend.get_window_extent().y0
+    assert bottom_of_legend >= top.get_window_extent().y1, "the legend covers no branch"
 
 
 def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:

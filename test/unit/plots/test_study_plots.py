@@ -170,7 +170,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     )  # fmt: skip
     ys = [y for _, y in labels(figures["bifurcation"])]
     assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "Lyapunov"]
-    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": "Γ_T"}[along]
+    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
     assert f"in {name};" in text_of(figures["bifurcation"])
     at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
     assert any(line.endswith(f"at {at:.6g}") for line in lines)
@@ -215,7 +215,7 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     assert left.get_xlabel() == "axial forcing Γ"
     assert left.get_ylabel() == "restitution ε"
     start = "a start beside the period-1 orbit (where there is none, from contact)"
-    title = f"What the disk settles on from {start}\nθ = 0, Γ_T = 100"
+    title = f"What the disk settles on from {start}\nθ = 0, $\\Gamma_T$ = 100"
     assert figure.get_suptitle() == title
     legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
                for axes in (left, right)]  # fmt: skip
@@ -248,7 +248,7 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
         y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
         start="given", initial_phase=0.5, initial_velocity=-2.0,
     )  # fmt: skip
-    title = "What the disk settles on from τ = 0.5, w_A = −2\nΓ = 0.45, ε = 0.5"
+    title = "What the disk settles on from τ = 0.5, $w_A$ = −2\nΓ = 0.45, ε = 0.5"
     assert figures["mean_speed"].get_suptitle() == title
 
 

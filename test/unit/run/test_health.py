@@ -142,16 +142,19 @@ def test_what_is_pending_is_shown() -> None:
     pending = Pending(motions=2, impulses=0, waiting=1, next_ns=5 * NS)
     row = report(replace(FIRST, pending=pending))["inputs"]
     assert row[2]["pending"] == "2 motion(s), 1 waiting, the first at 5.000000000 s"
+    row = report(replace(FIRST, pending=Pending(trajectories=3, next_ns=NS)))["inputs"]
+    assert row[2]["pending"] == "3 offset(s), the first at 1.000000000 s"
 
 
 def test_a_reading_as_named_numbers() -> None:
-    pending = Pending(motions=2, impulses=3, waiting=1, next_ns=5 * NS)
+    pending = Pending(motions=2, impulses=3, waiting=1, next_ns=5 * NS, trajectories=4)
     now = replace(FIRST, pending=pending, motion_index=7, rows=40, lost=2, state="stepping")
     values = run_values(now, refused=9)
     assert values["state"] == 4.0
     assert (values["motion_index"], values["refused_inputs"], values["lost_commands"]) == (7, 9, 2)
     assert (values["pending_motions"], values["pending_impulses"]) == (2, 3)
     assert values["next_input_time"] == 5.0
+    assert (list(values)[26], values["pending_trajectories"]) == ("pending_trajectories", 4.0)
     assert values["energy_throughput"] == BOOKS.throughput
     empty = run_values(replace(now, energy=None, pending=Pending()), refused=9)
     assert list(empty) == list(values)

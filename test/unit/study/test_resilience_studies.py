@@ -14,6 +14,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.studies import curves, manifolds, resilience
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.plots.resilience_plot import impulse_picture
 from bouncing_disk_ros.study import named, run
 
 Shown = tuple[xr.Dataset, list[str]]
@@ -104,6 +105,15 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     assert any("N·s" in line for line in lines)
 
 
+def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
+    result, _ = resilient
+    (legend,) = impulse_picture(result).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["the attractor is not there"]
+    endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
+    (legend,) = impulse_picture(endless).legends
+    assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
+
+
 def test_resilience_of_rest_is_never_lost(resilient: Shown) -> None:
     result, _ = resilient
     assert np.isinf(result["line_least_fatal_impulse"].values[0, 0]).all()
@@ -127,7 +137,11 @@ def test_resilience_does_not_depend_on_how_it_is_cut(resilient: Shown, tmp_path:
         ("curves", {"axial_forcing": 0.9}, "axial_forcing: got 0.9, allowed: within the window"),
         ("manifolds", {"velocity": "after"}, "before: manifolds are those of w_A"),
         ("manifolds", {"restitution": 0.0}, "no state has a past"),
-        ("resilience", {"along": "phase_lag"}, "along: got 'phase_lag', allowed: one of axial"),
+        ("resilience", {"along": "phase_lag"}, "along: got 'phase_lag', .*depends on the rotation"),
+        ("resilience", {"along": "friction"}, "one of axial_forcing, restitution$"),
+        ("curves", {"phase_lag": 0.5}, "parameter: got 'phase_lag', .*depends on the rotation"),
+        ("curves", {"x_axis": "angular_forcing"}, "got 'x_axis', .*depends on the rotation"),
+        ("manifolds", {"angular_forcing": 9.0}, "got 'angular_forcing', .*depends on the rotation"),
         ("resilience", {"along": "restitution", "end": 1.0}, "end: got 1.0, allowed: less than 1"),
         ("resilience", {"after": "5 -1"}, "numbers of periods above 0"),
         ("resilience", {"velocity_begin": 0.0}, "The window is empty"),

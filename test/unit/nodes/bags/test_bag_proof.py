@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.bags.bag_proof import prove_bag
 from bouncing_disk_ros.nodes.bags.bag_report import parser
@@ -15,6 +16,7 @@ from bouncing_disk_ros.proof import event_proof as proof
 from bouncing_disk_ros.proof.exact_records import Event
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, RecordedRun
 
 
@@ -73,6 +75,24 @@ def test_every_event_of_a_run_is_proved(folder: Path, capsys: pytest.CaptureFixt
     assert prove(folder, "--run", "2") == ExitCode.DONE
     two = rows_of(capsys.readouterr().out)
     assert 0 < two["all"][0] < one["all"][0]
+
+
+def test_events_under_an_offset_are_undecided_for_one_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def lift(session: Session) -> None:
+        knot = Knot(session.time_ns + NS, OffsetState(0.01), QUINTIC)
+        session.trajectory(Splice(session.time_ns, (knot,), None))
+
+    with bag.Writer(tmp_path / "run") as writer:
+        RecordedRun(writer, preset="pizza_multiple_toss").run(4.0, {2.0: lift})
+    assert prove(tmp_path / "run") == ExitCode.DONE
+    text = capsys.readouterr().out
+    proved, undecided, refuted = rows_of(text)["all"]
+    assert (proved > 5, refuted, undecided > 3) == (True, 0, True)
+    why = "under an offset trajectory, which interval proofs do not cover"
+    told = [line for line in text.splitlines() if line.startswith("undecided")]
+    assert told == [f"undecided: {undecided} events {why}"]
 
 
 def test_a_part_can_be_proved(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,12 +10,17 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.analysis.report.report_tables import tables
+from bouncing_disk_ros.analysis.report.run_report import report_of
 from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.offset import CUBIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.nodes.bags.bounded_columns import EveryNth, Newest
 from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, RecordedRun, period_one_bag
 
 
@@ -45,6 +50,25 @@ def test_a_bag_gives_what_was_simulated(tmp_path: Path) -> None:
     assert set(lost.values()) == {"0", "1"}
     assert source.missing == ("disk/phase",)
     assert (source.namespace, source.run, source.runs) == ("/", 1, 1)
+
+
+def test_restitution_is_right_where_an_offset_moves_the_platform(tmp_path: Path) -> None:
+    def back_and_forth(session: Session) -> None:
+        knots = tuple(
+            Knot(session.time_ns + k * NS // 7, OffsetState(0.02 * (-1) ** k, 0.1), CUBIC)
+            for k in range(1, 30)
+        )
+        session.trajectory(Splice(session.time_ns, knots, None))
+
+    with bag.Writer(tmp_path / "run") as writer:
+        made = RecordedRun(writer, restitution=0.45, preset="pizza_multiple_toss")
+        made.run(8.0, {1.0: back_and_forth})
+    run = read(tmp_path / "run")
+    report = report_of(run.record, run.source)
+    assert report.restitution.value == pytest.approx(0.45, abs=1e-9)
+    assert report.restitution.high - report.restitution.low < 1e-9
+    words = dict(row for table in tables(report) for row in table.rows)
+    assert words["offset of the platform"].startswith("1 trajectory accepted")
 
 
 def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:

@@ -8,12 +8,15 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
+from bouncing_disk_ros.run.pending_inputs import Pending
+from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 from support.commanded import WALL_NS, CommandedSession
-from support.wrong_commands import WRONG, trajectory, wrench
+from support.wrong_commands import OFFSETS, WRONG, trajectory, wrench
 
 
 @pytest.mark.parametrize(("topic", "msg", "reason"), WRONG)
@@ -55,7 +58,8 @@ def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked(
     monkeypatch.setattr(commanded, "open_session", closed)
     for topic, msg, _ in WRONG:
         assert not commanded.take(topic, serialize_message(msg))
-    assert set(asked) == {"platform/command", "disk/impulse"}  # of the stamps that are too old
+    # of the stamps that are too old, and of a start that depends on where the offset is
+    assert set(asked) == {"platform/command", "disk/impulse", OFFSETS}
     assert not commanded.take("disk/impulse", serialize_message(WrenchStamped()))
     assert commanded.last is not None
     assert "while inactive" in commanded.last.line
@@ -87,6 +91,36 @@ def test_accepted_commands_are_logged_with_what_is_pending() -> None:
     assert "2 motion(s), 1 impulse(s), the first at 5.000000000 s" in commanded.lines[-1]
     assert commanded.take("platform/command", serialize_message(trajectory([])))
     assert "pending motions are cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
+
+
+def test_wrong_trajectories_leave_the_one_in_force_alone() -> None:
+    commanded = CommandedSession()
+    moving = trajectory(["platform_axial"], ([0.01], 1), ([0.02], 3))
+    assert commanded.take(OFFSETS, serialize_message(moving))
+    assert not commanded.session.advance(NS // 2)
+    before = commanded.session.simulation.snapshot()
+    many = JointTrajectory(joint_names=["platform_axial"], points=[moving.points[0]] * 100_000)
+    for msg in (many, *(msg for topic, msg, _ in WRONG if topic == OFFSETS)):
+        assert not commanded.take(OFFSETS, serialize_message(msg))
+        assert commanded.last is not None
+        assert "\n" not in commanded.last.line
+        assert len(commanded.last.line) < 400
+    assert commanded.session.simulation.snapshot() == before
+    assert [record["kind"] for record in commanded.records] == ["snapshot", "trajectory"]
+
+
+def test_trajectories_that_wait_for_their_stamps_are_pending() -> None:
+    commanded = CommandedSession()
+    for sec, names in ((6, ["platform_axial"]), (5, ["platform_rotation"]), (7, OFFSET_JOINTS)):
+        later = trajectory(list(names), ([0.01] * len(names), 1))
+        later.header.stamp.sec = WALL_NS // NS + sec
+        assert commanded.take("platform/joint_trajectory", serialize_message(later))
+    assert "pending: 3 offset(s), the first at 5.000000000 s" in commanded.lines[-1]
+    assert not commanded.session.advance(5 * NS)
+    assert commanded.session.pending == Pending(trajectories=2, next_ns=6 * NS)
+    nothing = trajectory([])
+    assert commanded.take("platform/joint_trajectory", serialize_message(nothing))
+    assert commanded.session.pending == Pending()
 
 
 @pytest.mark.parametrize(("ahead", "remarked"), [(86_399, False), (3 * 86_400, True)])

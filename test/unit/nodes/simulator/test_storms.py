@@ -14,3 +14,8 @@ from support.storms import check_storm
 def test_a_session_outlives_a_storm_and_its_record_replays(seed: int) -> None:
     found = check_storm(seed)
     assert len(found.rows) > 0
+
+
+def test_a_session_withstands_random_trajectories() -> None:
+    found = check_storm(7, 300, offsets=True)
+    assert sum(record["kind"] == "trajectory" for record in found.records) > 30
