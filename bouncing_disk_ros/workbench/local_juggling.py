@@ -9,12 +9,13 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
-from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
+from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler, OffsetTrajectory
+from bouncing_disk_ros.juggling.juggler import Juggler, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Sensor, check_strategy, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Watch
-from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
+from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of, run_loop
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
@@ -99,9 +100,10 @@ class LocalJuggling:
 
 
 def _load() -> None:
-    """Load what is compiled, or compile it, before an impact is to be answered."""
+    """Load what is compiled, or compile it, also for an offset, before an impact is answered."""
     motion, disk = Motion(0.039, 0.0, 3.0, 0.0), Disk(1.0, 0.5, 0.0, 1.0, 1.0, 9.81)
-    Juggler("deadbeat", motion, disk).on_impact(HeardImpact(0.2, 1.6), 200_000_000)
+    simulation = Simulation(motion, disk, InitialState())
+    run_loop(simulation, Juggler("deadbeat", motion, disk), periods=3.0)
 
 
 def _request(answer: OffsetTrajectory) -> TrajectoryRequest:

@@ -107,7 +107,9 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
 def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, ros: bool) -> None:
     """It brings the disk back from an impulse, and from rest; the process ends with Stop."""
     runner = ["-m", "bouncing_disk_ros"] if ros else [str(WITHOUT_ROS)]
-    workbench = start.command([sys.executable, *runner, "workbench", *OPTIONS])
+    tests = WITHOUT_ROS.parents[1]
+    path = None if ros else {"PYTHONPATH": f"{tests.parent}:{tests}"}
+    workbench = start.command([sys.executable, *runner, "workbench", *OPTIONS], env=path)
     browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
     wait(lambda: seconds_shown(browser) > 1.0)
     chromium.button(browser, "Juggle").click()
