@@ -63,7 +63,7 @@ class Watch:
         """The same in words, which change only with the outcome."""
         outcome, impacts = self.verdict
         if outcome is Outcome.CAPTURED:
-            return f"captured after {impacts} impacts"
+            return f"captured after {impacts} impact{'s' if impacts != 1 else ''}"
         return "lost" if outcome is Outcome.LOST else "not captured"
 
 
