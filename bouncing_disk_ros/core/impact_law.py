@@ -1,7 +1,7 @@
-"""The impact law, and complete chattering in closed form (model: phase 2, rules 7 and 8).
+"""Friction in an impact, and complete chattering in closed form (model: phase 2, rules 7 and 8).
 
-Of an impact with w = |w_A| the axial impulse over m is (1 + ε)w; friction removes slip up to
-grip·(1 + ε)w.
+Of an impact with w = |w_A| the axial impulse over m is (1 + ε)w (`resolve_event`); friction removes
+slip up to grip·(1 + ε)w.
 """
 
 from __future__ import annotations
