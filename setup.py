@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parent
 MANIFEST = ET.parse(ROOT / "package.xml").getroot()
 NAME = MANIFEST.findtext("name")
 EXECUTABLES = runpy.run_path(str(ROOT / NAME / "executables.py"))
-SHARED_FOLDERS = ("config", "examples", "launch", "urdf", "rviz", "foxglove")
+SHARED_FOLDERS = ("config", "examples", "launch", "urdf", "rviz")
 
 
 def data_files():

@@ -65,7 +65,7 @@ def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
 def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
     share = "share/bouncing_disk_ros/"
     wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
-    for folder in ("config", "examples", "launch", "urdf", "rviz", "foxglove"):
+    for folder in ("config", "examples", "launch", "urdf", "rviz"):
         files = [path for path in (ROOT / folder).rglob("*") if path.is_file()]
         files = [path for path in files if "__pycache__" not in path.parts]
         assert files, f"{folder} is empty"

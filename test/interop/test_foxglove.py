@@ -24,7 +24,7 @@ from support.bags import TYPES, Sent, make, messages
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
 HERE = Path(__file__).parent
-LAYOUT = HERE.parents[1] / "foxglove" / "bouncing_disk.json"
+LAYOUT = HERE.parents[1] / "config" / "foxglove_layout.json"
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ from bouncing_disk_ros.topics import (
 )
 
 ROOT = Path(__file__).resolve().parents[3]
-LAYOUT = json.loads((ROOT / "foxglove" / "bouncing_disk.json").read_text("utf-8"))
+LAYOUT = json.loads((ROOT / "config" / "foxglove_layout.json").read_text("utf-8"))
 PANELS: dict[str, dict[str, Any]] = LAYOUT["configById"]
 ALL = {**TOPICS, **TRANSFORM_TOPICS}
 TYPES = {
