@@ -202,7 +202,7 @@ def compile_kernels(*, studies: bool = False) -> None:
     `studies`: those of the studies too. What fails here is compiled again, and raises its error,
     where it is imported.
     """
-    _compile("the physics", "some 25 s", _PARTS, (("core.stepper",),))
+    _compile("the physics", "some 20 s", _PARTS, (("core.stepper",),))
     if studies:
         compile_offset_kernels()
         _compile("the maps of the studies", "about a minute", _STUDIES)

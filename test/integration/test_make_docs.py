@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import bouncing_disk_ros
+from support.made_once import made_once
 from support.processes import environment
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,11 +34,13 @@ def make(*words: str | Path) -> subprocess.CompletedProcess[str]:
 def html(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if any(importlib.util.find_spec(name) is None for name in ("furo", "myst_parser", "sphinx")):
         pytest.skip("Sphinx is not installed here: pip install .[docs]")
-    folder = tmp_path_factory.mktemp("docs")
+    return made_once(tmp_path_factory, "docs", make_pages) / "html"
+
+
+def make_pages(folder: Path) -> None:
     done = make(ROOT / "tools" / "make_docs.py", folder)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == ""
-    return folder / "html"
 
 
 def test_every_public_name_has_an_entry(html: Path) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+from support.made_once import made_once
 from support.processes import Starter, environment
 from support.ros import wait_for_message
 from support.trees import ROOT, copy_tree
@@ -45,15 +46,17 @@ def run(
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     """The package as a wheel, built from a copy of the tree."""
     pytest.importorskip("pip")
-    folder = tmp_path_factory.mktemp("wheel")
+    (file,) = made_once(tmp_path_factory, "wheel", make_wheel).glob("*.whl")
+    return zipfile.ZipFile(file)
+
+
+def make_wheel(folder: Path) -> None:
     tree = copy_tree(folder / "tree")
     done = run(
         *(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"),
         *("--disable-pip-version-check", "--wheel-dir", str(folder), str(tree)),
     )
     assert done.returncode == 0, done.stderr
-    (file,) = folder.glob("*.whl")
-    return zipfile.ZipFile(file)
 
 
 def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
@@ -130,9 +133,12 @@ def bare_venv(folder: Path) -> Path:
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A colcon workspace in which the package is built."""
     pytest.importorskip("colcon_core")
-    folder = tmp_path_factory.mktemp("workspace")
+    return made_once(tmp_path_factory, "workspace", make_workspace)
+
+
+def make_workspace(folder: Path) -> None:
     copy_tree(folder / "src" / "bouncing_disk_ros")
-    return built(folder)
+    built(folder)
 
 
 def built(folder: Path, *options: str) -> Path:

@@ -119,7 +119,8 @@ class PageClient:
         """Let messages of the server come until a condition holds."""
         end = time.monotonic() + timeout
         while not condition():
-            assert time.monotonic() < end, f"the condition did not hold within {timeout} s"
+            told = f"the condition did not hold within {timeout} s, after {self.frames} frames"
+            assert time.monotonic() < end, f"{told}: {self.model('status').text}"
             self._run(self._pump())
 
     def close(self) -> None:
