@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 
 # Not `derandomize`: its examples change with the version of Python. pyproject.toml has the seed.
-hypothesis.settings.register_profile("suite", deadline=None, database=None, print_blob=True)
-# EXAMPLES times as many, with another seed for each run: `make soak`
+hypothesis.settings.register_profile(
+    "suite", deadline=None, database=None, print_blob=True, max_examples=60
+)
+# hypothesis's own number, EXAMPLES times, with another seed for each run: `make soak`
 hypothesis.settings.register_profile(
     "soak",
     parent=hypothesis.settings.get_profile("suite"),

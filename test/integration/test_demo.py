@@ -70,7 +70,7 @@ def test_a_signal_leaves_nothing_behind_but_a_whole_bag(
     start: Starter, number: signal.Signals, tmp_path: Path
 ) -> None:
     demo = start("demo", "--bag", f"{tmp_path}/bag", env=OWN_DOMAIN)
-    demo.wait_for(r" s +sticking")
+    demo.wait_for(r" impacts +rotor ")
     children = psutil.Process(demo.pid).children(recursive=True)
     assert len(children) == 3
     assert demo.end(number) == 130
@@ -99,7 +99,7 @@ def test_an_earlier_bag_is_replaced_and_nothing_else(start: Starter, tmp_path: P
 
 def test_children_die_with_a_killed_demo(start: Starter, tmp_path: Path) -> None:
     demo = start("demo", "--bag", f"{tmp_path}/bag", env=OWN_DOMAIN)
-    demo.wait_for(r" s +sticking")
+    demo.wait_for(r" impacts +rotor ")
     children = psutil.Process(demo.pid).children(recursive=True)
     demo.end(signal.SIGKILL)
     _, alive = psutil.wait_procs(children, timeout=10.0)

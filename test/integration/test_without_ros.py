@@ -63,20 +63,18 @@ def test_each_study_computes(start: Starter, tmp_path: Path) -> None:
 
 def test_a_bag_is_reported_on_replayed_and_recovered(start: Starter, tmp_path: Path) -> None:
     folder = str(period_one_bag(tmp_path / "run", 3.0))
-    report = begin(start, "bag_report", folder)
-    replay = begin(start, "replay", folder, "--what-if", "restitution:=0.4")
-    recover = begin(start, "bag_recover", folder)
-    basins = begin(
-        start, "basins", "--ros-args", "-p", f"bag:={folder}", "-p", "width:=8", "-p", "height:=8",
-        "-p", f"output:={tmp_path / 'basins'}",
-    )  # fmt: skip
-    for node in (report, replay, recover, basins):
-        assert node.wait(WAIT) == 0, node.output
-        assert node.complaints == []
+    study = ["basins", "--ros-args"]
+    for option in (f"bag:={folder}", "width:=8", "height:=8", f"output:={tmp_path / 'basins'}"):
+        study += ["-p", option]
+    replay = ["replay", folder, "--what-if", "restitution:=0.4"]
+    node = begin(start, "bag_report", folder, "+", *replay, "+", "bag_recover", folder, "+", *study)
+    assert node.wait(WAIT) == 0, node.output
+    assert node.complaints == []
+    assert node.output.count(" ended with 0\n") == 4
     assert (tmp_path / "run_report.html").is_file()
     assert (tmp_path / "run_recovered" / "metadata.yaml").is_file()
-    replay.wait_for("^replay identical: ")
-    basins.wait_for(r"^basins: from .*: Γ = 0\.45, ε = 0\.5$")
+    node.wait_for("^replay identical: ")
+    node.wait_for(r"^basins: from .*: Γ = 0\.45, ε = 0\.5$")
 
 
 def test_the_demonstration_tells_its_story(start: Starter, tmp_path: Path) -> None:
