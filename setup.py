@@ -94,6 +94,7 @@ setup(
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [
+            "selenium",  # a browser that draws the page of the workbench
             "heyoka",  # Taylor integration with events
             "jax",  # the algorithm of the lanes on arrays, compiled for them
         ],

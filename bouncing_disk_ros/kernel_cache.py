@@ -240,7 +240,12 @@ def _import_command(modules: tuple[str, ...]) -> list[str]:
     quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
     quick = "import gc; gc.disable()"  # a tenth of the time goes into looks for cycles
     parts = "from bouncing_disk_ros.core.arithmetic import compile_parts; compile_parts()"
-    return [sys.executable, "-P", "-c", f"{quiet}; {quick}; import {names}; {parts}"]
+    home = str(
+        Path(__file__).parents[1]
+    )  # this copy: numba may file kernels by their source's place
+    here = f"import sys; sys.path.insert(0, {home!r})"
+    program = "; ".join((quiet, quick, here, f"import {names}", parts))
+    return [sys.executable, "-P", "-c", program]
 
 
 def share_compiled_kernels() -> bool:

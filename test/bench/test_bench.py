@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from bench.history import changes
-from bench.table import table, write
+from bench.table import Row, table, write
 from support.processes import Starter
 
 OUTPUT = Path(__file__).resolve().parents[2] / "output" / "bench.json"
@@ -41,28 +42,34 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
 
     load = os.getloadavg()[0]
     folders = (tmp_path / f"cache-{i}" for i in itertools.count())
-    rows = node.measure_starts(start, lambda: next(folders))
-    rows += node.measure_rates(start)
-    rows += refusals.measure(start)
-    rows += ceiling.measure()
-    per, notes = per_impact.measure(tmp_path)
-    rows += per
-    many_rows, many_notes = many.measure(tmp_path)
-    rows += many_rows
-    notes += many_notes
-    width_rows, width_notes = widths.measure(tmp_path)
-    rows += width_rows
-    notes += width_notes
-    rows += beside.measure()
-    study_rows, study_notes = studies.measure()
-    rows += study_rows
-    notes += study_notes
-    rows += motor.measure()
-    rows += resilience_bench.measure()
-    rows += start_views.measure()
-    rows += workbench_page.measure(start, tmp_path)
-    rows += bags.measure(start, tmp_path)
-    write(OUTPUT, rows, notes, load)
+    plain: tuple[Callable[[], list[Row]], ...] = (
+        lambda: node.measure_starts(start, lambda: next(folders)),
+        lambda: node.measure_rates(start),
+        lambda: refusals.measure(start),
+        ceiling.measure,
+        beside.measure,
+        motor.measure,
+        resilience_bench.measure,
+        start_views.measure,
+        lambda: workbench_page.measure(start, tmp_path),
+        lambda: bags.measure(start, tmp_path),
+    )
+    noted: tuple[Callable[[], tuple[list[Row], list[str]]], ...] = (
+        lambda: per_impact.measure(tmp_path),
+        lambda: many.measure(tmp_path),
+        lambda: widths.measure(tmp_path),
+        studies.measure,
+    )
+    rows: list[Row] = []
+    notes: list[str] = []
+    for part in plain:
+        rows += part()
+        write(OUTPUT, rows, notes, load)  # after each: what follows may fail or be interrupted
+    for part_with_notes in noted:
+        more, told = part_with_notes()
+        rows += more
+        notes += told
+        write(OUTPUT, rows, notes, load)
     with capsys.disabled():
-        told = "\n".join([table(rows), *notes, *changes(rows), f"written: {OUTPUT}"])
-        print(f"\n{told}")
+        text = "\n".join([table(rows), *notes, *changes(rows), f"written: {OUTPUT}"])
+        print(f"\n{text}")

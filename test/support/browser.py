@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +25,11 @@ return found.length ? found[0] : null
 
 
 def missing() -> str:
-    """What is not installed of browser and driver; empty: all is there."""
+    """What is not installed of browser, driver and library; empty: all is there."""
     programs = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
-    return f"no {' and no '.join(programs)} (apt install chromium chromium-driver)" * bool(programs)
+    if programs:
+        return f"no {' and no '.join(programs)} (apt install chromium chromium-driver)"
+    return "" if find_spec("selenium") else "no selenium (pip install selenium)"
 
 
 def new_browser(profile: Path, width: int = 1500, height: int = 1120) -> Any:

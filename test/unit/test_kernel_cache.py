@@ -296,6 +296,18 @@ def test_kernels_are_compiled_once_by_a_process_for_each_share(
     assert capfd.readouterr() == ("", "")
 
 
+def test_the_sources_that_run_are_compiled(tmp_path: Path) -> None:
+    """In a cache of the user numba files kernels by the place of their source."""
+    *python, program = kernel_cache._import_command(("errors",))
+    told = "import bouncing_disk_ros; print(bouncing_disk_ros.__file__)"
+    first = program.partition("; import bouncing_disk_ros")[0]
+    done = subprocess.run(
+        [*python, f"{first}; {told}"], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
+    )  # fmt: skip
+    assert Path(done.stdout.strip()).parent == Path(kernel_cache.__file__).parent
+
+
 def test_a_failed_compilation_is_tried_again(
     clean: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
