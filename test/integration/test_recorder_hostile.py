@@ -167,6 +167,8 @@ def test_answers_of_nodes_are_validated(
     for line in lines.values():
         process.wait_for(line)
     process.wait_for("subscribed to /disk/inputs")
+    written = (tmp_path / "run").glob  # an answer is on its way for a while after it was asked for
+    spin(lambda: any(b"preset/swum.yaml" in file.read_bytes() for file in written("*.mcap")))
     assert process.end(signal.SIGINT) == 0
     assert len(process.complaints) == len(lines)
     with bag.open(tmp_path / "run") as run:
