@@ -26,17 +26,15 @@ class Verdict(NamedTuple):
 
 
 class Watch:
-    """Follows the impacts of a run: whether it is on the orbit now, and was before."""
+    """Follows the impacts of a run: whether it is on the orbit now, and was before.
+
+    Attribute `orbit`: may be set to the orbit as a controller has corrected it.
+    """
 
     def __init__(self, orbit: Array, tolerance: float = 0.05, streak: int = 5) -> None:
         self.orbit, self._tolerance, self._streak = orbit, tolerance, streak
         self._near = self._count = self._reached = 0
         self._had = False
-
-    def learnt(self, orbit: Array) -> Watch:
-        """The same watch, from now on with the orbit as a controller has corrected it."""
-        self.orbit = orbit
-        return self
 
     def note(self, phase: float, velocity: float, *, rests: bool) -> None:
         """An impact: forcing phase, velocity after it in πg/ω, whether the disk rests then."""

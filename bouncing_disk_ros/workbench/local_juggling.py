@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler, OffsetTrajectory
-from bouncing_disk_ros.juggling.loop_settings import Sensor, check_strategy, period_one_points
+from bouncing_disk_ros.juggling.loop_settings import (
+    Limits,
+    Sensor,
+    check_strategy,
+    period_one_points,
+)
 from bouncing_disk_ros.juggling.loop_verdict import Watch
-from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of, run_loop
+from bouncing_disk_ros.juggling.own_controller import Setup
+from bouncing_disk_ros.juggling.simulated_loop import hear_row, run_loop
+from bouncing_disk_ros.juggling.watched_loop import WatchedLoop, phase_at_zero
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
@@ -26,7 +32,6 @@ from bouncing_disk_ros.run.trajectory_validation import (
     validate_trajectory,
 )
 from bouncing_disk_ros.topics import OFFSET_JOINTS
-from bouncing_disk_ros.units import NS
 
 _SIMULATED = TimeMap(0, 0, 0, 1.0)
 """Stamps of this loop are simulated time."""
@@ -46,47 +51,43 @@ class LocalJuggling:
         self._strategy = strategy
         self._believed = Disk(1.0, options["restitution"], 0.0, 1.0, 1.0, options["gravity"])
         self._sensor = Sensor()
-        self._motion: Motion | None = None
-        self._controller: Juggler | None = None
+        self._loop: WatchedLoop | None = None
         self._answers: list[OffsetTrajectory] = []
         self.status = f"{strategy}: waiting for a steady motion"
 
     def on_motion(self, motion: MotionInForce) -> None:
         """A motion of the platform is in force: begin anew, once it is steady."""
-        self._controller = None
+        self._loop = None
         if motion.begin_ns != motion.end_ns:
             self.status = f"{self._strategy}: waiting for a steady motion"
             return
         steady, disk = motion.target, self._believed
-        phase = motion.forcing_phase - math.tau * steady.frequency * motion.begin_ns / NS
+        setup = Setup(steady, disk, Limits(), phase_at_zero(motion))
         try:
             orbit = period_one_points(axial_forcing_of(steady, disk), disk.restitution)
-            self._controller = Juggler(self._strategy, steady, disk, phase=phase)
+            controller = Juggler(self._strategy, steady, disk, phase=setup.phase)
         except InputError as error:
             self.status = f"{self._strategy}: cannot juggle: {error.line}"
             return
-        self._motion, self._watch = steady, Watch(orbit)
-        self._say()
+        self._loop = WatchedLoop(controller, setup, Watch(orbit))
+        self._say(self._loop)
 
-    def _say(self) -> None:
-        self.status = f"{self._strategy}: {self._watch.text}"
+    def _say(self, loop: WatchedLoop) -> None:
+        self.status = f"{self._strategy}: {loop.watch.text}"
 
     def on_impacts(self, rows: NDArray[Any]) -> None:
         """Take in rows of impacts; what they ask for is sent by `answer`."""
-        controller, motion = self._controller, self._motion
-        if controller is None or motion is None:
+        loop = self._loop
+        if loop is None:
             return
-        scale = velocity_scale(motion, self._believed)
         for row in rows:
-            watch = self._watch.learnt(controller.orbit)
-            velocity = float(row["axial_velocity"]) / scale
-            watch.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
-            heard = hear_row(row, self._sensor, motion.frequency, 0, int(row["index"]))
+            loop.note(row)
+            heard = hear_row(row, self._sensor, loop.motion.frequency, 0, int(row["index"]))
             assert heard is not None, "this sensor misses none"
             known_ns, impact = heard
-            if (answer := controller.on_impact(impact, known_ns)) is not None:
+            if (answer := loop.controller.on_impact(impact, known_ns)) is not None:
                 self._answers.append(answer)
-        self._say()
+        self._say(loop)
 
     def answer(self, session: Session) -> None:
         """Send what was answered; InputError where the session's limits forbid it."""

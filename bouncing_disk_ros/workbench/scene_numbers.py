@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
@@ -80,23 +81,23 @@ def _exponent(scene: Scene) -> float:
     return math.log(_attractor(_map_of(scene), AttractorKind.CHAOTIC).multiplier)
 
 
-def _share(scene: Scene) -> float:
-    """The share of the starts of the map of basins that go to a periodic orbit."""
+def _basins_of(scene: Scene) -> xr.Dataset:
     section = _map_of(scene)
-    found = basins(
+    return basins(
         axial_forcing=section.axial_forcing, restitution=section.restitution, width=PIXELS,
         height=PIXELS, progress=False,
     )  # fmt: skip
+
+
+def _share(scene: Scene) -> float:
+    """The share of the starts of the map of basins that go to a periodic orbit."""
+    found = _basins_of(scene)
     kinds = found["attractor_kind"].values
     return float(np.sum(found["fraction"].values[kinds == str(AttractorKind.PERIODIC)]))
 
 
 def _uncertainty(scene: Scene) -> float:
-    section = _map_of(scene)
-    found = basins(
-        axial_forcing=section.axial_forcing, restitution=section.restitution, width=PIXELS,
-        height=PIXELS, progress=False,
-    )  # fmt: skip
+    found = _basins_of(scene)
     return uncertainty_exponent(found["label"].values, periodic=True).exponent
 
 

@@ -36,7 +36,7 @@ def curve_family(
 
     Of a periodic one: fold, doubling and graze, and those of the orbits that it doubles into along
     Γ, `doublings` times. Of the one with contact: the onset of contact. An orbit that cannot be
-    followed is told in `lost`, and the others are not disturbed. Raises InputError for a
+    followed is in `lost`, and the others are not disturbed. Raises InputError for a
     window that is none, or a point outside it.
 
     >>> curve_family(NextCollisionMap(0.45, 0.5))

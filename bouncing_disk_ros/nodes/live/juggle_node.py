@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,84 +15,29 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float64, Header, String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
-from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.analysis.scales import axial_forcing_of
+from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.juggling.juggler import Controller, Juggler, OffsetTrajectory
+from bouncing_disk_ros.juggling.juggler import Juggler, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Array, Limits, Sensor, check_strategy
 from bouncing_disk_ros.juggling.loop_verdict import Outcome, Watch
 from bouncing_disk_ros.juggling.named_orbit import OWN, orbit_named
-from bouncing_disk_ros.juggling.orbit_rotation import best_phase_lag, mean_rotor_speed
+from bouncing_disk_ros.juggling.orbit_rotation import best_phase_lag
 from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
-from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
+from bouncing_disk_ros.juggling.simulated_loop import hear_row
+from bouncing_disk_ros.juggling.watched_loop import WatchedLoop, phase_at_zero
 from bouncing_disk_ros.nodes.live.gate_answers import GateAnswers
 from bouncing_disk_ros.nodes.shared.node_tool import options
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
-from bouncing_disk_ros.ros.from_messages import (
-    impacts_from_msg,
-    msg_to_motion,
-    time_to_ns,
-)
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import OFFSET_JOINTS, TOPICS
 from bouncing_disk_ros.units import NS
 
-_MEASURED = 11
-"""Impacts over which the rotor speed is measured."""
 _LAG_OFF = 1e-3
 """Phase lags nearer than this (rad) to the best one are left alone: 1 − cos of it is 5e-7."""
-_PHASE_OFF = 1e-6
-"""Forcing phases nearer than this (rad) belong to one motion."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-class _Loop:
-    """What the node knows while one motion up and down lasts."""
-
-    def __init__(self, controller: Controller, setup: Setup, watch: Watch) -> None:
-        self.controller, self.setup, self.watch = controller, setup, watch
-        self.motion = setup.motion
-        self.phase_lag = setup.motion.phase_lag  # as last commanded, or in force
-        self.axial_forcing = axial_forcing_of(setup.motion, setup.disk)
-        self._scale = velocity_scale(setup.motion, setup.disk)
-        self._turns = False  # whether a cross-fade changes the rotation only
-        self._times: deque[float] = deque(maxlen=_MEASURED)
-        self._speeds: deque[float] = deque(maxlen=_MEASURED)
-
-    @property
-    def orbit(self) -> Array:
-        """The orbit aimed at, as corrected by what was heard."""
-        return self.watch.orbit
-
-    def goes_on(self, heard: MotionInForce, phase: float) -> bool:
-        """Whether a motion that begins moves the platform up and down as before."""
-        begin, end = heard.start, heard.target
-        fades = heard.begin_ns != heard.end_ns
-        same = all(_axial(one) == _axial(self.motion) for one in (begin, end))
-        near = abs(math.remainder(phase - self.setup.phase, math.tau)) < _PHASE_OFF
-        if not (same and near and (fades or self._turns)):
-            return False
-        self._turns, self.motion, self.phase_lag = fades, end, end.phase_lag
-        return True
-
-    def note(self, row: Any) -> None:
-        """An impact: what it says of the orbit and of the rotation."""
-        if isinstance(self.controller, Juggler):
-            self.watch.learnt(self.controller.orbit)
-        velocity = float(row["axial_velocity"]) / self._scale
-        self.watch.note(float(row["forcing_phase"]), velocity, rests=heard_of(row).rests)
-        self._times.append(float(row["time"]))
-        self._speeds.append(float(row["angular_velocity"]))
-
-    @property
-    def rotor_speed(self) -> float:
-        """Mean angular velocity over the last flights, rad/s; nan: not known."""
-        return mean_rotor_speed(list(self._times), list(self._speeds))
-
-
-def _axial(motion: Motion) -> tuple[float, float]:
-    return motion.axial_amplitude, motion.frequency
 
 
 class JuggleNode(Node):
@@ -110,7 +54,7 @@ class JuggleNode(Node):
         self._sensor = Sensor(delay, jitter, missed, int(values["seed"]))
         self.sent = 0
         self.status = ""
-        self._loop: _Loop | None = None
+        self._loop: WatchedLoop | None = None
         topic = TOPICS["platform/joint_trajectory"]
         self._out = self.create_publisher(JointTrajectory, topic.name, profile_of(topic))
         topic = TOPICS["platform/phase_lag"]
@@ -163,7 +107,7 @@ class JuggleNode(Node):
             self._report(self._loop)
         return SetParametersResult(successful=True)
 
-    def _switch(self, loop: _Loop, strategy: str, target: str) -> None:
+    def _switch(self, loop: WatchedLoop, strategy: str, target: str) -> None:
         """Go on with another strategy, to another orbit; what was heard and commanded stays."""
         if target != self._target:
             orbit = self._orbit(target, loop.setup.motion, loop.setup.disk)
@@ -186,7 +130,7 @@ class JuggleNode(Node):
     def _on_motion(self, msg: JointTrajectory) -> None:
         try:
             motion = msg_to_motion(msg)
-            phase = motion.forcing_phase - math.tau * motion.target.frequency * motion.begin_ns / NS
+            phase = phase_at_zero(motion)
             if self._loop is not None and self._loop.goes_on(motion, phase):
                 return
             self._loop = None
@@ -208,7 +152,7 @@ class JuggleNode(Node):
         limits = Limits(*(float(values[f"{name}_limit"]) for name in Limits.__dataclass_fields__))
         setup = Setup(motion, disk, limits, phase)
         orbit = self._orbit(self._target, motion, disk)
-        self._loop = _Loop(
+        self._loop = WatchedLoop(
             load_controller(self._file, setup) if self._file
             else self._controller(self._strategy, setup, orbit, self._target),
             setup, self._new_watch(orbit),
@@ -234,7 +178,7 @@ class JuggleNode(Node):
         if self._gates is not None:
             self._gates.heard(int(rows["index"][-1]) + 1)
 
-    def _on_row(self, loop: _Loop, row: Any, cloud: PointCloud2, last_ns: int) -> None:
+    def _on_row(self, loop: WatchedLoop, row: Any, cloud: PointCloud2, last_ns: int) -> None:
         loop.note(row)
         heard = hear_row(row, self._sensor, loop.setup.motion.frequency, 0, int(row["index"]))
         if heard is None:
@@ -247,7 +191,7 @@ class JuggleNode(Node):
             late_ns = round((answer.begin_ns - last_ns) / factor)
             self._send(answer, time_to_ns(cloud.header.stamp) + late_ns, factor)
 
-    def _report(self, loop: _Loop) -> None:
+    def _report(self, loop: WatchedLoop) -> None:
         """Say how it stands; once captured, the rotor speed too, and see to the phase lag."""
         text, more = f"{self._name()}: {loop.watch.text}", ""
         top = math.tau * loop.motion.frequency * loop.motion.angular_amplitude
@@ -258,7 +202,7 @@ class JuggleNode(Node):
                 self._turn_fastest(loop)
         self._say(text, more)
 
-    def _turn_fastest(self, loop: _Loop) -> None:
+    def _turn_fastest(self, loop: WatchedLoop) -> None:
         """Command the phase lag with the largest rotor speed on the orbit, where it is another."""
         lag = best_phase_lag(loop.orbit, loop.axial_forcing)
         if abs(math.remainder(lag - loop.phase_lag, math.tau)) > _LAG_OFF:
