@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 import warnings
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +27,22 @@ from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
 KERNEL_FOLDERS = ("core", "collision_map", "juggling/kernels")
 """The packages that hold all compiled functions."""
 UNUSED_DAYS = 30
-_PARTS = (
-    ("core.contact_event", "core.flight_event"),
-    ("core.resolve_event", "core.input_kernels"),
+Shares = tuple[tuple[str, ...], ...]
+"""Modules whose kernels are compiled side by side, those of a share by one process. Shares take
+about the same time; modules that call the same inner functions are in one, for each process
+compiles these anew."""
+_PHYSICS: tuple[Shares, ...] = (
+    (
+        ("core.contact_event", "core.flight_event", "core.next_event"),
+        ("core.resolve_event", "core.input_kernels"),
+    ),
+    (("core.stepper",),),  # calls what the first two have compiled
 )
-"""Modules whose kernels take longest to compile, in shares of about the same time: those together
-that call the same inner functions, which each process compiles anew. The rest takes less."""
-_OFFSETS = (("core.offset_event_kernels",), ("core.offset_input_kernels",))
-_STUDIES = (
+_OFFSETS: tuple[Shares, ...] = (
+    (("core.offset_event_kernels",), ("core.offset_input_kernels",)),
+    (("core.offset_kernels",),),
+)
+_STUDIES: Shares = (
     (
         "collision_map.lanes.attractor_lanes",
         "collision_map.single_toss",
@@ -51,6 +59,7 @@ _STUDIES = (
         "collision_map.motor_cell",
     ),
 )
+_UNUSED = ("scipy.linalg.cython_blas", "coverage")
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
 _held: dict[Path, int] = {}
 """Folders in use by this process, and the descriptors that lock them."""
@@ -103,7 +112,7 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
     `own_process`: no code but this package's runs here.
     """
     if own_process:
-        _load_numba_without_blas()
+        _load_numba_alone()
     from numba.core import event
 
     class Announcement(event.Listener):
@@ -120,19 +129,19 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
     event.register("numba:compile", Announcement())
 
 
-def _load_numba_without_blas() -> None:
-    """Load the part of numba that looks for SciPy's BLAS, without it: 0.2 s, and no kernel uses it.
+def _load_numba_alone() -> None:
+    """Load numba without SciPy's BLAS and coverage, which it looks for and no kernel uses: 0.25 s.
 
     Compiled functions of this process cannot use numpy.linalg afterwards: not for a user's process.
     """
-    absent = "scipy.linalg.cython_blas"
-    if absent in sys.modules:
-        return
-    sys.modules[absent] = None  # type: ignore[assignment] # an import of it fails at once
+    unused = [name for name in _UNUSED if name not in sys.modules]
+    for name in unused:
+        sys.modules[name] = None  # type: ignore[assignment] # an import of it fails at once
     try:
         from numba.np import arraymath  # noqa: F401
     finally:
-        del sys.modules[absent]
+        for name in unused:
+            del sys.modules[name]
 
 
 def hold(folder: Path) -> None:
@@ -202,7 +211,7 @@ def compile_kernels(*, studies: bool = False) -> None:
     `studies`: those of the studies too. What fails here is compiled again, and raises its error,
     where it is imported.
     """
-    _compile("the physics", "some 20 s", _PARTS, (("core.stepper",),))
+    _compile("the physics", "some 12 s", *_PHYSICS)
     if studies:
         compile_offset_kernels()
         _compile("the maps of the studies", "about a minute", _STUDIES)
@@ -211,11 +220,11 @@ def compile_kernels(*, studies: bool = False) -> None:
 def compile_offset_kernels() -> None:
     """The same for the kernels that only motions with an offset need."""
     if os.environ.get("NUMBA_CACHE_DIR"):  # else nothing that a process compiles lasts
-        _compile("the physics of trajectories", "some 20 s", _OFFSETS, (("core.offset_kernels",),))
+        _compile("the physics of trajectories", "some 12 s", *_OFFSETS)
 
 
-def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:
-    """Import the modules of each step, one process for each share, unless that has been done."""
+def _compile(what: str, time: str, *steps: Shares) -> None:
+    """Compile the shares of each step, side by side, step after step, unless that has been done."""
     from importlib.metadata import version
 
     folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
@@ -226,26 +235,43 @@ def _compile(what: str, time: str, *steps: tuple[tuple[str, ...], ...]) -> None:
         return
     line = f"bouncing_disk_ros: compiling {what} once for this machine, {time} on two cores"
     print(line, file=sys.stderr, flush=True)
-    for shares in steps:
-        processes = [subprocess.Popen(_import_command(share)) for share in shares]
-        codes = [process.wait() for process in processes]
-        if any(codes):
-            return
-    with suppress(OSError):  # then it says the line again, and finds all compiled
-        marker.touch()
+    with ExitStack() as ending, suppress(OSError):  # of a process that has ended; of the marker
+        processes = [ending.enter_context(_compiler()) for _ in range(max(map(len, steps)))]
+        if all(_compiled(list(zip(processes, shares, strict=False))) for shares in steps):
+            marker.touch()  # if it fails, the line is said again, and all found compiled
 
 
-def _import_command(modules: tuple[str, ...]) -> list[str]:
-    names = ", ".join(f"bouncing_disk_ros.{module}" for module in modules)
-    quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"  # no traceback at Ctrl-C
-    quick = "import gc; gc.disable()"  # a tenth of the time goes into looks for cycles
-    parts = "from bouncing_disk_ros.core.arithmetic import compile_parts; compile_parts()"
-    home = str(
-        Path(__file__).parents[1]
-    )  # this copy: numba may file kernels by their source's place
-    here = f"import sys; sys.path.insert(0, {home!r})"
-    program = "; ".join((quiet, quick, here, f"import {names}", parts))
-    return [sys.executable, "-P", "-c", program]
+def _compiled(work: list[tuple[subprocess.Popen[bytes], tuple[str, ...]]]) -> bool:
+    """Let each process compile its modules; whether all have."""
+    for process, modules in work:
+        assert process.stdin is not None
+        process.stdin.write(" ".join(modules).encode() + b"\n")
+    replies = [process.stdout.readline() for process, _ in work if process.stdout is not None]
+    return all(replies)
+
+
+def _compiler() -> subprocess.Popen[bytes]:
+    """Start a process that compiles the modules of each line that it reads, then writes a line."""
+    home = str(Path(__file__).parents[1])  # this copy: numba may file kernels by their place
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", _COMPILER, home],
+        bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+
+
+_COMPILER = """
+import gc, importlib, os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback at Ctrl-C
+gc.disable()  # a tenth of the time goes into looks for cycles
+sys.path.insert(0, sys.argv[1])
+for line in sys.stdin:
+    for module in line.split():
+        importlib.import_module(f"bouncing_disk_ros.{module}")
+    from bouncing_disk_ros.core.arithmetic import compile_parts
+    compile_parts()
+    print("compiled", flush=True)
+os._exit(0)  # to free what has been compiled takes more than a second
+"""
 
 
 def share_compiled_kernels() -> bool:

@@ -43,24 +43,30 @@ C12, C14, C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
 # Wrappers for Python would take as long to compile as the functions, which only compiled ones call.
+_INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
 def kernel(function: Kernel) -> Kernel:
-    """Compile an inner function of the core; entry points are compiled with `entry`."""
-    compiled: Kernel = njit(
-        error_model="numpy",
-        nogil=True,
-        forceinline=True,
-        no_cpython_wrapper=True,
-        no_cfunc_wrapper=True,
-    )(function)
-    return compiled
+    """Compile an inner function of the core, inlined; entry points are compiled with `entry`."""
+    return _for_all_integers(njit(nogil=True, **_INNER, forceinline=True)(function))
 
 
 def rare_kernel(function: Kernel) -> Kernel:
     """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
-    compiled: Kernel = njit(
-        error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
-    )(function)
-    return compiled
+    # Without forceinline=False numba takes over that of the first caller.
+    return _for_all_integers(njit(nogil=True, **_INNER, forceinline=False)(function))
+
+
+def _for_all_integers(compiled: Any) -> Kernel:
+    """Let numba compile a function once for all integers, not again for each literal one."""
+    template = compiled.get_call_template
+
+    def template_of_types(given: tuple[Any, ...], keywords: Any) -> Any:
+        return template(tuple(types.unliteral(one) for one in given), keywords)
+
+    compiled.get_call_template = template_of_types
+    found: Kernel = compiled
+    return found
 
 
 def entry(*signature: object) -> Callable[[Kernel], Kernel]:
@@ -69,7 +75,9 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
 
     def compile_entry(function: Kernel) -> Kernel:
         share_compiled_kernels()
-        compiled: Kernel = njit(*signature, error_model="numpy", nogil=True, cache=True)(function)
+        compiled: Kernel = njit(
+            *signature, error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
+        )(function)
         return compiled
 
     return compile_entry
@@ -89,14 +97,7 @@ def part(*arguments: object) -> Callable[[Kernel], Kernel]:
 
     def declare(function: Kernel) -> Kernel:
         share_compiled_kernels()
-        declared: Any = njit(error_model="numpy", nogil=True, cache=True)(function)
-        template = declared.get_call_template
-
-        def template_of_types(given: tuple[Any, ...], keywords: Any) -> Any:
-            """Let numba compile once for all integers, not again for a literal one."""
-            return template(tuple(types.unliteral(one) for one in given), keywords)
-
-        declared.get_call_template = template_of_types
+        declared = _for_all_integers(njit(nogil=True, **_INNER, cache=True)(function))
         _parts.append((declared, arguments))
         return declared
 
@@ -200,11 +201,17 @@ def _reduced(x: float) -> tuple[float, int]:
     quadrant = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     if abs(x) < _FEW_TURNS:
         r = ((x - quadrant * HALF_PI_1) - quadrant * HALF_PI_2) - quadrant * HALF_PI_3
-    else:  # the product x·2/π is rounded: k may be one off, which the second look puts right
-        r = _remainder(x, quadrant)
-        quadrant += 1.0 if r > _QUARTER_PI else (-1.0 if r < -_QUARTER_PI else 0.0)
-        r = _remainder(x, quadrant)
+    else:
+        r, quadrant = _far_remainder(x, quadrant)
     return r, int(quadrant) & 3
+
+
+@rare_kernel
+def _far_remainder(x: float, quadrant: float) -> tuple[float, float]:
+    """x − kπ/2 and k for a large x: x·2/π is rounded, so k may be one off at the first look."""
+    r = _remainder(x, quadrant)
+    quadrant += 1.0 if r > _QUARTER_PI else (-1.0 if r < -_QUARTER_PI else 0.0)
+    return _remainder(x, quadrant), quadrant
 
 
 @kernel
@@ -255,7 +262,7 @@ def sincos_excess(x: float) -> tuple[float, float, float, float]:
     return s, c, s - x, c - 1.0
 
 
-@kernel
+@rare_kernel
 def arcsine(c: float) -> float:
     """Angle in [0, π/2] whose sine is c in [0, 1]: a fit (error 7e-5), then Newton steps."""
     x = 0.5 * math.pi - math.sqrt(1.0 - c) * (

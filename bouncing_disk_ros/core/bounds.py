@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, chosen_by_motion, kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, chosen_by_motion, kernel, rare_kernel
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds
 
@@ -52,9 +52,14 @@ def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     """
     if motion.kind == STEADY:
         return _whole(motion)
+    return _fading_bounds_from(motion, elapsed, d)
+
+
+@rare_kernel
+def _fading_bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     span = span_from(motion, elapsed + d, motion.duration / _FEWEST_PANELS, 1.0)
     end = d + span_within_offset(motion, span)
-    return bounds_between(motion, elapsed, d, end)
+    return _fading_bounds(motion, elapsed, d, end)
 
 
 @kernel
@@ -89,6 +94,11 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
     """Bounds between two delays, s."""
     if motion.kind == STEADY:
         return _whole(motion)
+    return _fading_bounds(motion, elapsed, d, end)
+
+
+@rare_kernel
+def _fading_bounds(motion: Record, elapsed: float, d: float, end: float) -> Bounds:
     r = 1.0 / motion.duration
     x0, x1 = min(max(elapsed + d, 0.0) * r, 1.0), min(max(elapsed + end, 0.0) * r, 1.0)
     b1, b2, b3, b4 = _blend_bounds(x0, x1, r)

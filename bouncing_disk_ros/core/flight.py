@@ -14,6 +14,7 @@ from bouncing_disk_ros.core.arithmetic import (
     arcsine,
     chosen_by_motion,
     kernel,
+    rare_kernel,
     sincos_excess,
 )
 from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
@@ -62,7 +63,7 @@ def turned_gap(
     return gap + (u - 0.5 * g * d) * d - rise, u - g * d - slope, pull - g, jerk, -w * w * pull
 
 
-@kernel
+@rare_kernel
 def fading_gap(
     motion: Record, elapsed: float, s: float, c: float, g: float, gap: float, u: float, d: float
 ) -> Jet:

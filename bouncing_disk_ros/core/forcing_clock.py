@@ -17,6 +17,7 @@ from bouncing_disk_ros.core.arithmetic import (
     pair_product,
     pair_quotient,
     pair_sum,
+    rare_kernel,
     two_product,
     two_sum,
     wrapped,
@@ -75,7 +76,7 @@ def phase_of(motion: Record, ns: int, sub: float) -> tuple[int, float]:
     return motion.cycles + n, wrapped(tau)
 
 
-@kernel
+@rare_kernel
 def _faded_cycles(motion: Record, th: float, tl: float) -> tuple[float, float]:
     """What a fade of the frequency has added to the phase, in 1e-9 cycles: Δf D ∫b dσ."""
     dh, dl = _pair_of_int(motion.end_ns - motion.begin_ns)

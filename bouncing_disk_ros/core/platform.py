@@ -17,6 +17,7 @@ from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
     chosen_by_motion,
     kernel,
+    rare_kernel,
     sincos,
     sine_and_cosine,
     wrapped,
@@ -102,6 +103,11 @@ def sinusoid_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> 
     """`axial_jet` without what an offset adds."""
     if motion.kind != FADE:
         return _steady_jet(motion.a, sine, cosine, motion.omega)
+    return _fading_axial_jet(motion, sine, cosine, elapsed)
+
+
+@rare_kernel
+def _fading_axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
     d = motion.da
     z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
@@ -122,6 +128,11 @@ def _turned_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
         sine = s * motion.lag_cosine + c * motion.lag_sine
         cosine = c * motion.lag_cosine - s * motion.lag_sine
         return _steady_jet(motion.p, sine, cosine, motion.omega)
+    return _fading_angular_jet(motion, s, c, elapsed)
+
+
+@rare_kernel
+def _fading_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
     b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
     lag_sine, lag_cosine = sincos(motion.lag + motion.dlag * b0)
     sine = s * lag_cosine + c * lag_sine

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.brake import (
     begin_braked_contact,
     braked_spin,
@@ -126,7 +126,7 @@ def propagate(
     set_clock(state, ns, sub, cycles, tau)
 
 
-@kernel
+@rare_kernel
 def classify_contact(state: Record, motion: Record, disk: Record) -> None:
     """With gap = 0 and u = 0: contact or flight (rule 1), and in contact stick or slip (rule 4)."""
     state.gap = 0.0

@@ -66,7 +66,7 @@ from bouncing_disk_ros.core.propagate import (
 )
 
 
-@kernel
+@rare_kernel
 def end_contact(state: Record, motion: Record, disk: Record, kind: int, value: float) -> None:
     """Go through the event that ends a phase of contact, at its instant."""
     if kind == SEPARATION:
@@ -175,7 +175,7 @@ def end_stopped_tail(
     return twist
 
 
-@kernel
+@rare_kernel
 def _end_chatter(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -61,11 +62,14 @@ class Stop:
 
     @contextmanager
     def importing(self) -> Iterator[None]:
-        """Around the slow imports."""
+        """Around the slow imports: without searches for cycles, a tenth of their time."""
         self._unwinds = False
+        gc.disable()
         try:
             yield
         finally:
+            gc.freeze()  # what is imported stays: later searches leave it out
+            gc.enable()
             self._unwinds = True
 
     def _ask(self, _number: int, _frame: FrameType | None) -> None:

@@ -130,3 +130,22 @@ def test_a_part_is_compiled_once_for_all_integers(warm_kernels: None) -> None:
     compiled = list(part.signatures)
     part.get_call_template((*arguments[:-1], types.literal(7)), {})
     assert part.signatures == compiled
+
+
+@arithmetic.rare_kernel
+def a_cube(x: float, n: int) -> float:
+    return n * x * x * x
+
+
+@arithmetic.kernel
+def two_cubes(x: float) -> float:
+    return float(a_cube(x, 1) + a_cube(x, 2))
+
+
+def test_a_rare_kernel_is_one_function_that_is_not_inlined_by_force() -> None:
+    """Numba lets a callee inherit inlining from its first caller; a literal is a type to it."""
+    two_cubes.compile((types.float64,))  # type: ignore[attr-defined]
+    (compiled,) = a_cube.overloads.values()  # type: ignore[attr-defined]
+    assert not compiled.fndesc.inline
+    (compiled,) = two_cubes.overloads.values()  # type: ignore[attr-defined]
+    assert compiled.fndesc.inline
