@@ -20,6 +20,17 @@ def interrupt_on_signals() -> None:
 
 
 @contextmanager
+def _without_cycle_search() -> Iterator[None]:
+    """Around slow imports: Python's searches for cycles would take a tenth of their time."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()  # what is imported stays: later searches leave it out
+        gc.enable()
+
+
+@contextmanager
 def ending_at_once(name: str) -> Iterator[None]:
     """Around slow imports: a signal ends the process with one line and exit code INTERRUPTED.
 
@@ -34,7 +45,8 @@ def ending_at_once(name: str) -> Iterator[None]:
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, end) for number in numbers]
     try:
-        yield
+        with _without_cycle_search():
+            yield
     finally:
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
@@ -62,14 +74,12 @@ class Stop:
 
     @contextmanager
     def importing(self) -> Iterator[None]:
-        """Around the slow imports: without searches for cycles, a tenth of their time."""
+        """Around the slow imports."""
         self._unwinds = False
-        gc.disable()
         try:
-            yield
+            with _without_cycle_search():
+                yield
         finally:
-            gc.freeze()  # what is imported stays: later searches leave it out
-            gc.enable()
             self._unwinds = True
 
     def _ask(self, _number: int, _frame: FrameType | None) -> None:
