@@ -20,6 +20,9 @@ from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MO
 from bouncing_disk_ros.workbench.page import Page
 from support.page_link import change, click, model
 
+PATIENCE = 60.0
+"""Seconds until a process of `juggle` has started, while others run tests beside it."""
+
 
 class Bench(NamedTuple):
     """A simulator, the link to it, and a page."""
@@ -36,7 +39,11 @@ class Bench(NamedTuple):
             self.page.update()
             return bool(condition())
 
-        self.simulator.spin_until(holds)
+        try:
+            self.simulator.spin_until(holds, PATIENCE)
+        except AssertionError as error:  # what the page says tells why
+            told = model(self.document, "messages").text
+            raise AssertionError(f"{error}; {self.link.history.juggling!r}; {told}") from error
 
     @property
     def session(self) -> Session:
