@@ -34,7 +34,7 @@ compiles these anew."""
 _PHYSICS: tuple[Shares, ...] = (
     (
         ("core.contact_event", "core.flight_event", "core.next_event"),
-        ("core.resolve_event", "core.input_kernels"),
+        ("core.event_store", "core.resolve_event", "core.input_kernels"),
     ),
     (("core.stepper",),),  # calls what the first two have compiled
 )
@@ -112,7 +112,7 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
     `own_process`: no code but this package's runs here.
     """
     if own_process:
-        _load_numba_alone()
+        load_numba_alone()
     from numba.core import event
 
     class Announcement(event.Listener):
@@ -129,7 +129,7 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
     event.register("numba:compile", Announcement())
 
 
-def _load_numba_alone() -> None:
+def load_numba_alone() -> None:
     """Load numba without SciPy's BLAS and coverage, which it looks for and no kernel uses: 0.25 s.
 
     Compiled functions of this process cannot use numpy.linalg afterwards: not for a user's process.
@@ -211,7 +211,7 @@ def compile_kernels(*, studies: bool = False) -> None:
     `studies`: those of the studies too. What fails here is compiled again, and raises its error,
     where it is imported.
     """
-    _compile("the physics", "some 12 s", *_PHYSICS)
+    _compile("the physics", "some 10 s", *_PHYSICS)
     if studies:
         compile_offset_kernels()
         _compile("the maps of the studies", "about a minute", _STUDIES)
@@ -264,11 +264,13 @@ import gc, importlib, os, signal, sys
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback at Ctrl-C
 gc.disable()  # a tenth of the time goes into looks for cycles
 sys.path.insert(0, sys.argv[1])
+from bouncing_disk_ros.kernel_cache import load_numba_alone
+load_numba_alone()
+from bouncing_disk_ros.core.arithmetic import compile_parts
 for line in sys.stdin:
     for module in line.split():
         importlib.import_module(f"bouncing_disk_ros.{module}")
-    from bouncing_disk_ros.core.arithmetic import compile_parts
-    compile_parts()
+        compile_parts()
     print("compiled", flush=True)
 os._exit(0)  # to free what has been compiled takes more than a second
 """
