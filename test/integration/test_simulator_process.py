@@ -444,7 +444,7 @@ def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
     for _ in range(2):
         peer.next_diagnostics()
         assert peer.diagnostic("real time")[1] == "stepping"
-        assert peer.latest("disk/run_state").position[0] == 4.0
+        peer.spin_until(lambda: peer.latest("disk/run_state").position[0] == 4.0)  # another topic
     peer.publish("disk/impulse", wrench("z", 0.001))
     peer.wait_for_record("impulse")
     assert peer.call(Trigger, "reset").success  # which ends it as well
