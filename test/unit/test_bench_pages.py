@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
-from bench.history import changes
+from bench.history import LAST, changes
 from bench.page import PAGE, SKIPPED, with_tables
 from bench.table import Row, row
 
@@ -66,5 +67,12 @@ def test_a_part_without_a_place_is_refused() -> None:
 
 def test_the_page_has_a_place_for_every_part() -> None:
     places = PAGE.read_text()
-    for part in ("many trajectories", "narrower vectors", "beside a study", "studies", "cluster"):
+    named = {
+        part
+        for file in LAST.parent.glob("*.py")
+        for part in re.findall(r'^\w*PART\w* = "(.+)"$', file.read_text("utf-8"), re.MULTILINE)
+    }
+    measured = {row["part"] for row in json.loads(LAST.read_text("utf-8"))["rows"]}
+    assert {"resilience", "refusals", "cold start"} <= named | measured
+    for part in named | measured:
         assert f"<!-- bench: {part} -->" in places
