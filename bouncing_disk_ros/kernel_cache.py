@@ -60,6 +60,7 @@ _STUDIES: Shares = (
     ),
 )
 _UNUSED = ("scipy.linalg.cython_blas", "coverage")
+"""Modules that numba imports where they are installed, and no kernel uses."""
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
 _held: dict[Path, int] = {}
 """Folders in use by this process, and the descriptors that lock them."""
@@ -130,7 +131,7 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
 
 
 def load_numba_alone() -> None:
-    """Load numba without SciPy's BLAS and coverage, which it looks for and no kernel uses: 0.25 s.
+    """Load numba without SciPy's BLAS and coverage, which takes 0.25 s less.
 
     Compiled functions of this process cannot use numpy.linalg afterwards: not for a user's process.
     """

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import kernel, part
+from bouncing_disk_ros.core.arithmetic import chosen_by_motion, kernel, part
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.forcing_clock import clock_after, instant_of, phase_of, seconds_between
 from bouncing_disk_ros.core.layout import (
@@ -22,6 +22,12 @@ from bouncing_disk_ros.core.layout import (
     STEADY,
 )
 from bouncing_disk_ros.core.platform import Record
+
+
+@chosen_by_motion
+def rounding_at_knot(_motion: Record, _time: float) -> float:
+    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
+    return 0.0
 
 
 @kernel
@@ -52,11 +58,11 @@ def store_event(
     d: float,
     value: float,
     boundary_ns: int,
-    rounding: float,
+    since: float,
 ) -> None:
     """Store an event of this kind, d seconds after the state, with its value and its clock.
 
-    boundary_ns is the end of the search; `rounding`, s, may put an event past it.
+    boundary_ns is the end of the search; the state is `since` s after the motion's origin.
     """
     state.event = kind
     state.event_delay = d
@@ -77,4 +83,4 @@ def store_event(
     state.event_cycles = cycles
     state.event_tau = tau
     if boundary_ns != NEVER:
-        _take_to_knot(state, motion, boundary_ns, rounding)
+        _take_to_knot(state, motion, boundary_ns, rounding_at_knot(motion, since + d))

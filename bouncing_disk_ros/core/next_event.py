@@ -1,6 +1,6 @@
 """Find the next event: computed once, with a horizon fixed by state and inputs, and stored.
 
-Flight and contact are compiled by themselves, in two processes at a time (`kernel_cache`).
+What it calls is compiled by itself, in two processes side by side (`kernel_cache`).
 """
 
 from __future__ import annotations
@@ -9,14 +9,11 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import chosen_by_motion, part
+from bouncing_disk_ros.core.arithmetic import part
 from bouncing_disk_ros.core.contact_event import after_contact
 from bouncing_disk_ros.core.event_store import store_event
 from bouncing_disk_ros.core.flight_event import after_flight
-from bouncing_disk_ros.core.forcing_clock import (
-    elapsed,
-    seconds_between,
-)
+from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
 from bouncing_disk_ros.core.layout import (
     DISK,
     FAULT,
@@ -31,12 +28,6 @@ from bouncing_disk_ros.core.layout import (
 from bouncing_disk_ros.core.platform import Record
 
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
-
-
-@chosen_by_motion
-def rounding_at_knot(_motion: Record, _time: float) -> float:
-    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
-    return 0.0
 
 
 @part(STATE.dtype, MOTION.dtype, DISK.dtype, types.int64)
@@ -60,8 +51,7 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
     if not math.isfinite(known):
         state.event = FAULT
         return 1
-    rounding = rounding_at_knot(motion, since + found.delay)
-    store_event(state, motion, disk, found.kind, found.delay, found.value, boundary_ns, rounding)
+    store_event(state, motion, disk, found.kind, found.delay, found.value, boundary_ns, since)
     late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
     if state.event == NOTHING or late:
         state.event = NOTHING

@@ -146,5 +146,5 @@ def origin_of(motion: Record) -> int:
 
 
 def rounding_at_knot(_motion: Record, time: float) -> float:
-    """See `next_event`."""
+    """See `event_store`."""
     return 16.0 * ROUNDING * time

@@ -66,9 +66,9 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
         rows += part()
         write(OUTPUT, rows, notes, load)  # after each: what follows may fail or be interrupted
     for part_with_notes in noted:
-        more, told = part_with_notes()
-        rows += more
-        notes += told
+        part_rows, part_notes = part_with_notes()
+        rows += part_rows
+        notes += part_notes
         write(OUTPUT, rows, notes, load)
     with capsys.disabled():
         text = "\n".join([table(rows), *notes, *changes(rows), f"written: {OUTPUT}"])

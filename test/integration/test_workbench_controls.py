@@ -19,9 +19,7 @@ from bouncing_disk_ros.workbench.actions import Lifecycle
 from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
 from support.page_link import change, click, model
-
-PATIENCE = 60.0
-"""Seconds until a process of `juggle` has started, while others run tests beside it."""
+from support.processes import PATIENCE
 
 
 class Bench(NamedTuple):
@@ -42,8 +40,8 @@ class Bench(NamedTuple):
         try:
             self.simulator.spin_until(holds, PATIENCE)
         except AssertionError as error:  # what the page says tells why
-            told = model(self.document, "messages").text
-            raise AssertionError(f"{error}; {self.link.history.juggling!r}; {told}") from error
+            text = model(self.document, "messages").text
+            raise AssertionError(f"{error}; {self.link.history.juggling!r}; {text}") from error
 
     @property
     def session(self) -> Session:

@@ -300,13 +300,13 @@ def test_the_sources_that_run_are_compiled(tmp_path: Path, clean: pytest.MonkeyP
     """In a cache of the user numba files kernels by the place of their source."""
     clean.chdir(tmp_path)
     clean.delenv("PYTHONPATH", raising=False)
-    tell = "sys.modules['bouncing_disk_ros.errors'].__file__"
-    program = kernel_cache._COMPILER.replace('"compiled"', tell)
+    place = "sys.modules['bouncing_disk_ros.errors'].__file__"
+    program = kernel_cache._COMPILER.replace('"compiled"', place)
     assert program != kernel_cache._COMPILER
     clean.setattr(kernel_cache, "_COMPILER", program)
     with kernel_cache._compiler() as process:
-        told, _ = process.communicate(b"errors\n")
-    assert Path(told.decode().strip()).parent == Path(kernel_cache.__file__).parent
+        printed, _ = process.communicate(b"errors\n")
+    assert Path(printed.decode().strip()).parent == Path(kernel_cache.__file__).parent
 
 
 @pytest.mark.parametrize("program", ["exit(1)", "input(); exit(1)"])
@@ -347,11 +347,12 @@ def test_another_installation_of_the_same_sources_compiles_nothing(
     assert found[1] == 0
 
 
-def test_a_process_of_ours_loads_no_blas_with_its_kernels() -> None:
+def test_a_process_of_ours_loads_no_blas_and_no_coverage_with_its_kernels() -> None:
     code = (
         "import sys; from bouncing_disk_ros.kernel_cache import announce_compilation; "
         "announce_compilation('x'); import bouncing_disk_ros.core.platform; "
         "import importlib.util; assert importlib.util.find_spec('scipy'); "
-        "assert not {'scipy.linalg', 'scipy.linalg.cython_blas'} & set(sys.modules)"
+        "assert importlib.util.find_spec('coverage'); "
+        "assert not {'scipy.linalg', 'scipy.linalg.cython_blas', 'coverage'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
