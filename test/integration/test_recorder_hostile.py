@@ -98,7 +98,8 @@ def test_bytes_are_recorded_whatever_they_say(
     inputs.publish(String(data="the last"))
     process.wait_for(f"recording: .* {len(INPUTS) + len(CLOUDS) + 1} messages")
     assert process.end(signal.SIGINT) == 0
-    assert not process.complaints
+    (complaint,) = process.complaints  # the talker's parameters: nothing spins it
+    assert "the parameters of /talker are not attached: it gave no answer" in complaint
     assert "impacts missing by their index: 0" in process.stdout
     with bag.open(tmp_path / "run") as run:
         for topic, sent in (("inputs", [*INPUTS, text("the last")]), ("impacts", CLOUDS)):
@@ -112,11 +113,15 @@ def test_bytes_are_recorded_whatever_they_say(
 class Liar:
     """A node that publishes disk/inputs and answers for its parameters as it is told."""
 
-    def __init__(self, talker: Talker, name: str, names: list[str], values: list[Any]) -> None:
+    def __init__(
+        self, talker: Talker, name: str, names: list[str], values: list[Any], services: bool = True
+    ) -> None:
         self.asked = 0
         self._names, self._values = names, values
-        node = talker.new_node(name, start_parameter_services=False)
+        self.node = node = talker.new_node(name, start_parameter_services=False)
         node.create_publisher(String, "/disk/inputs", LATCHED)
+        if not services:
+            return
         node.create_service(ListParameters, "~/list_parameters", self._list)
         node.create_service(GetParameters, "~/get_parameters", self._get)
 
@@ -167,8 +172,6 @@ def test_answers_of_nodes_are_validated(
     for line in lines.values():
         process.wait_for(line)
     process.wait_for("subscribed to /disk/inputs")
-    written = (tmp_path / "run").glob  # an answer is on its way for a while after it was asked for
-    spin(lambda: any(b"preset/swum.yaml" in file.read_bytes() for file in written("*.mcap")))
     assert process.end(signal.SIGINT) == 0
     assert len(process.complaints) == len(lines)
     with bag.open(tmp_path / "run") as run:
@@ -182,6 +185,28 @@ def test_answers_of_nodes_are_validated(
     assert parameters == {f"parameters/{name}.yaml" for name in kept}
     honest = yaml.safe_load(attached["parameters/honest.yaml"])
     assert honest == {"/honest": {"ros__parameters": {"preset": "swum"}}}
+
+
+def test_an_answer_on_its_way_at_the_end_is_waited_for(
+    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+) -> None:
+    process = recorder(start, tmp_path / "run")
+    late = Liar(talker, "late", ["preset"], [value("swum")])
+    Liar(talker, "without_services", [], [], services=False)
+    (service,) = (one for one in late.node.services if one.srv_type is GetParameters)
+    answer = service.callback
+
+    def end_first(request: Any, response: Any) -> Any:
+        process.send(signal.SIGINT)
+        return answer(request, response)
+
+    service.callback = end_first
+    spin(lambda: not process.running)
+    assert process.wait() == 0
+    (complaint,) = process.complaints
+    assert "the parameters of /without_services are not attached: it gave no answer" in complaint
+    with bag.open(tmp_path / "run") as run:
+        assert {"parameters/late.yaml", "preset/swum.yaml"} <= run.attachments.keys()
 
 
 def test_a_named_preset_must_be_one(start: Starter, tmp_path: Path) -> None:

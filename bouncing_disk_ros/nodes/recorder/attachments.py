@@ -31,6 +31,8 @@ from bouncing_disk_ros.run.command_validation import too_many
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 
 YAML = "text/yaml"
+NOT_YET_NAMED = "_NODE_NAME_UNKNOWN_"
+"""What rmw calls the node of a publisher that it found before it heard of the node itself."""
 Attach = Callable[[str, str, bytes], None]
 
 
@@ -61,7 +63,8 @@ class RunParameters:
         self._node, self._topic, self._attach = node, topic, attach
         self._presets = {path.expanduser().resolve(): path for path in presets}
         self._asked: set[str] = set()
-        self._waiting: dict[str, tuple[Client, Client]] = {}
+        self._waiting: dict[str, tuple[Client, Client]] = {}  # its services are not there yet
+        self._pending: dict[str, Client] = {}  # asked, and has not answered
         self._told: set[str] = set()
 
     # --- asking -----------------------------------------------------------------------------------
@@ -69,13 +72,25 @@ class RunParameters:
         """Ask those that are new, once their services are there."""
         for info in self._node.get_publishers_info_by_topic(self._topic):
             name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-            if name not in self._asked and len(self._asked) < ASKED_NODES:
+            is_new = name not in self._asked and info.node_name != NOT_YET_NAMED
+            if is_new and len(self._asked) < ASKED_NODES:
                 self._asked.add(name)
                 self._prepare(name)
         for name, (names, values) in list(self._waiting.items()):
             if names.service_is_ready() and values.service_is_ready():
                 del self._waiting[name]
+                self._pending[name] = values
                 self._ask(name, names, values)
+
+    @property
+    def is_answer_due(self) -> bool:
+        """Whether a node that was asked, and is still there, has not answered."""
+        return any(values.service_is_ready() for values in self._pending.values())
+
+    def warn_of_missing(self) -> None:
+        """Name the nodes that gave no answer until now."""
+        for name in (*self._waiting, *self._pending):
+            self._warn_not_attached(name, "it gave no answer until the recording ended")
 
     def _prepare(self, name: str) -> None:
         def make() -> None:
@@ -102,6 +117,7 @@ class RunParameters:
 
     def _on_values(self, name: str, names: list[str], values: Sequence[Any]) -> None:
         pairs = answered(names, values)
+        del self._pending[name]
         self._attach(f"parameters{name}.yaml", YAML, dumped({name: {"ros__parameters": pairs}}))
         preset = pairs.get("preset")
         if isinstance(preset, str) and preset:
@@ -112,9 +128,11 @@ class RunParameters:
         try:
             action()
         except Exception as error:  # noqa: BLE001 (reported, and the recording goes on)
-            self._warn_once(
-                f"the parameters of {cut(name)} are not attached: {cut(str(error), 300)}"
-            )
+            self._pending.pop(name, None)
+            self._warn_not_attached(name, cut(str(error), 300))
+
+    def _warn_not_attached(self, name: str, why: str) -> None:
+        self._warn_once(f"the parameters of {cut(name)} are not attached: {why}")
 
     # --- presets ----------------------------------------------------------------------------------
     def _attach_preset(self, name: str) -> None:

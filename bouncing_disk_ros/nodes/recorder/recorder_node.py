@@ -47,7 +47,7 @@ LOOK_SECONDS = 0.2
 SPIN_SECONDS = 0.1
 """The longest wait before a signal is looked at."""
 LAST_SECONDS = 1.0
-"""The longest time for messages that are still on the way when a signal comes."""
+"""The longest time for what is still on the way when a signal comes: messages and answers."""
 
 
 class Recorder(Node):
@@ -207,8 +207,8 @@ class Recorder(Node):
         read.
         """
         try:
-            self._spin_until(lambda: stop.asked or self._recording.error is not None)
-            self._take_last()
+            self._spin(stop)
+            self._run_parameters.warn_of_missing()
         finally:
             self._recording.note(self._status.losses())
             self._recording.close()
@@ -220,23 +220,22 @@ class Recorder(Node):
         print(self._status.summary(), flush=True)
         return ExitCode.DONE if error is None else ExitCode.FAILED
 
-    def _take_last(self) -> None:
-        """Record what is still on the way."""
-        end, seen = time.monotonic() + LAST_SECONDS, -1
+    def _spin(self, stop: Stop) -> None:
+        """Run callbacks until the end, and then for what is still on the way.
 
-        def quiet() -> bool:
-            nonlocal seen
-            before, seen = seen, self._heard
-            return before == seen or time.monotonic() > end or self._recording.error is not None
-
-        self._spin_until(quiet)
-
-    def _spin_until(self, stop: Callable[[], bool]) -> None:
-        """Run callbacks; the events executor cannot give them the numbers of messages."""
+        The events executor cannot give them the numbers of messages. One executor does both: an
+        answer that it has taken waits in it for its callback.
+        """
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self)
         try:
-            while not stop():
+            while not (stop.asked or self._recording.error):
+                executor.spin_once(timeout_sec=SPIN_SECONDS)
+            end, seen = time.monotonic() + LAST_SECONDS, -1
+            while time.monotonic() < end and not self._recording.error:
+                if seen == self._heard and not self._run_parameters.is_answer_due:
+                    break
+                seen = self._heard
                 executor.spin_once(timeout_sec=SPIN_SECONDS)
         finally:
             executor.remove_node(self)
