@@ -231,11 +231,13 @@ class Recorder(Node):
         try:
             while not (stop.asked or self._recording.error):
                 executor.spin_once(timeout_sec=SPIN_SECONDS)
-            end, seen = time.monotonic() + LAST_SECONDS, -1
-            while time.monotonic() < end and not self._recording.error:
-                if seen == self._heard and not self._run_parameters.is_answer_due:
+            heard, since = self._heard, time.monotonic()
+            end = since + LAST_SECONDS
+            while (now := time.monotonic()) < end and not self._recording.error:
+                if heard != self._heard:
+                    heard, since = self._heard, now
+                elif now > since + SPIN_SECONDS and not self._run_parameters.is_answer_due:
                     break
-                seen = self._heard
                 executor.spin_once(timeout_sec=SPIN_SECONDS)
         finally:
             executor.remove_node(self)
