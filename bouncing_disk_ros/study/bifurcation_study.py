@@ -6,6 +6,7 @@ shows all that coexist.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping
 from functools import cached_property
@@ -27,7 +28,7 @@ from bouncing_disk_ros.analysis.dynamics.continuation import (
     feigenbaum_ratios,
     period_doublings,
 )
-from bouncing_disk_ros.analysis.dynamics.grazing import contact_onset
+from bouncing_disk_ros.analysis.dynamics.grazing import ContactOnset, contact_onset
 from bouncing_disk_ros.analysis.dynamics.next_collision import (
     MapState,
     NextCollisionMap,
@@ -211,22 +212,15 @@ class Bifurcation(Study):
         """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
         if self._starts or self.axis not in ("axial_forcing", "restitution"):
             return {}
-        contacts, values = result["contacts"].values, result["value"].values
+        contacts = result["contacts"].values
         first = np.flatnonzero((contacts[:-1] == 0.0) & (contacts[1:] > 0.0))
         if not len(first):
             return {}
-        before, after = float(values[first[0]]), float(values[first[0] + 1])
-        tau, w, *_ = result["state"].values[first[0]]
-        section = self.section(**{self.axis: before, "angular_forcing": math.inf})
-        state = MapState(float(tau), float(w))
-        try:
-            found = contact_onset(section, self.axis, after, state, impacts=ONSET_IMPACTS)
-        except InputError:  # contact so rare that the impacts measured had none
-            found = None
+        found, last = self._onset_before(result, int(first[0]))
         if found is None:
             return {}
         seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
-        exponent = result["lyapunov_exponent"].values[first[0]]
+        exponent = result["lyapunov_exponent"].values[last]
         return {
             "contact_onset": ((), found.value, {"long_name": f"first contact {seen}"}),
             "contact_onset_without": ((), found.without, {"long_name": f"no contact {seen}"}),
@@ -234,6 +228,21 @@ class Bifurcation(Study):
                 (), exponent, {"long_name": "Lyapunov exponent at the value before", "units": "1"}
             ),
         }  # fmt: skip
+
+    def _onset_before(self, result: xr.Dataset, last: int) -> tuple[ContactOnset | None, int]:
+        """The onset after the last value without contact, and that value's number.
+
+        Contact is rare at first: the fewer impacts that were measured may have held none at values
+        where more of them do. So the search begins where those more hold none.
+        """
+        values, states = result["value"].values, result["state"].values
+        after = float(values[last + 1])
+        for i in range(last, -1, -1):
+            section = self.section(**{self.axis: float(values[i]), "angular_forcing": math.inf})
+            state = MapState(float(states[i, 0]), float(states[i, 1]))
+            with contextlib.suppress(InputError):  # contact in more impacts
+                return contact_onset(section, self.axis, after, state, impacts=ONSET_IMPACTS), i
+        return None, 0
 
     @cached_property
     def doublings(self) -> list[Doubling]:

@@ -143,6 +143,17 @@ def test_the_crisis_of_the_chaotic_attractor_is_found_between_the_values(tmp_pat
     assert "contact_onset" not in alone
 
 
+def test_the_first_contact_is_found_where_the_impacts_measured_missed_it(tmp_path: Path) -> None:
+    """ε = 0.8: at 0.3995 the 1120th impact of the next 1e7 comes to contact, at 0.39925 none."""
+    given: dict[str, Value] = {
+        "restitution": 0.8, "begin": 0.335, "end": 0.405, "count": 281, "settling": 1000,
+        "measured": 1000, "kept": 5, "doublings": 0,
+    }  # fmt: skip
+    found = result_of(tmp_path, "bifurcation", **given)
+    with_contact = found["value"].values[found["contacts"].values > 0.0]
+    assert 0.39925 < float(found["contact_onset"]) < with_contact[0]
+
+
 def test_starts_show_what_coexists_in_any_order_and_company(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
