@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import platform
 import stat
+import time
 from array import array
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from rcl_interfaces.srv import GetParameters, ListParameters
@@ -33,6 +34,10 @@ from bouncing_disk_ros.run.presets import load_preset, preset_names
 YAML = "text/yaml"
 NOT_YET_NAMED = "_NODE_NAME_UNKNOWN_"
 """What rmw calls the node of a publisher that it found before it heard of the node itself."""
+ANSWER_SECONDS = 1.0
+"""How long an answer is waited for before the node is asked again: rmw drops the answer of a node
+that does not know the asking client yet."""
+ASKED_TIMES = 5
 Attach = Callable[[str, str, bytes], None]
 
 
@@ -47,6 +52,15 @@ def versions(package_version: str) -> bytes:
     machine = {"python": platform.python_version(), "machine": platform.machine()}
     libraries = {name: version(name) for name in names}
     return dumped({PACKAGE: package_version, **machine, **libraries})
+
+
+class _Asked(NamedTuple):
+    """A node that was asked for its parameters, and has not answered."""
+
+    names: Client
+    values: Client
+    since: float  # monotonic clock, s
+    times: int
 
 
 class RunParameters:
@@ -64,7 +78,7 @@ class RunParameters:
         self._presets = {path.expanduser().resolve(): path for path in presets}
         self._asked: set[str] = set()
         self._waiting: dict[str, tuple[Client, Client]] = {}  # its services are not there yet
-        self._pending: dict[str, Client] = {}  # asked, and has not answered
+        self._pending: dict[str, _Asked] = {}
         self._told: set[str] = set()
 
     # --- asking -----------------------------------------------------------------------------------
@@ -79,13 +93,15 @@ class RunParameters:
         for name, (names, values) in list(self._waiting.items()):
             if names.service_is_ready() and values.service_is_ready():
                 del self._waiting[name]
-                self._pending[name] = values
                 self._ask(name, names, values)
+        for name, (names, values, since, times) in list(self._pending.items()):
+            if time.monotonic() > since + ANSWER_SECONDS and times < ASKED_TIMES:
+                self._ask(name, names, values, times)
 
     @property
     def is_answer_due(self) -> bool:
         """Whether a node that was asked, and is still there, has not answered."""
-        return any(values.service_is_ready() for values in self._pending.values())
+        return any(asked.values.service_is_ready() for asked in self._pending.values())
 
     def warn_of_missing(self) -> None:
         """Name the nodes that gave no answer until now."""
@@ -101,7 +117,9 @@ class RunParameters:
 
         self._attempt(name, make)
 
-    def _ask(self, name: str, names: Client, values: Client) -> None:
+    def _ask(self, name: str, names: Client, values: Client, before: int = 0) -> None:
+        self._pending[name] = _Asked(names, values, time.monotonic(), before + 1)
+
         def on_names(answer: Any) -> None:
             found = sorted(answer.result().result.names)
             if len(found) > REQUEST_ITEMS:
@@ -117,7 +135,8 @@ class RunParameters:
 
     def _on_values(self, name: str, names: list[str], values: Sequence[Any]) -> None:
         pairs = answered(names, values)
-        del self._pending[name]
+        if self._pending.pop(name, None) is None:  # asked twice, answered twice
+            return
         self._attach(f"parameters{name}.yaml", YAML, dumped({name: {"ros__parameters": pairs}}))
         preset = pairs.get("preset")
         if isinstance(preset, str) and preset:

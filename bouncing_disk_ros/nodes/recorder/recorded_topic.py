@@ -37,6 +37,8 @@ LARGEST_INDEX = 2.0**53
 """Beyond it a float64 counts no rows."""
 BURST = 200
 """How many messages of one topic are taken before others have their turn."""
+MOST_WAITING = 100_000
+"""How many are taken before a subscription is exchanged: a flood would have no end."""
 Put = Callable[["RecordedTopic", bytes, int, int, int], bool | None]
 """Topic, CDR, time received, time sent, number; None: paused, False: dropped and counted."""
 
@@ -86,6 +88,7 @@ class RecordedTopic:
             offered = _weakest(infos)
             wanted = (self._wanted[0] and offered[0], self._wanted[1] and offered[1])
             if wanted != self._wanted:
+                self.take_waiting(MOST_WAITING)  # they would end with the subscription
                 self._wanted = wanted
                 self.loss.restart()
                 self._subscribe()
@@ -124,7 +127,11 @@ class RecordedTopic:
     def _on_message(self, data: bytes, info: Mapping[str, Any]) -> None:
         """Take this message, and what waits behind it without the executor's round for each."""
         self._take(data, info)
-        for _ in range(BURST):
+        self.take_waiting()
+
+    def take_waiting(self, most: int = BURST) -> None:
+        """Take messages that have arrived and wait for their callback."""
+        for _ in range(most):
             if self._subscription is None:
                 break
             more = self._subscription.handle.take_message(self._class, True)

@@ -234,11 +234,13 @@ class Recorder(Node):
             heard, since = self._heard, time.monotonic()
             end = since + LAST_SECONDS
             while (now := time.monotonic()) < end and not self._recording.error:
+                executor.spin_once(timeout_sec=SPIN_SECONDS)
+                for topic in self._topics.values():  # that round may have been for a timer
+                    topic.take_waiting()
                 if heard != self._heard:
                     heard, since = self._heard, now
                 elif now > since + SPIN_SECONDS and not self._run_parameters.is_answer_due:
                     break
-                executor.spin_once(timeout_sec=SPIN_SECONDS)
         finally:
             executor.remove_node(self)
             executor.shutdown()
