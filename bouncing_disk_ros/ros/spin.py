@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import time
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -64,6 +65,8 @@ def spin_until(node: Node, stop: Callable[[], bool]) -> None:
 def spin(node: Node, stop: Stop) -> int:
     """Run the callbacks of a node until a signal, or until it is `finished`; the exit code."""
     spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
+    end = time.monotonic() + SPIN_SECONDS  # the answer to what ended it is on its way
+    spin_until(node, lambda: stop.asked or time.monotonic() > end)
     return ExitCode.DONE
 
 

@@ -7,10 +7,11 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
-from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
 from bouncing_disk_ros.nodes.demo.demo_story import (
@@ -49,7 +50,7 @@ class DemoNode(DemoWatcher):
         self._recorder, self._simulator, self._performer = children
         self._folder = folder
         self._live = sys.stdout.isatty()
-        self._shown_motions = 0
+        self._shown_changes = 0
         self._last_status = 0.0
         self._orbit = ""
 
@@ -88,9 +89,14 @@ class DemoNode(DemoWatcher):
     def _is_over(self) -> bool:
         ended = self._simulator.code is not None or self._recorder.code is not None
         broken = ended or self._performer.code not in (None, 0)
-        fades = (motion for motion in self.record.motions if motion.begin_ns < motion.end_ns)
-        begin = next((motion.begin_ns / NS for motion in fades), math.inf)
+        begin = self._changes[0].begin_ns / NS if self._changes else math.inf
         return broken or self.time >= begin + self._duration
+
+    @property
+    def _changes(self) -> list[MotionInForce]:
+        """The motions with another target than before: a fade, or what follows one not heard."""
+        pairs = pairwise(self.record.motions)
+        return [later for earlier, later in pairs if later.target != earlier.target]
 
     def _check_children(self, expected: bool) -> None:
         for child, unwell in (
@@ -107,10 +113,9 @@ class DemoNode(DemoWatcher):
     # --- while it runs ----------------------------------------------------------------------------
     def _report_progress(self) -> None:
         """News on lines of their own, and the status."""
-        for motion in self.record.motions[self._shown_motions :]:
-            if motion.begin_ns < motion.end_ns:
-                self._news(motion.begin_ns / NS, change_text(motion, self.record.disk))
-        self._shown_motions = len(self.record.motions)
+        for motion in self._changes[self._shown_changes :]:
+            self._news(motion.begin_ns / NS, change_text(motion, self.record.disk))
+            self._shown_changes += 1
         orbit = last_orbit(self.record)
         if orbit.impacts and orbit.name != self._orbit:
             self._news(self.time, f"orbit found: {orbit.name}")
