@@ -12,7 +12,7 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
-from support.processes import Starter
+from support.processes import PATIENCE, Starter
 
 OWN_DOMAIN: dict[str, str | None] = dict.fromkeys(
     ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FILE")
@@ -76,7 +76,7 @@ def test_a_signal_leaves_nothing_behind_but_a_whole_bag(
     assert demo.end(number) == 130
     assert "demo: interrupted" in demo.stdout
     assert "Traceback" not in demo.output
-    _, alive = psutil.wait_procs(children, timeout=10.0)
+    _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert alive == []
     with bag.open(tmp_path / "bag") as recorded:
         assert recorded.complete
@@ -102,7 +102,7 @@ def test_children_die_with_a_killed_demo(start: Starter, tmp_path: Path) -> None
     demo.wait_for(r" impacts +rotor ")
     children = psutil.Process(demo.pid).children(recursive=True)
     demo.end(signal.SIGKILL)
-    _, alive = psutil.wait_procs(children, timeout=10.0)
+    _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert alive == []
 
 

@@ -17,7 +17,7 @@ import pytest
 from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.nodes.live.performer import cancelling
-from bouncing_disk_ros.ros.from_messages import msg_to_motion
+from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
 
@@ -58,26 +58,27 @@ def peer(ros_domain: int) -> Iterator[Peer]:
 def test_a_programme_is_carried_out(
     start: Starter, simulator: Process, programme: Path, peer: Peer
 ) -> None:
-    peer.spin_until(lambda: peer.heard["platform/motion"])
     process = start("perform", str(programme))
-    peer.spin_until(lambda: not process.running)  # latched at depth 1: to be taken as they come
     assert process.wait() == 0, process.output
     assert "short: a short one" in process.stdout
     assert "short: in force" in process.stdout
-    motions = [msg_to_motion(msg) for msg in peer.heard["platform/motion"]]
-    fades = [motion for motion in motions if motion.begin_ns < motion.end_ns]
-    first, second = fades[-2:]
-    assert (first.target.axial_amplitude, second.target.axial_amplitude) == (0.035, 0.03)
+    peer.spin_until(lambda: "trajectory" in {record["kind"] for record in peer.records})
+    (points,) = (record["points"] for record in peer.records if record["kind"] == "motion")
+    (first, (first_amplitude, *_)), (second, (second_amplitude, *_)) = points
+    assert (first_amplitude, second_amplitude) == (0.035, 0.03)
     # the points are 0.4 s apart to the nanosecond; simulated_time is a float64 of seconds
-    assert second.end_ns - first.end_ns == pytest.approx(400_000_000, abs=2)
-    # 0.2 s after the first point, at 3 Hz, the forcing phase is 2.0 rad
-    period = 2 * np.pi
-    at_end = first.forcing_phase + period * 3.0 * (first.end_ns - first.begin_ns) / 1e9
-    aligned = (at_end + period * 3.0 * 0.2) % period
-    assert aligned == pytest.approx(2.0, abs=1e-6)
-    peer.spin_until(lambda: len(peer.heard["platform/offset"]) >= 2)
-    held = peer.heard["platform/offset"][-1]
-    assert [list(point.positions) for point in held.points] == [[0.004, 0.0]] * 2
+    assert second - first == pytest.approx(400_000_000, abs=2)
+    simulation = restored(peer.records[0])
+    for record in peer.records[1:]:
+        advance_to(simulation, record["time_ns"])
+        apply(simulation, record)
+    advance_to(simulation, first + 200_000_000)  # `align`: 0.2 s after the first point
+    assert simulation.sample().forcing_phase == pytest.approx(2.0, abs=1e-6)
+
+    def held() -> list[list[float]]:
+        return [list(point.positions) for point in peer.latest("platform/offset").points]
+
+    peer.spin_until(lambda: held() == [[0.004, 0.0]] * 2)
 
 
 @pytest.mark.parametrize("clock", [False, True], ids=["wall clock", "published clock"])
@@ -178,7 +179,7 @@ def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
     done = subprocess.run(
         ["bash", "-c", script], capture_output=True, text=True, timeout=60, env=environment()
     )
-    assert done.stderr == ""
+    assert all("waiting for" in line for line in done.stderr.splitlines())  # on a busy machine
     assert done.stdout.splitlines()[0].split()[0] == "index"
     assert done.stdout.splitlines()[2:] == ["0"]
 

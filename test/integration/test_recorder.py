@@ -47,12 +47,11 @@ def finish(process: Process, number: int = signal.SIGINT) -> None:
 
 
 def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
-    process = recorder(start, tmp_path / "run", "compression:=lz4")
-    simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    process = recorder(start, tmp_path / "run", "compression:=lz4", "status_period:=0.5")
+    start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
     process.wait_for("subscribed to /disk/impacts")
-    for _ in range(2):  # a snapshot every 5 s: wait for the first of them
-        simulator.wait_for("running at")
-    process.wait_for(r"recording: .* [1-9]\d+ messages")
+    # most are joint_states, 100 a second: about ten impacts
+    process.wait_for(r"recording: .* ([4-9]\d\d|\d{4,}) messages")
     finish(process, signal.SIGTERM)
     assert "/disk/impacts" in process.stdout
     with bag.open(tmp_path / "run") as run:
@@ -119,11 +118,14 @@ def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Pat
 def test_received_and_lost_make_what_was_sent(
     start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
-    process = recorder(start, tmp_path / "run", "topics:=/large /small")
+    process = recorder(start, tmp_path / "run", "topics:=/large /small", "status_period:=0.05")
     large = talker.publisher("/large", Float64MultiArray)
     small = talker.publisher("/small", String, QoSProfile(depth=1000))
     rows = array("d", np.random.default_rng(1).normal(size=10_000))  # 80 kB
-    message, text, sent = Float64MultiArray(data=rows), String(data="x" * 100), [0, 0]
+    message, text, sent = Float64MultiArray(data=rows), String(data="x" * 100), [1, 1]
+    large.publish(message)
+    small.publish(text)
+    process.wait_for("recording: .* 2 messages")  # so that no loss is before the first
     began = time.monotonic()
     while (now := time.monotonic() - began) < 2.0:
         for _ in range(int(now * 500) - sent[0]):
@@ -225,7 +227,9 @@ def test_a_publisher_that_restarts_loses_nothing(
 def test_topics_of_every_kind(start: Starter, talker: Talker, tmp_path: Path) -> None:
     early = talker.node.create_publisher(String, "/all/latched", LATCHED)
     early.publish(String(data="before the recorder"))
-    process = recorder(start, tmp_path / "run", "regex:=/all/.*", "exclude:=.*/not")
+    process = recorder(
+        start, tmp_path / "run", "regex:=/all/.*", "exclude:=.*/not", "status_period:=0.05"
+    )
     talker.node.create_publisher(String, "/all/not", RELIABLE)
     talker.node.create_publisher(String, "/all/silent", RELIABLE)
     late = talker.publisher("/all/late")
@@ -236,6 +240,7 @@ def test_topics_of_every_kind(start: Starter, talker: Talker, tmp_path: Path) ->
     empty.publish(Float64MultiArray())
     process.wait_for("subscribed to /all/silent")
     process.wait_for("subscribed to /all/latched")
+    process.wait_for("recording: .* 4 messages")
     finish(process)
     found = counts(tmp_path / "run")
     assert found == {f"/all/{n}": 1 for n in ("latched", "late", "weak", "empty")} | {
@@ -249,13 +254,14 @@ def test_topics_of_every_kind(start: Starter, talker: Talker, tmp_path: Path) ->
 
 
 def test_a_weaker_publisher_is_heard_too(start: Starter, talker: Talker, tmp_path: Path) -> None:
-    process = recorder(start, tmp_path / "run", "topics:=/mixed")
+    process = recorder(start, tmp_path / "run", "topics:=/mixed", "status_period:=0.05")
     strong = talker.publisher("/mixed")
     strong.publish(String(data="strong"))
     strong.wait_for_all_acked()
     talker.publisher("/mixed", qos=BEST_EFFORT, node=talker.new_node("weak")).publish(
         String(data="weak")
     )
+    process.wait_for("recording: .* 2 messages")
     finish(process)
     with bag.open(tmp_path / "run") as run:
         assert run.columns("/mixed")["data"].tolist() == ["strong", "weak"]

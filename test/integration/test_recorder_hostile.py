@@ -97,6 +97,7 @@ def test_bytes_are_recorded_whatever_they_say(
         publisher.wait_for_all_acked()
     inputs.publish(String(data="the last"))
     process.wait_for(f"recording: .* {len(INPUTS) + len(CLOUDS) + 1} messages")
+    wait_until(lambda: talker.node.count_clients("/talker/get_parameters") > 0)
     assert process.end(signal.SIGINT) == 0
     (complaint,) = process.complaints  # the talker's parameters: nothing spins it
     assert "the parameters of /talker are not attached: it gave no answer" in complaint
@@ -191,8 +192,9 @@ def test_an_answer_on_its_way_at_the_end_is_waited_for(
     start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
 ) -> None:
     process = recorder(start, tmp_path / "run")
-    late = Liar(talker, "late", ["preset"], [value("swum")])
     Liar(talker, "without_services", [], [], services=False)
+    wait_until(lambda: talker.node.count_clients("/without_services/get_parameters") > 0)
+    late = Liar(talker, "late", ["preset"], [value("swum")])
     (service,) = (one for one in late.node.services if one.srv_type is GetParameters)
     answer = service.callback
 

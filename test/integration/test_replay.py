@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64, String
@@ -18,6 +20,7 @@ from bouncing_disk_ros.nodes.replay import replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.run.input_records import to_json
+from bouncing_disk_ros.units import NS
 from support.driven import Driven, flipped
 from support.processes import Starter
 from support.ros_peer import Peer
@@ -251,16 +254,16 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
     peer.publish(
         "disk/impulse", impulse_message(ImpulseRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0))
     )
-    peer.wait_for_record("impulse")
+    begun = peer.wait_for_record("impulse")["time_ns"] / NS
     assert peer.set_parameters(restitution=0.45, friction=0.4).successful
-    assert peer.call(SetBool, "pause", SetBool.Request(data=True), repeatable=True).success
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
     peer.publish(
         "disk/impulse", impulse_message(ImpulseRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0))
     )
     peer.wait_for_record("impulse")
     assert peer.call(Trigger, "step").success
-    assert peer.call(SetBool, "pause", SetBool.Request(data=False), repeatable=True).success
-    peer.spin_until(lambda: len(peer.rows) > 20)
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+    peer.spin_until(lambda: np.count_nonzero(peer.rows["time"] > begun) > 15)  # these are recorded
     assert peer.call(Trigger, "reset").success
     rows = len(peer.rows)
     peer.spin_until(lambda: len(peer.rows) > rows + 5)
@@ -281,15 +284,22 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
 
 def test_a_simulator_started_again_is_two_runs(start: Starter, peer: Peer, tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    recorder = start("recorder", str(folder))
+    recorder = start("recorder", str(folder), "--ros-args", "-p", "status_period:=0.05")
     recorder.wait_for("recording to")
+
+    def recorded() -> int:
+        return int(re.findall(r" (\d+) messages, ", recorder.output)[-1])
+
+    recorder.wait_for(" messages, ")
     for _ in range(2):
+        before = recorded()
         enough = len(peer.heard["disk/impacts"]) + 20
         simulator = start("simulator", "--ros-args", "-p", "preset:=swum", "-p",
                           "real_time_factor:=0.05")  # fmt: skip
         while len(peer.heard["disk/impacts"]) < enough:
             peer.next_diagnostics()
-        recorder.wait_for("subscribed to /disk/impacts")
+        while recorded() < before + 100:
+            peer.next_diagnostics()
         assert simulator.end(signal.SIGINT) == 0
     assert recorder.end(signal.SIGINT) == 0
     code, process = start.finish("replay", str(folder))

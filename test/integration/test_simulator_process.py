@@ -69,6 +69,7 @@ def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
     process = simulator(start, "crossfade_duration:=1.0", "state_rate:=200.0")
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
+    peer.publisher("platform/command")  # found before the time is taken
     asked = peer.now_ns() + 2 * NS
     values = {"axial_amplitude": 0.02, "angular_amplitude": 0.3, "frequency": 4.0, "phase_lag": 1.0}
     peer.command((0.0, values), stamp_ns=asked)
@@ -110,10 +111,11 @@ def test_one_value_changes_one_value(start: Starter, peer: Peer, name: str) -> N
 
 
 def test_a_kick_acts_at_its_stamp(start: Starter, peer: Peer) -> None:
-    simulator(start, "initial_height:=50.0", "state_rate:=200.0")
+    simulator(start, "initial_height:=1e5", "state_rate:=200.0")  # in flight for two minutes
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
-    at = peer.now_ns() + NS // 2
+    peer.publisher("disk/impulse")  # found before the time is taken
+    at = peer.now_ns() + 2 * NS
     msg = WrenchStamped()
     msg.header.stamp = ns_to_time(at)
     msg.wrench.force.z, msg.wrench.torque.z = 1.0, 0.01
@@ -225,7 +227,11 @@ def test_pause_step_reset(start: Starter, peer: Peer) -> None:
         answer = peer.call(Trigger, "step")
         assert answer.success
         end = paused + round(k * NS / 3)
-        assert f"now at {end / NS:.9f} s" in answer.message
+        if "under way" in answer.message:  # a busy machine: it goes on after the answer
+            for _ in range(2):
+                peer.next_diagnostics()
+            peer.spin_until(lambda: peer.diagnostic("real time")[1] == "paused")
+        assert f" {end / NS:.9f} s" in answer.message
 
     assert peer.call(Trigger, "reset").success
     assert peer.wait_for_record("reset")["time_ns"] == paused + NS  # at the held instant
@@ -330,12 +336,11 @@ def test_two_nodes_in_two_namespaces_keep_apart(start: Starter, peers: Callable[
     right.settle()
     left.command((0.0, {"axial_amplitude": 0.02}))
     left.wait_for_record("motion")
-    left.next_diagnostics()
-    left.next_diagnostics()
+    inputs = ("inputs", "left/bouncing_disk")
+    left.spin_until(lambda: left.diagnostic(*inputs)[2]["accepted"] == "2")
     left.spin_until(lambda: msg_to_motion(left.latest("platform/motion")).target[0] == 0.02)
     assert msg_to_motion(right.latest("platform/motion")).target.axial_amplitude != 0.02
     assert "motion" not in {record["kind"] for record in right.records}
-    assert left.diagnostic("inputs", "left/bouncing_disk")[2]["accepted"] == "2"
     assert left.diagnostic("inputs", "right/bouncing_disk")[2]["accepted"] == "1"
 
 
@@ -381,7 +386,7 @@ def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
     assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
     assert peer.set_parameters(real_time_factor=1.0).successful
     assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
-    process.wait_for("INFO.*real time: running")  # it starts anew from the instant reached
+    peer.spin_until(lambda: peer.diagnostic("real time")[:2] == (0, "running"))  # anew, from here
     ended_well_but_warned(process)
 
 
@@ -440,7 +445,7 @@ def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
     given = (f"frequency:={frequency:.9f}", f"step_periods:={periods}")
     process = simulator(start, "start_paused:=true", *given)
     peer.settle()
-    assert "under way" in peer.call(Trigger, "step", repeatable=True).message
+    assert "under way" in peer.call(Trigger, "step").message
     for _ in range(2):
         peer.next_diagnostics()
         assert peer.diagnostic("real time")[1] == "stepping"
@@ -476,9 +481,8 @@ def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> No
 
     process = simulator(start, "autostart:=false")
     request = ChangeState.Request()
-    # does not fit the state, so it may be asked twice: a first answer may be lost
     request.transition.id = Transition.TRANSITION_DEACTIVATE
-    assert not peer.call(ChangeState, "change_state", request, repeatable=True).success
+    assert not peer.call(ChangeState, "change_state", request).success
     for transition in (
         Transition.TRANSITION_CONFIGURE,
         Transition.TRANSITION_ACTIVATE,

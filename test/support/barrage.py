@@ -56,7 +56,7 @@ class Barrage:
             if k % BATCH == BATCH - 1 or k == commands - 1:
                 self._mark()
                 if self._rng.random() < 0.5:
-                    self._peer.call(Trigger, "reset", repeatable=True)
+                    self._peer.call(Trigger, "reset")
 
     def _drawn(self, now_ns: int) -> Command:
         """A random command, valid or wrong."""

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import rclpy
 from numpy.typing import NDArray
+from rcl_interfaces.srv import GetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.core.model import join_rows
@@ -32,6 +34,23 @@ def message_type(name: str) -> type[Any]:
     package, kind, short = name.split("/")
     found: type[Any] = getattr(importlib.import_module(f"{package}.{kind}"), short)
     return found
+
+
+def meet(node: Node, target: str, spin_until: Callable[[Callable[[], Any]], None]) -> None:
+    """Wait until a node knows all clients that another has made by now.
+
+    The middleware drops the answer to a client that it does not know yet. Clients become known in
+    the order in which they were made: one more is made, and asks until it is answered.
+    """
+    client = node.create_client(GetParameters, f"{target}/get_parameters")
+    spin_until(client.service_is_ready)
+    answers: list[Any] = []
+    while not any(answer.done() for answer in answers):
+        answers.append(client.call_async(GetParameters.Request()))
+        end = time.monotonic() + 1.0
+        spin_until(lambda: answers[-1].done() or time.monotonic() > end)  # noqa: B023
+        assert len(answers) < PATIENCE, f"{target} does not answer"
+    node.destroy_client(client)
 
 
 class Peer:
@@ -107,27 +126,16 @@ class Peer:
         msg = programme_to_msg(ProgrammeRequest(names, requests, stamp_ns))
         self.publish("platform/command", msg)
 
-    def call(
-        self, kind: type[Any], name: str, request: Any = None, *, repeatable: bool = False
-    ) -> Any:
-        """Call a service of the simulator.
-
-        The middleware may drop the answer to a client it has only just discovered; a call that does
-        no harm twice is then repeated.
-        """
+    def call(self, kind: type[Any], name: str, request: Any = None) -> Any:
+        """Call a service of the simulator."""
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(
                 kind, f"{self._simulator}/{name}"
             )
-        self.spin_until(client.service_is_ready)
-        asked = kind.Request() if request is None else request
-        future = client.call_async(asked)
-        if repeatable:
-            end = time.monotonic() + PATIENCE / 3
-            self.spin_until(lambda: future.done() or time.monotonic() > end)
-            if not future.done():
-                future = client.call_async(asked)
+            self.spin_until(client.service_is_ready)
+            meet(self.node, self._simulator, self.spin_until)
+        future = client.call_async(kind.Request() if request is None else request)
         self.spin_until(future.done)
         return future.result()
 
@@ -140,8 +148,7 @@ class Peer:
         request.parameters = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
         ]
-        name = "set_parameters_atomically"
-        return self.call(SetParametersAtomically, name, request, repeatable=True).result
+        return self.call(SetParametersAtomically, "set_parameters_atomically", request).result
 
     def now_ns(self) -> int:
         """ROS time."""
@@ -194,9 +201,15 @@ class Peer:
         return heard
 
     def wait_for_record(self, kind: str) -> Record:
-        """Wait until the newest record of inputs is of a kind, and return it."""
-        self.spin_until(lambda: self.records and self.records[-1]["kind"] == kind)
-        return self.records[-1]
+        """Wait until the newest record of an input is of a kind, and return it."""
+
+        def newest() -> Record | None:  # snapshots come between
+            return next((one for one in reversed(self.records) if one["kind"] != "snapshot"), None)
+
+        self.spin_until(lambda: (found := newest()) is not None and found["kind"] == kind)
+        found = newest()
+        assert found is not None
+        return found
 
     def next_diagnostics(self) -> None:
         """Wait for the next message of /diagnostics."""

@@ -16,6 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from support.processes import PATIENCE
+from support.ros_peer import meet
 
 RELIABLE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
@@ -35,6 +36,7 @@ class Talker:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.nodes: list[Node] = []
+        self._clients: dict[str, Any] = {}
         self.node = self.new_node("talker")
 
     def new_node(self, name: str, **options: Any) -> Node:
@@ -54,12 +56,22 @@ class Talker:
 
     def call(self, name: str) -> str:
         """Call a service of the recorder; its message."""
-        client = self.node.create_client(Trigger, f"/recorder/{name}")
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self.node)
-        wait_until(client.service_is_ready)
+
+        def spin_until(condition: Callable[[], Any]) -> None:
+            end = time.monotonic() + PATIENCE
+            while not condition():
+                assert time.monotonic() < end
+                executor.spin_once(timeout_sec=0.02)
+
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(Trigger, f"/recorder/{name}")
+            spin_until(client.service_is_ready)
+            meet(self.node, "/recorder", spin_until)
         future = client.call_async(Trigger.Request())
-        executor.spin_until_future_complete(future, PATIENCE)
+        spin_until(future.done)
         executor.shutdown()
         assert future.result().success
         return str(future.result().message)
