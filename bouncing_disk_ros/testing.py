@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.core.model import Motion, Sample
 
-PATIENCE = 10.0
+PATIENCE = 30.0
 """Longest wait for a condition, s."""
 
 

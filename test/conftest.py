@@ -1,7 +1,8 @@
 """What all tests share: a ROS domain of their own, compiled kernels, processes, hypothesis.
 
 Fixtures: `start` (support/processes.py), `talker` (support/talker.py), `ros_domain`,
-`warm_kernels`. Every test runs in the session's own ROS domain, on this machine only.
+`warm_kernels`, `warm_juggling`. Every test runs in the session's own ROS domain, on this machine
+only.
 """
 
 from __future__ import annotations
@@ -114,6 +115,14 @@ def warm_kernels() -> None:
     simulation.advance(1_000_000_000)
     simulation.sample()
     simulation.energy()
+
+
+@pytest.fixture(scope="session")
+def warm_juggling(warm_kernels: None) -> None:
+    """The same for those of a loop that juggles: only `make` compiles them beforehand."""
+    from bouncing_disk_ros.workbench import local_juggling
+
+    local_juggling._load()
 
 
 @pytest.fixture

@@ -6,8 +6,12 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 from support.processes import Starter
 from support.recorded import period_one_bag
+
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
 WAIT = 120.0  # s
 

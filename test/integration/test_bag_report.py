@@ -12,6 +12,8 @@ from bouncing_disk_ros import bag
 from support.processes import Starter
 from support.recorded import RecordedRun, period_one_bag
 
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
+
 WAIT = 120.0  # s; matplotlib and plotly are slow to import on a loaded machine
 
 
@@ -20,9 +22,10 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     recorder = start("recorder", str(folder), "--ros-args", "-p", "status_period:=1.0")
     recorder.wait_for("recording to")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss",
-                      "-p", "real_time_factor:=20.0", "-p", "state_rate:=20.0")  # fmt: skip
+                      "-p", "real_time_factor:=20.0",
+                      "-p", "state_rate:=1.0", "-p", "rotor_speed_rate:=1.0")  # fmt: skip
     recorder.wait_for("subscribed to /disk/impacts")
-    recorder.wait_for(r"recording: .* ([3-9]|\d\d)\d{3} messages")
+    recorder.wait_for(r"recording: .* ([5-9]|\d\d)\d\d messages")
     assert simulator.end(signal.SIGINT) == 0
     assert recorder.end(signal.SIGINT) == 0
     code, report = start.finish("bag_report", str(folder), timeout=WAIT)
@@ -34,7 +37,8 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     report.wait_for(r"restitution ε +0\.5 ± .*; in force 0\.5")
     report.wait_for(r"real-time factor +asked 20, reached \d")
     report.wait_for(r"impacts lost by index +0 rows")
-    report.wait_for(r"recorder's notes +lost on the way 0, impact rows 0")
+    # of impacts and inputs a thousand wait for a recorder that is held up, of others up to ten
+    report.wait_for(r"recorder's notes +lost on the way (?!.*/(impacts|inputs) ).*, impact rows 0,")
     page, figure = tmp_path / "run_report.html", tmp_path / "run_report.png"
     assert report.stdout.splitlines()[-2:] == [f"written: {page}", f"written: {figure}"]
     assert page.stat().st_size > 1_000_000

@@ -95,7 +95,7 @@ def test_without_rclpy_experimental_another_executor_is_used_and_told_once(start
     node.wait_for("SingleThreadedExecutor is used")
     assert wait_for_message(JointState, "joint_states").position
     assert node.end(signal.SIGINT) == 0
-    assert node.complaints == []
+    assert node.complaints_but_late == []
     told = [line for line in node.stderr.splitlines() if "SingleThreadedExecutor" in line]
     assert len(told) == 1, node.output
 
@@ -152,7 +152,7 @@ def test_simulator_runs_without_a_home(start: Starter, tmp_path: Path, home: str
     node = start("simulator", env={**NO_FOLDERS, "HOME": nowhere, "TMPDIR": str(tmp_path / "tmp")})
     assert wait_for_message(JointState, "joint_states").position
     assert node.end(signal.SIGTERM) == 0
-    assert node.complaints == []
+    assert node.complaints_but_late == []
     (logs,) = (tmp_path / "tmp").glob("bouncing_disk_ros-*/log")
     assert any(logs.iterdir())
 

@@ -13,6 +13,8 @@ import bouncing_disk_ros
 from support.made_once import made_once
 from support.processes import environment
 
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
+
 ROOT = Path(__file__).resolve().parents[2]
 #: where Sphinx may be besides this interpreter's own packages
 OWN = ":".join(path for path in sys.path if path.endswith("site-packages"))

@@ -88,7 +88,6 @@ def test_a_request_that_cannot_be_satisfied_is_answered_and_counted(
     many = DescribeParameters.Request(names=["restitution"] * (REQUEST_ITEMS + 1))
     assert peer.call(DescribeParameters, "describe_parameters", many).descriptors == []
     peer.next_diagnostics()
-    peer.next_diagnostics()
     assert peer.diagnostic("inputs")[2]["refused"] == "9"
     assert [record["kind"] for record in peer.records].count("parameters") == 1
     assert process.end() == 0

@@ -25,6 +25,8 @@ from support.processes import Process, Starter
 from support.recorded import RecordedRun, period_one_bag
 from support.ros import wait_for_message
 
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
+
 ROOT = Path(__file__).resolve().parents[2]
 SAFE: dict[str, object] = {
     "begin": 0.44, "end": 0.45, "count": 2, "samples": 20, "instants": 2, "resolution": 0.2,

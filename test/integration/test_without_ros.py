@@ -7,10 +7,14 @@ import re
 import sys
 from pathlib import Path
 
+import pytest
+
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 from support.page_client import PageClient
 from support.processes import Process, Starter
 from support.recorded import period_one_bag
+
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNNER = ROOT / "test" / "support" / "without_ros.py"

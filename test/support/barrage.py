@@ -135,7 +135,6 @@ def withstand(peer: Peer, seed: int, commands: int) -> str:
     assert all_finite(rows)
     for state in peer.heard["joint_states"]:
         assert np.isfinite([*state.position, *state.velocity, *state.effort]).all()
-    peer.next_diagnostics()  # the next one may have been on its way
     peer.next_diagnostics()
     values = peer.diagnostic("inputs")[2]
     accepted, refused = int(values["accepted"]), int(values["refused"])

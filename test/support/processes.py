@@ -26,6 +26,14 @@ from collections.abc import Mapping, Sequence
 from typing import IO
 
 PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
+INFORMATION = re.compile(
+    r"\[INFO\]"
+    r"|: compiling the "  # of a first start
+    r"|: \d+ of \d+ parts$"  # of a study that takes more than ten seconds
+)
+"""What lines of stderr have in them that tell of nothing wrong."""
+LATE = re.compile(r"real time: \w+, (\S+ s behind|\d+ samples of joint_states skipped): ")
+"""What the line of a simulator has in it that got too little of the machine for a moment."""
 
 
 def environment(changes: Mapping[str, str | None] | None = None) -> dict[str, str]:
@@ -107,11 +115,12 @@ class Process:
     @property
     def complaints(self) -> list[str]:
         """The lines of stderr that are not mere information."""
-        return [
-            line
-            for line in self.stderr.splitlines()
-            if "[INFO]" not in line and ": compiling the " not in line  # of a first start
-        ]
+        return [line for line in self.stderr.splitlines() if not INFORMATION.search(line)]
+
+    @property
+    def complaints_but_late(self) -> list[str]:
+        """The same without those of a simulator that the machine, not its own fault, holds up."""
+        return [line for line in self.complaints if not LATE.search(line)]
 
     @property
     def running(self) -> bool:

@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.conversions import programme_to_msg
-from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
@@ -212,6 +212,14 @@ class Peer:
         return found
 
     def next_diagnostics(self) -> None:
-        """Wait for the next message of /diagnostics."""
-        before = len(self.heard["/diagnostics"])
-        self.spin_until(lambda: len(self.heard["/diagnostics"]) > before)
+        """Wait for diagnostics of now: older ones, or another node's, may be on their way."""
+        node, now = f"{self.node.get_namespace()}/{self._simulator}: ".lstrip("/"), self.now_ns()
+
+        def is_heard() -> bool:
+            return any(
+                time_to_ns(msg.header.stamp) >= now
+                and any(row.name.startswith(node) for row in msg.status)
+                for msg in self.heard["/diagnostics"][-10:]
+            )
+
+        self.spin_until(is_heard)

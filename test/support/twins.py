@@ -97,11 +97,10 @@ class Twin:
         return "stepping" not in self.diagnostic("real time")[0]
 
     def diagnostic(self, task: str) -> tuple[str, dict[str, str]]:
-        """Message and values of a task, of now: the next diagnostics may be on their way."""
+        """Message and values of a task, of now."""
         self.peer.next_diagnostics()
-        self.peer.next_diagnostics()
-        name = self.peer.node.get_namespace().strip("/") + "/bouncing_disk"
-        return self.peer.diagnostic(task, name)[1:]
+        node = self.peer.node.get_namespace().strip("/") + "/bouncing_disk"
+        return self.peer.diagnostic(task, node)[1:]
 
     def disturb(self, rng: random.Random, commands: list[Command]) -> None:
         """Send wrong commands, and ask for what is refused or changes nothing."""

@@ -66,7 +66,7 @@ class Child:
         self._log.seek(0)
         return self._log.read(size).decode("utf-8", "replace")
 
-    def end(self, seconds: float = 5.0) -> int:
+    def end(self, seconds: float = 20.0) -> int:
         """Interrupt it, wait, kill it if need be; the exit code."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
