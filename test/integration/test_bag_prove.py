@@ -13,7 +13,7 @@ from support.recorded import period_one_bag
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
-WAIT = 120.0  # s
+WAIT = 250.0  # s
 
 
 def test_a_recorded_run_is_proved(start: Starter, tmp_path: Path) -> None:

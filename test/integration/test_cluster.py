@@ -22,6 +22,7 @@ def scheduler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[str]:
     monkeypatch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": ":0"},  # not 8787, which another test may take
         local_directory=str(tmp_path), silence_logs=50,
     ) as cluster:  # fmt: skip
         yield cluster.scheduler_address

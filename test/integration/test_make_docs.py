@@ -28,7 +28,7 @@ def make(*words: str | Path) -> subprocess.CompletedProcess[str]:
         env=environment({"PYTHONPATH": f"{home}:{ROOT / 'tools'}:{OWN}"}),
         capture_output=True,
         text=True,
-        timeout=110,
+        timeout=250,
     )
 
 

@@ -22,7 +22,7 @@ from support.trees import ROOT, copy_tree
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
-COLCON_PATIENCE = 120.0
+COLCON_PATIENCE = 250.0
 #: the environment of a shell that knows ROS (here: the wheels) and not this package
 ROS_SHELL: dict[str, str | None] = {"PYTHONPATH": None, "AMENT_PREFIX_PATH": sys.prefix}
 

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SAFE: dict[str, object] = {
     "begin": 0.44, "end": 0.45, "count": 2, "samples": 20, "instants": 2, "resolution": 0.2,
 }  # fmt: skip
-WAIT = 110.0  # s; matplotlib, xarray and zarr are slow to import on a loaded machine
+WAIT = 250.0  # s; matplotlib, xarray and zarr are slow to import on a loaded machine
 
 
 def begin(start: Starter, name: str, folder: Path, *arguments: str, **values: object) -> Process:
@@ -174,6 +174,7 @@ def test_a_cluster_computes_the_same(
     values = {"phase_lag_count": 130, "amplitude_angle_count": 5}  # three parts
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": ":0"},  # not 8787, which another test may take
         local_directory=str(tmp_path / "dask"), silence_logs=50,
     ) as cluster:  # fmt: skip
         address = cluster.scheduler_address
