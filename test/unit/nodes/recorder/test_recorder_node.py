@@ -1,0 +1,112 @@
+"""What waits for a recorder's callbacks is not lost, and a node is asked until it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.nodes.recorder import attachments, recorder_node
+from bouncing_disk_ros.nodes.recorder.attachments import ASKED_TIMES, RunParameters
+from bouncing_disk_ros.nodes.recorder.recorded_topic import RecordedTopic
+from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
+from bouncing_disk_ros.ros.stop import Stop
+from support.talker import Talker, wait_until
+
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@pytest.fixture
+def topic(talker: Talker) -> Iterator[tuple[RecordedTopic, list[str]]]:
+    """The recorded topic /mixed, and the text of each message that it has taken."""
+    taken: list[str] = []
+
+    def put(_topic: RecordedTopic, data: bytes, *_: int) -> bool:
+        taken.append(data[8:].rstrip(b"\0").decode())
+        return True
+
+    node = talker.new_node("recording")
+    made = RecordedTopic(node, "/mixed", "std_msgs/msg/String", put)
+    made._wanted = (True, False)  # as of a reliable publisher
+    made._subscribe()
+    yield made, taken
+    made.destroy()
+
+
+def test_a_subscription_that_is_weakened_takes_what_waits_for_it(
+    talker: Talker, topic: tuple[RecordedTopic, list[str]]
+) -> None:
+    recorded, taken = topic
+    strong = talker.publisher("/mixed")
+    strong.publish(String(data="strong"))
+    strong.wait_for_all_acked()
+    talker.node.create_publisher(String, "/mixed", BEST_EFFORT)
+    wait_until(lambda: len(recorded.publishers()) == 2)
+    recorded.follow()
+    assert taken == ["strong"]
+
+
+def test_a_timer_that_is_due_at_the_end_hides_no_message(
+    talker: Talker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder_node, "LOOK_SECONDS", 0.0)  # due in every round
+    monkeypatch.setattr(recorder_node, "SPIN_SECONDS", 0.0)  # on a stalled machine one round is all
+    recorder = Recorder(
+        str(tmp_path / "run"), context=talker.context, use_global_arguments=False,
+        parameter_overrides=[Parameter("topics", value=["/words"])],
+    )  # fmt: skip
+    talker.nodes.append(recorder)
+    publisher = talker.node.create_publisher(String, "/words", 100)
+    wait_until(lambda: recorder.count_publishers("/words") > 0)
+    recorder._look()
+    wait_until(lambda: publisher.get_subscription_count() > 0)
+    for number in range(20):
+        publisher.publish(String(data=str(number)))
+    publisher.wait_for_all_acked()
+    stop = Stop()
+    stop.asked = True
+    assert recorder.record(stop) == 0
+    with bag.open(tmp_path / "run") as run:
+        assert run.topics["/words"].count == 20
+
+
+class _Futile:
+    """A client whose service never answers."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def service_is_ready(self) -> bool:
+        return True
+
+    def call_async(self, _request: Any) -> Any:
+        self.asked += 1
+        return SimpleNamespace(add_done_callback=lambda _: None)
+
+
+def test_a_node_that_gives_no_answer_is_asked_again_and_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clients, warned = [_Futile(), _Futile()], list[str]()
+    info = SimpleNamespace(node_namespace="/", node_name="silent")
+    node: Any = SimpleNamespace(
+        get_publishers_info_by_topic=lambda _: [info],
+        create_client=lambda kind, _: clients["Get" in kind.__name__],
+        get_logger=lambda: SimpleNamespace(warning=warned.append),
+    )
+    monkeypatch.setattr(attachments, "ANSWER_SECONDS", 0.0)
+    parameters = RunParameters(node, "/disk/inputs", lambda *_: None)
+    for _ in range(2 * ASKED_TIMES):
+        parameters.look()
+    assert clients[0].asked == ASKED_TIMES
+    assert parameters.is_answer_due
+    parameters.warn_of_missing()
+    (line,) = warned
+    assert line.startswith("the parameters of /silent are not attached: it gave no answer")
