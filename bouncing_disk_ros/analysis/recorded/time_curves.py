@@ -102,8 +102,7 @@ def interval(found: Fit, times: Values, speeds: Values, count: float) -> Estimat
         columns = [np.ones(n), basis]
         if found.curve is Curve.RAMP:
             columns.append(np.where(times < found.shape, -found.slope, 0.0))
-        covariance = np.linalg.pinv(np.stack(columns) @ np.stack(columns).T)
-        error = math.sqrt(found.misfit / n * (n / count) * count / free * covariance[1, 1])
+        error = math.sqrt(found.misfit / n * (n / count) * count / free * _variance(columns, 1))
         wide = quantile * error
         return Estimate(found.slope, found.slope - wide, found.slope + wide, n, "")
     most = found.misfit * (1.0 + quantile**2 / free)
@@ -116,6 +115,18 @@ def interval(found: Fit, times: Values, speeds: Values, count: float) -> Estimat
     high = _edge(inside, found.shape, _LONGEST * span)
     note = "" if high < math.inf else "no upper bound: too little of the approach was seen"
     return Estimate(found.shape, low, high, n, note)
+
+
+def _variance(columns: list[Values], number: int) -> float:
+    """A diagonal element of the inverse of the normal matrix.
+
+    Columns of length 1: times of milliseconds beside rad/s² are all rounding otherwise.
+    """
+    rows = np.stack(columns)
+    lengths = np.linalg.norm(rows, axis=1)
+    rows = rows / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
+    return float(inverse[number, number]) / float(lengths[number]) ** 2
 
 
 def _edge(inside: Callable[[float], bool], start: float, limit: float) -> float:

@@ -72,7 +72,7 @@ class DemoNode(DemoWatcher):
         """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
-            "Starting the simulator (the first start on a machine compiles for about 20 s) ...",
+            "Starting the simulator (the first start on a machine compiles for some 10 s) ...",
             flush=True,
         )
         started = wait_for(self, stop, lambda: self._is_over() or self.time > 0.0, START_SECONDS)

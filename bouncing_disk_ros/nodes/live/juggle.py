@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from bouncing_disk_ros.nodes.shared.startup import Start
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.parameters import DEFAULTS, Spec
 
 _ABOUT = """Hear disk/impacts and move the platform by platform/joint_trajectory so that the disk
 comes onto the period-1 orbit and stays there. Ctrl-C ends it."""
@@ -26,8 +26,8 @@ _SPECS = (
     Spec("restitution", 0.5, "1", "coefficient of restitution as the controller believes it", "ε",
          low=1e-6, high=0.999999),
     Spec("learn", True, "", "correct the restitution by what is heard"),
-    Spec("gravity", 9.81, "m/s²", "acceleration that pulls the disk down, that of a preload "
-         "included", "g", low=1e-9, high=1e9),
+    Spec("gravity", DEFAULTS["gravity"], "m/s²", "acceleration that pulls the disk down, that of a "
+         "preload included", "g", low=1e-9, high=1e9),
     Spec("position_limit", 0.3, "A", "largest offset, in parts of the platform's amplitude",
          low=1e-6, high=1e3),
     Spec("acceleration_limit", 2.0, "Aω²", "largest acceleration of the offset", low=1e-3,

@@ -63,7 +63,8 @@ def lines(result: xr.Dataset) -> list[str]:
 def curve_name(result: xr.Dataset, i: int) -> str:
     """What a curve is of."""
     kind, n, k = (result[f"curve_{name}"].values[i] for name in ("kind", "impacts", "cycles"))
-    return f"{kind} of {f'{n} impacts' if n else 'contact'} in {k} periods"
+    of = f" of {n} impact{'' if n == 1 else 's'}" if n else ""  # none: of the orbit from contact
+    return f"{kind}{of} in {k} period{'' if k == 1 else 's'}"
 
 
 TOOL = StudyTool("curves", _ABOUT, _EXAMPLE, make_view)

@@ -52,7 +52,8 @@ def lines(result: xr.Dataset) -> list[str]:
         tau = float(result["saddle_point_forcing_phase"].values[own])
         w = float(result["saddle_point_velocity"].values[own])
         size = float(result["saddle_multiplier"].values[i])
-        row = f"  saddle of {n} impacts in {k} periods: τ = {tau:.6f}, w_A = {w:.6f}, "
+        row = f"  saddle of {n} impact{'' if n == 1 else 's'} in {k} period{'' if k == 1 else 's'}"
+        row += f": τ = {tau:.6f}, w_A = {w:.6f}, "
         row += f"multiplier {size:.6f}"
         share = float(result["saddle_share"].values[i])
         if not math.isnan(share):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.analysis.period_one import period_one
+from bouncing_disk_ros.analysis.recorded.time_curves import Curve, fit, interval
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind, transient_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.run.simulate import Result
@@ -188,3 +189,18 @@ def test_wandering_over_all_phases_is_exponential() -> None:
     assert found.time_constant.low <= expected.time_constant.high
     assert found.time_constant.high >= expected.time_constant.low
     assert found.final == pytest.approx(expected.final, rel=0.05)
+
+
+def test_an_interval_does_not_depend_on_the_unit_of_time() -> None:
+    """A ramp of milliseconds: its normal matrix must not be all rounding."""
+    rng = np.random.default_rng(9)
+    times = np.linspace(0.0, 87 * 2.5e-5, 88)
+    speeds = 44_864.0 * np.minimum(times, 1.7e-3) + rng.normal(scale=0.05, size=88)
+    quick, slow = (
+        interval(fit(Curve.RAMP, scaled, speeds), scaled, speeds, 88.0)
+        for scaled in (times, np.linspace(0.0, 87 * 0.25, 88))
+    )
+    assert quick.low < 44_864.0 < quick.high
+    for one, other in zip(quick[:3], slow[:3], strict=True):
+        assert one == pytest.approx(1e4 * other, rel=1e-6)
+    assert quick.high - quick.low == pytest.approx(1e4 * (slow.high - slow.low), rel=1e-3)
