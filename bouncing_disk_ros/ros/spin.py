@@ -65,8 +65,9 @@ def spin_until(node: Node, stop: Callable[[], bool]) -> None:
 def spin(node: Node, stop: Stop) -> int:
     """Run the callbacks of a node until a signal, or until it is `finished`; the exit code."""
     spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
-    end = time.monotonic() + SPIN_SECONDS  # the answer to what ended it is on its way
-    spin_until(node, lambda: stop.asked or time.monotonic() > end)
+    if not stop.asked:  # the answer to the request that ended it is on its way
+        end = time.monotonic() + SPIN_SECONDS
+        spin_until(node, lambda: stop.asked or time.monotonic() > end)
     return ExitCode.DONE
 
 

@@ -23,7 +23,7 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     recorder.wait_for("recording to")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss",
                       "-p", "real_time_factor:=20.0",
-                      "-p", "state_rate:=1.0", "-p", "rotor_speed_rate:=1.0")  # fmt: skip
+                      "-p", "state_rate:=0.25", "-p", "rotor_speed_rate:=0.25")  # fmt: skip
     recorder.wait_for("subscribed to /disk/impacts")
     recorder.wait_for(r"recording: .* ([5-9]|\d\d)\d\d messages")
     assert simulator.end(signal.SIGINT) == 0
@@ -37,8 +37,7 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     report.wait_for(r"restitution ε +0\.5 ± .*; in force 0\.5")
     report.wait_for(r"real-time factor +asked 20, reached \d")
     report.wait_for(r"impacts lost by index +0 rows")
-    # of impacts and inputs a thousand wait for a recorder that is held up, of others up to ten
-    report.wait_for(r"recorder's notes +lost on the way (?!.*/(impacts|inputs) ).*, impact rows 0,")
+    report.wait_for(r"recorder's notes +lost on the way 0, impact rows 0")
     page, figure = tmp_path / "run_report.html", tmp_path / "run_report.png"
     assert report.stdout.splitlines()[-2:] == [f"written: {page}", f"written: {figure}"]
     assert page.stat().st_size > 1_000_000

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import signal
-import time
 from array import array
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
@@ -23,7 +19,7 @@ from std_msgs.msg import Float64MultiArray, String
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.conversions import IMPACT_FIELDS
-from support.processes import PATIENCE, Process, Starter
+from support.processes import Process, Starter
 from support.talker import Talker, wait_until
 
 LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -59,23 +55,6 @@ INPUTS = [
     *BROKEN,
 ]
 CLOUDS = [cloud(float("nan")), cloud(float("inf")), cloud(-1.0), cloud(1e300), *BROKEN]
-
-
-@pytest.fixture
-def spin(talker: Talker) -> Iterator[Callable[[Callable[[], object]], None]]:
-    """Run the callbacks of the test's nodes until something holds."""
-    executor = SingleThreadedExecutor(context=talker.context)
-
-    def run(condition: Callable[[], object]) -> None:
-        for node in talker.nodes:
-            executor.add_node(node)  # those that it has already are left out
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end, "the condition did not hold"
-            executor.spin_once(timeout_sec=0.02)
-
-    yield run
-    executor.shutdown()
 
 
 def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
@@ -141,9 +120,7 @@ def value(content: str) -> ParameterValue:
     return ParameterValue(type=4, string_value=content)
 
 
-def test_answers_of_nodes_are_validated(
-    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
-) -> None:
+def test_answers_of_nodes_are_validated(start: Starter, talker: Talker, tmp_path: Path) -> None:
     secret = tmp_path / "secret.yaml"
     secret.write_text("password: 1234")
     named = tmp_path / "named.yaml"
@@ -169,7 +146,7 @@ def test_answers_of_nodes_are_validated(
         "reads_up": "preset '../../../../etc/passwd': its values are",
         "reads_zeros": "preset '/dev/zero': its values are attached",
     }
-    spin(lambda: all(liar.asked for liar in liars if liar is not liars[3]))
+    talker.spin_until(lambda: all(liar.asked for liar in liars if liar is not liars[3]))
     for line in lines.values():
         process.wait_for(line)
     process.wait_for("subscribed to /disk/inputs")
@@ -189,7 +166,7 @@ def test_answers_of_nodes_are_validated(
 
 
 def test_an_answer_on_its_way_at_the_end_is_waited_for(
-    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+    start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
     process = recorder(start, tmp_path / "run")
     Liar(talker, "without_services", [], [], services=False)
@@ -203,7 +180,7 @@ def test_an_answer_on_its_way_at_the_end_is_waited_for(
         return answer(request, response)
 
     service.callback = end_first
-    spin(lambda: not process.running)
+    talker.spin_until(lambda: not process.running)
     assert process.wait() == 0
     (complaint,) = process.complaints
     assert "the parameters of /without_services are not attached: it gave no answer" in complaint
@@ -222,7 +199,7 @@ def test_a_named_preset_must_be_one(start: Starter, tmp_path: Path) -> None:
 
 # --- the end --------------------------------------------------------------------------------------
 def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
-    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+    start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
     import sys
 
@@ -237,7 +214,7 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
         assert {row.name for row in rows} <= {"recorder: recording"}
         return [row.level[0] for row in rows]
 
-    spin(lambda: 0 in levels())
+    talker.spin_until(lambda: 0 in levels())
     publisher = talker.publisher("/large", Float64MultiArray)
     message = Float64MultiArray(data=array("d", range(10_000)))
 
@@ -246,7 +223,7 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
             publisher.publish(message)
         return 2 in levels()
 
-    spin(is_told)
+    talker.spin_until(is_told)
     assert process.wait() == 1
     last = heard[-1].status[0]
     assert "recording ended: File too large" in last.message
@@ -257,17 +234,17 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
 
 
 def test_own_diagnostics_are_not_recorded_and_do_not_count(
-    start: Starter, talker: Talker, tmp_path: Path, spin: Callable[..., None]
+    start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
     process = recorder(start, tmp_path / "run", "topics:=/diagnostics")
     heard: list[Any] = []
     talker.node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
-    spin(lambda: len(heard) > 1)
+    talker.spin_until(lambda: len(heard) > 1)
     publisher = talker.publisher("/diagnostics", DiagnosticArray)
     before = len(heard)
     for _ in range(10):
         publisher.publish(DiagnosticArray())
-    spin(lambda: len(heard) > before + 10)
+    talker.spin_until(lambda: len(heard) > before + 10)
     publisher.wait_for_all_acked()
     assert process.end(signal.SIGINT) == 0
     assert "10 recorded, lost on the way: 0" in process.stdout

@@ -26,6 +26,7 @@ from type_description_interfaces.srv import GetTypeDescription
 
 from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from support.processes import PATIENCE
+from support.ros_peer import meet
 
 Make = Callable[[random.Random], Any]
 NAMES = ["restitution", "friction", "mass", "preset", "use_sim_time", "axial_amplitude",
@@ -119,14 +120,14 @@ class Clients:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._executor = SingleThreadedExecutor(context=self.context)
-        self._services = services
+        self._services, self._target = services, f"/{node}"
         self._nodes = [
             rclpy.create_node(f"client_{i}", context=self.context, use_global_arguments=False)
             for i in range(count)
         ]
         self._clients = [
             {
-                name: one.create_client(kind, f"/{node}/{name}")
+                name: one.create_client(kind, f"{self._target}/{name}")
                 for name, (kind, _) in services.items()
             }
             for one in self._nodes
@@ -136,18 +137,11 @@ class Clients:
         self._meet()
 
     def _meet(self) -> None:
-        """Ask every service once by every client: the answer to a client just found may be lost."""
-        for clients in self._clients:
+        """Wait until the node knows every client."""
+        for one, clients in zip(self._nodes, self._clients, strict=True):
             for name, client in clients.items():
                 self._wait(client.service_is_ready, name)
-                kind = self._services[name][0]
-                for _ in range(10):
-                    future = client.call_async(kind.Request())
-                    end = time.monotonic() + PATIENCE / 10
-                    self._wait(lambda: future.done() or time.monotonic() > end, name)  # noqa: B023
-                    if future.done():
-                        break
-                assert future.done(), name
+            meet(one, self._target, lambda condition: self._wait(condition, self._target))
 
     def ask(self, seed: int, count: int) -> dict[str, list[tuple[Any, Any]]]:
         """Ask so often in all; requests with answers by service. AssertionError for a lost one."""

@@ -37,12 +37,14 @@ class Talker:
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.nodes: list[Node] = []
         self._clients: dict[str, Any] = {}
+        self._executor = SingleThreadedExecutor(context=self.context)
         self.node = self.new_node("talker")
 
     def new_node(self, name: str, **options: Any) -> Node:
         """Another node; `options` are those of rclpy's Node."""
         node = rclpy.create_node(name, context=self.context, use_global_arguments=False, **options)
         self.nodes.append(node)
+        self._executor.add_node(node)
         return node
 
     def publisher(
@@ -54,29 +56,27 @@ class Talker:
         wait_until(lambda: publisher.get_subscription_count() > 0)
         return publisher
 
+    def spin_until(self, condition: Callable[[], Any]) -> None:
+        """Run the callbacks of the nodes until a condition holds."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, "the condition did not hold"
+            self._executor.spin_once(timeout_sec=0.02)
+
     def call(self, name: str) -> str:
         """Call a service of the recorder; its message."""
-        executor = SingleThreadedExecutor(context=self.context)
-        executor.add_node(self.node)
-
-        def spin_until(condition: Callable[[], Any]) -> None:
-            end = time.monotonic() + PATIENCE
-            while not condition():
-                assert time.monotonic() < end
-                executor.spin_once(timeout_sec=0.02)
-
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(Trigger, f"/recorder/{name}")
-            spin_until(client.service_is_ready)
-            meet(self.node, "/recorder", spin_until)
+            self.spin_until(client.service_is_ready)
+            meet(self.node, "/recorder", self.spin_until)
         future = client.call_async(Trigger.Request())
-        spin_until(future.done)
-        executor.shutdown()
+        self.spin_until(future.done)
         assert future.result().success
         return str(future.result().message)
 
     def close(self) -> None:
+        self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
         rclpy.shutdown(context=self.context)

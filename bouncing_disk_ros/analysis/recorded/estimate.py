@@ -26,6 +26,7 @@ from bouncing_disk_ros.analysis.recorded.ratio_estimate import (
 from bouncing_disk_ros.analysis.recorded.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.analysis.recorded.section import single_impacts
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.errors import counted
 
 SURELY = 3.0
 """A row counts as slipping where the slip left over is this many times the noise."""
@@ -42,11 +43,6 @@ class Estimate(NamedTuple):
     high: float  # inf: no upper bound
     impacts: int  # rows that were used
     note: str  # what to know about it; '' if there is nothing
-
-
-def counted(number: int, what: str) -> str:
-    """A number of things in words: 1 row, 2 rows."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def platform_velocities(rows: NDArray[np.void], motion: Motion, offsets: Offsets = ()) -> Column:

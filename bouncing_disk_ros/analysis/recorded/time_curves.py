@@ -124,7 +124,8 @@ def _variance(columns: list[Values], number: int) -> float:
     """
     rows = np.stack(columns)
     lengths = np.linalg.norm(rows, axis=1)
-    rows = rows / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    lengths[lengths == 0.0] = 1.0  # a column of zeros stays one
+    rows /= lengths[:, None]
     inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
     return float(inverse[number, number]) / float(lengths[number]) ** 2
 

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.recorded.estimate import Estimate, counted
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
 from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
 from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report, SegmentReport
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.offset import Offset
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.parsing import read_json
 from bouncing_disk_ros.units import NS
 

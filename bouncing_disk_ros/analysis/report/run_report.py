@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.period_one import separation_phase
 from bouncing_disk_ros.analysis.recorded.estimate import (
     Estimate,
-    counted,
     friction_of,
     platform_velocities,
     restitution_of,
@@ -29,7 +28,7 @@ from bouncing_disk_ros.analysis.recorded.segments import Segment, known, segment
 from bouncing_disk_ros.analysis.recorded.steady_tail import mean_in_flight, tail_begin
 from bouncing_disk_ros.analysis.recorded.transient import LEAST, Transient, transient_of
 from bouncing_disk_ros.core.model import Disk, ImpactKind, join_rows
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, counted
 
 ABSENT = "not in this bag"
 MOST_SEGMENTS = 50

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import stat
@@ -55,16 +56,16 @@ def versions(package_version: str) -> bytes:
 
 
 class _Asked(NamedTuple):
-    """A node that was asked for its parameters, and has not answered."""
+    """A node that is, or will be, asked for its parameters and has not answered."""
 
     names: Client
     values: Client
-    since: float  # monotonic clock, s
-    times: int
+    since: float = -math.inf  # when it was asked last, monotonic clock, s
+    times: int = 0
 
 
 class RunParameters:
-    """Asks the nodes that publish a topic for their parameters, once each, and attaches them.
+    """Asks the nodes that publish a topic for their parameters, and attaches them once each.
 
     The attachment `parameters/<node>.yaml` is a ROS parameter file. A preset that it names follows
     as `preset/<name>.yaml` if it is one of the package, or one of `presets`, the files that the
@@ -76,50 +77,45 @@ class RunParameters:
     ) -> None:
         self._node, self._topic, self._attach = node, topic, attach
         self._presets = {path.expanduser().resolve(): path for path in presets}
-        self._asked: set[str] = set()
-        self._waiting: dict[str, tuple[Client, Client]] = {}  # its services are not there yet
-        self._pending: dict[str, _Asked] = {}
+        self._known: set[str] = set()
+        self._open: dict[str, _Asked] = {}
         self._told: set[str] = set()
 
     # --- asking -----------------------------------------------------------------------------------
     def look(self) -> None:
-        """Ask those that are new, once their services are there."""
+        """Ask those that are new, once their services are there; again where no answer comes."""
         for info in self._node.get_publishers_info_by_topic(self._topic):
             name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-            is_new = name not in self._asked and info.node_name != NOT_YET_NAMED
-            if is_new and len(self._asked) < ASKED_NODES:
-                self._asked.add(name)
+            is_new = name not in self._known and info.node_name != NOT_YET_NAMED
+            if is_new and len(self._known) < ASKED_NODES:
+                self._known.add(name)
                 self._prepare(name)
-        for name, (names, values) in list(self._waiting.items()):
-            if names.service_is_ready() and values.service_is_ready():
-                del self._waiting[name]
+        for name, (names, values, since, times) in list(self._open.items()):
+            is_due = time.monotonic() > since + ANSWER_SECONDS and times < ASKED_TIMES
+            if is_due and names.service_is_ready() and values.service_is_ready():
+                self._open[name] = _Asked(names, values, time.monotonic(), times + 1)
                 self._ask(name, names, values)
-        for name, (names, values, since, times) in list(self._pending.items()):
-            if time.monotonic() > since + ANSWER_SECONDS and times < ASKED_TIMES:
-                self._ask(name, names, values, times)
 
     @property
     def is_answer_due(self) -> bool:
         """Whether a node that was asked, and is still there, has not answered."""
-        return any(asked.values.service_is_ready() for asked in self._pending.values())
+        return any(one.times and one.values.service_is_ready() for one in self._open.values())
 
     def warn_of_missing(self) -> None:
         """Name the nodes that gave no answer until now."""
-        for name in (*self._waiting, *self._pending):
+        for name in self._open:
             self._warn_not_attached(name, "it gave no answer until the recording ended")
 
     def _prepare(self, name: str) -> None:
         def make() -> None:
-            self._waiting[name] = (
+            self._open[name] = _Asked(
                 self._node.create_client(ListParameters, f"{name}/list_parameters"),
                 self._node.create_client(GetParameters, f"{name}/get_parameters"),
             )
 
         self._attempt(name, make)
 
-    def _ask(self, name: str, names: Client, values: Client, before: int = 0) -> None:
-        self._pending[name] = _Asked(names, values, time.monotonic(), before + 1)
-
+    def _ask(self, name: str, names: Client, values: Client) -> None:
         def on_names(answer: Any) -> None:
             found = sorted(answer.result().result.names)
             if len(found) > REQUEST_ITEMS:
@@ -135,7 +131,7 @@ class RunParameters:
 
     def _on_values(self, name: str, names: list[str], values: Sequence[Any]) -> None:
         pairs = answered(names, values)
-        if self._pending.pop(name, None) is None:  # asked twice, answered twice
+        if self._open.pop(name, None) is None:  # asked twice, answered twice
             return
         self._attach(f"parameters{name}.yaml", YAML, dumped({name: {"ros__parameters": pairs}}))
         preset = pairs.get("preset")
@@ -147,7 +143,7 @@ class RunParameters:
         try:
             action()
         except Exception as error:  # noqa: BLE001 (reported, and the recording goes on)
-            self._pending.pop(name, None)
+            self._open.pop(name, None)
             self._warn_not_attached(name, cut(str(error), 300))
 
     def _warn_not_attached(self, name: str, why: str) -> None:

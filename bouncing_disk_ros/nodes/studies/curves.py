@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Value
@@ -63,8 +64,8 @@ def lines(result: xr.Dataset) -> list[str]:
 def curve_name(result: xr.Dataset, i: int) -> str:
     """What a curve is of."""
     kind, n, k = (result[f"curve_{name}"].values[i] for name in ("kind", "impacts", "cycles"))
-    of = f" of {n} impact{'' if n == 1 else 's'}" if n else ""  # none: of the orbit from contact
-    return f"{kind}{of} in {k} period{'' if k == 1 else 's'}"
+    orbit = f" of {counted(n, 'impact')}" if n else ""  # none: of the orbit from contact
+    return f"{kind}{orbit} in {counted(k, 'period')}"
 
 
 TOOL = StudyTool("curves", _ABOUT, _EXAMPLE, make_view)

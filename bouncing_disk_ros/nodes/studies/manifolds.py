@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.nodes.studies.basins import lines as basin_lines
 from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
@@ -52,8 +53,8 @@ def lines(result: xr.Dataset) -> list[str]:
         tau = float(result["saddle_point_forcing_phase"].values[own])
         w = float(result["saddle_point_velocity"].values[own])
         size = float(result["saddle_multiplier"].values[i])
-        row = f"  saddle of {n} impact{'' if n == 1 else 's'} in {k} period{'' if k == 1 else 's'}"
-        row += f": τ = {tau:.6f}, w_A = {w:.6f}, "
+        row = f"  saddle of {counted(n, 'impact')} in {counted(k, 'period')}: "
+        row += f"τ = {tau:.6f}, w_A = {w:.6f}, "
         row += f"multiplier {size:.6f}"
         share = float(result["saddle_share"].values[i])
         if not math.isnan(share):
