@@ -20,7 +20,7 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport PYTHONDONTWRITEBYTECODE
 export AMENT_PREFIX_PATH := $(CURDIR)/.venv
 
-.PHONY: help demo workbench test docs figures lint types bench soak interop setup clean run-environment test-environment bench-environment interop-environment
+.PHONY: help demo workbench test docs figures lint types bench soak interop fresh setup clean run-environment test-environment bench-environment interop-environment
 .DEFAULT_GOAL := help
 
 help:   ## list the targets
@@ -61,6 +61,9 @@ soak: test-environment   ## run for long: memory, lateness, lost rows, hostile c
 
 interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions
 	$(BIN)/pytest -m interop test/interop
+
+fresh: test-environment   ## try make demo and make test on a fresh Debian 12 (root, debootstrap, some ten minutes)
+	tools/fresh_machine.sh
 
 setup: test-environment   ## only set up .venv and install the package
 

@@ -8,7 +8,7 @@ with cross-fades; and a small study of each kind.
 from __future__ import annotations
 
 import shutil
-import tarfile
+import zipfile
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -35,8 +35,8 @@ STUDIES: dict[str, dict[str, Value]] = {
 @pytest.fixture
 def stores(tmp_path: Path) -> Path:
     """A folder with the stores of 0.1.0."""
-    with tarfile.open(FILES / "studies.tar.gz") as packed:
-        packed.extractall(tmp_path, filter="data")
+    with zipfile.ZipFile(FILES / "studies.zip") as packed:
+        packed.extractall(tmp_path)
     return tmp_path
 
 

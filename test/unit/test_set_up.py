@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import json
 import re
@@ -13,6 +14,8 @@ from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -180,3 +183,38 @@ def test_ubuntu_keeps_its_numpy() -> None:
     (line,) = [line for line in lines if line.startswith("numpy")]
     assert "1.26.4" in Requirement(line).specifier
     assert "2.0.0" not in Requirement(line).specifier
+
+
+# the oldest interpreters --------------------------------------------------------------------------
+
+OLDEST = ("3.11.2", "3.12.3", "3.13.0")
+"""What Debian 12 and Ubuntu 24.04 have, and the first 3.13."""
+ADDED_LATER = re.compile(r"extractall\([^)]*filter|unpack_archive\([^)]*filter|\.data_filter|"
+                         r"\.tar_filter|parseaddr\([^)]*strict|[rR]eparseDeferral")  # fmt: skip
+"""What 3.11.3 to 3.11.14 added to the library; ruff and mypy refuse what is newer than 3.11."""
+
+
+def test_installed_pins_are_for_the_oldest_interpreters() -> None:
+    """`make fresh` asks the package index too: are there wheels, and those of make bench?"""
+    pins = dict(
+        re.findall(r"^([^#=\s]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.MULTILINE)
+    )
+    pins = {canonicalize_name(name): version for name, version in pins.items()}
+    refused = []
+    seen = 0
+    for found in importlib.metadata.distributions():
+        if pins.get(canonicalize_name(found.name)) == found.version:
+            seen += 1
+            allowed = SpecifierSet(found.metadata["Requires-Python"] or "")
+            refused += [(found.name, found.version, v) for v in OLDEST if v not in allowed]
+    if seen < len(pins) // 2:
+        pytest.skip("this environment is not made from constraints.txt")
+    assert refused == []
+
+
+def test_sources_use_nothing_newer_than_the_oldest_interpreter() -> None:
+    folders = ("bouncing_disk_ros", "examples", "launch", "test", "tools")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    assert len(files) > 100
+    newer = [str(path) for path in files if ADDED_LATER.search(path.read_text())]
+    assert [name for name in newer if name != __file__] == []

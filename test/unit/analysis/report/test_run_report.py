@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.recorded.estimate import Estimate, counted
+from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
 from bouncing_disk_ros.analysis.recorded.run_record import (
     UNKNOWN_DISK,
@@ -25,7 +25,7 @@ from bouncing_disk_ros.analysis.report.report_tables import path_text, tables, t
 from bouncing_disk_ros.analysis.report.report_text import lines
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.core.model import Motion, join_rows
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
