@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractors
-from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
+from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, label_starts
 from bouncing_disk_ros.analysis.dynamics.edge_states import boundary_pairs, edge_states
-from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share, sides
+from bouncing_disk_ros.analysis.dynamics.manifold_area import (
+    Window,
+    enclosed_part,
+    sides,
+    why_open,
+)
 from bouncing_disk_ros.analysis.dynamics.manifold_growth import (
     GrowthRule,
     Manifold,
@@ -30,11 +35,20 @@ SEARCHED = 64
 _STABILITIES = list(Stability)
 
 
+class Enclosure(NamedTuple):
+    """What the stable manifold of a saddle encloses of the window."""
+
+    share: float  # nan: not known
+    basin: int  # index of the attractor whose basin it is; UNRESOLVED: not known
+    why: str  # why it is not known; empty: it is
+
+
 class Manifolds(Basins):
     """Basins with saddles and manifolds; parameters as in the table of the executable."""
 
     name: ClassVar[str] = "manifolds"
     title: ClassVar[str] = "Saddles on basin boundaries and their manifolds"
+    revision: ClassVar[int] = 2
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         unused: dict[str, Value] = {
@@ -64,22 +78,25 @@ class Manifolds(Basins):
             distance=float(given["distance"]), angle=float(given["angle"]), lowest=low,
             most=int(given["points"]), repetitions=float(given["repetitions"]),
         )  # fmt: skip
-        arrays |= manifolds_to_arrays(saddles, rule, lambda found: self._share(known, found, low))
+        arrays |= manifolds_to_arrays(saddles, rule, lambda found: self._enclosure(known, found))
         arrays["edge_pairs"] = np.array([len(pairs), lost], np.int64)
         return arrays
 
-    def _share(self, known: Attractors, branches: list[Manifold], lowest: float) -> float:
-        """Share enclosed by a stable manifold; nan where it is not the boundary of one basin."""
-        ends = [
-            np.unique(label_starts(known, self._map, *states.T.copy()).label)
-            for states in sides(branches, lowest)
-        ]
-        if len(ends[0]) != 1 or len(ends[1]) != 1 or ends[0][0] == ends[1][0]:
-            return math.nan
-        try:
-            return enclosed_share(branches, lowest)
-        except InputError:  # it is cut within the window
-            return math.nan
+    def _enclosure(self, known: Attractors, branches: list[Manifold]) -> Enclosure:
+        """The basin that a stable manifold encloses, where it is the boundary of one alone."""
+        names = ("velocity_begin", "velocity_end", "phase_begin", "phase_end")
+        window = Window(*(float(self.parameters[name]) for name in names))
+        why = next(filter(None, (why_open(one, window.lowest) for one in branches)), "")
+        if not why:
+            ends = [
+                np.unique(label_starts(known, self._map, *states.T.copy()).label)
+                for states in sides(branches, window.lowest)
+            ]
+            if all(len(labels) == 1 for labels in ends) and ends[0][0] != ends[1][0]:
+                found = enclosed_part(branches, window)
+                return Enclosure(found.share, int(ends[found.inside][0]), "")
+            why = "it is not the boundary between two basins and nothing else"
+        return Enclosure(math.nan, UNRESOLVED, why)
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """As of basins, with the manifolds."""
@@ -100,17 +117,19 @@ def _dim_of(name: str) -> str:
 
 
 def manifolds_to_arrays(
-    saddles: list[PeriodicOrbit], rule: GrowthRule, share_of: Callable[[list[Manifold]], float]
+    saddles: list[PeriodicOrbit],
+    rule: GrowthRule,
+    enclosure_of: Callable[[list[Manifold]], Enclosure],
 ) -> dict[str, np.ndarray]:
     """Saddles and their manifolds as arrays, to be stored."""
     pieces: list[np.ndarray] = []
     owners: list[tuple[int, int]] = []
-    shares = []
+    enclosed: list[Enclosure] = []
     for i, saddle in enumerate(saddles):
         for k, stability in enumerate(_STABILITIES):
             branches = saddle_manifolds(saddle, stability, rule)
             if stability is Stability.STABLE:
-                shares.append(share_of(branches))
+                enclosed.append(enclosure_of(branches))
             own = [piece for branch in branches for piece in branch.pieces]
             pieces += own
             owners += [(i, k)] * len(own)
@@ -123,7 +142,9 @@ def manifolds_to_arrays(
         "saddle_impacts": np.array([s.impacts for s in saddles], np.int64),
         "saddle_cycles": np.array([s.cycles for s in saddles], np.int64),
         "saddle_multiplier": np.array([s.multipliers[0].real for s in saddles], float),
-        "saddle_share": np.array(shares, float),
+        "saddle_share": np.array([one.share for one in enclosed], float),
+        "saddle_basin": np.array([one.basin for one in enclosed], np.int64),
+        "saddle_open": np.array([one.why for one in enclosed], str),
         "saddle_point_saddle": np.repeat(np.arange(len(saddles)), [s.impacts for s in saddles]),
         "saddle_point_forcing_phase": points[:, 0],
         "saddle_point_velocity": points[:, 1],

@@ -7,6 +7,10 @@ others until neighbours are near and the line turns little; no point is interpol
 not come near, however close in σ they are, the map is not continuous there: a flight grazes the
 platform. The branch is cut there, and both ends are kept.
 
+The next repetition begins with the points of this one, without the stretches that lead nowhere:
+to contact, or (backwards) to impacts so fast that each one before was faster still, by
+`no_return`. A branch is complete where no stretch is left.
+
 The error of the linear start is of order δ² and shrinks along the way.
 """
 
@@ -30,12 +34,13 @@ Array = NDArray[np.float64]
 START = 1e-6
 """δ: distance from the saddle at which a branch begins."""
 FASTEST = 1e3
-"""A state that came from a faster impact (πg/ω) came from still faster ones: it is left out."""
+"""States from impacts this fast (πg/ω) are not computed: they are taken for this fast."""
 _SAME = 1e-13
 """Points this near in σ are neighbours for good: the line is cut between them."""
-_ROUNDS = 200
-_MARGIN, _COARSE = 6.0, 0.5
-"""Lines leave the window and come back: this far below it points are looked for, this near."""
+_FIRST = 9
+"""Points of the first repetition, before others are put between them."""
+_BELOW = 0.5
+"""Below what is looked at, neighbours may be farther apart, by this part of their depth."""
 _CLOSE = 0.2
 """Turning angles are not looked at where neighbours are nearer than this part of the distance."""
 
@@ -53,7 +58,7 @@ class Manifold(NamedTuple):
     stability: Stability
     pieces: tuple[Array, ...]  # of (m, 2): τ, continuous and so not always in [0, 2π), and w_A
     sigma: tuple[Array, ...]  # (m,) of each point: repetitions from the start, δ off the saddle
-    complete: bool  # False: it was ended by the number of points
+    ended: str  # why more of it may lie above `lowest`; empty: it is complete
 
     def __repr__(self) -> str:
         """How many pieces and points."""
@@ -64,6 +69,11 @@ class Manifold(NamedTuple):
     def length(self) -> float:
         """Length of all pieces, τ in rad and w_A in πg/ω."""
         return sum(float(np.sum(np.hypot(*np.diff(piece, axis=0).T))) for piece in self.pieces)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that lies above `lowest` was found."""
+        return not self.ended
 
 
 class GrowthRule(NamedTuple):
@@ -106,6 +116,28 @@ def saddle_manifolds(
     return found
 
 
+def no_return(axial_forcing: float, restitution: float) -> float:
+    """Speed |w_A| (πg/ω) of an impact above which all impacts before it were faster; inf: none.
+
+    Backwards a flight begins with at least |w| − Γ in space, lands at most 2Γ higher and there has
+    at most Γ less than its speed in space: 1/ε of that is more than |w| above the root of
+    (1 − ε²)w² − 2Γ(1 + ε)w − 4Γ/π.
+    """
+    left = 1.0 - restitution * restitution
+    if left <= 0.0:
+        return math.inf
+    half = axial_forcing * (1.0 + restitution)
+    return (half + math.sqrt(half * half + left * 4.0 * axial_forcing / math.pi)) / left
+
+
+class _Stretch(NamedTuple):
+    """Points of a branch in the order of σ, and between which neighbours it was followed."""
+
+    sigma: Array  # (m,)
+    points: Array  # (m, 2)
+    followed: NDArray[np.bool_]  # (m - 1,)
+
+
 class _Branch:
     """One branch as a function of σ."""
 
@@ -122,66 +154,87 @@ class _Branch:
         self.growth = size * size if size < 0.0 else size
         vector = eigenvector(section, self.place, saddle.impacts, which)
         self.vector = sense * vector
+        slowest = no_return(*self.platform) if which is Stability.STABLE else math.inf
+        self.deepest = max(slowest, -rule.lowest)
+        self.fastest = max(FASTEST, 4.0 * self.deepest)
 
     def at(self, sigma: Array) -> Array:
-        """Points (m, 2) at σ; nan where a state came from impacts that are too fast."""
+        """Points (m, 2) at σ. w_A is −`fastest` beyond it, nan where contact came before."""
         whole = np.floor(sigma)
         away = START * self.growth ** (sigma - whole)
         states = np.ascontiguousarray(self.place + away[:, None] * self.vector)
         states[:, 0] %= math.tau
         counts = (whole * self.each).astype(np.int64)
         if self.which is Stability.STABLE:
-            iterate_backwards(states, counts, *self.platform, FASTEST)
+            iterate_backwards(states, counts, *self.platform, self.fastest)
+            states[~(states[:, 1] > -self.fastest), 1] = -self.fastest
         else:
             iterate_forwards(states, counts, *self.platform)
         return states
 
     def grown(self) -> Manifold:
-        """Put points between others, repetition by repetition."""
-        sigma, points = np.array([0.0]), self.at(np.array([0.0]))
-        complete = True
-        for k in range(math.ceil(self.rule.repetitions)):
-            new = np.linspace(k, min(k + 1.0, self.rule.repetitions), 9)
-            new_points = self.at(new)
-            new, new_points, enough = self.refined(new, new_points, self.rule.most - len(sigma))
-            sigma = np.concatenate((sigma, new[1:]))
-            points = np.concatenate((points, new_points[1:]))
+        """Put points between others, repetition by repetition, until no stretch leads on."""
+        sigma = np.linspace(0.0, 1.0, _FIRST)
+        new = _Stretch(sigma, self.at(sigma), np.ones(_FIRST - 1, bool))
+        found: list[_Stretch] = []
+        while True:
+            room = self.rule.most - sum(len(one.sigma) for one in found)
+            new, enough = self.refined(new, room)
+            if len(new.sigma) <= room:
+                found.append(new)
+            on = self.leads_on(new)
             if not enough:
-                complete = False
-                break
-            if not self.seen(new_points, _MARGIN).any():
-                break
-        return self.cut(sigma, points, complete=complete)
+                ended = f"its points ran out, {self.rule.most} of them"
+            elif not on.any():
+                ended = ""
+            elif len(found) >= self.rule.repetitions:
+                ended = f"it was followed for {len(found)} repetitions only"
+            else:
+                new = self.next_repetition(new, on)
+                continue
+            return self.cut(found, ended)
 
-    def seen(self, points: Array, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Points above the lowest w_A that is looked at, less a margin."""
+    def next_repetition(self, last: _Stretch, on: NDArray[np.bool_]) -> _Stretch:
+        """The images of the stretches of a repetition that lead on."""
+        kept = np.append(on, False) | np.append(False, on)
+        sigma = last.sigma[kept] + 1.0
+        return _Stretch(sigma, self.at(sigma), on[kept[:-1]][: len(sigma) - 1])
+
+    def leads_on(self, one: _Stretch) -> NDArray[np.bool_]:
+        """Between which neighbours there are states whose images may lie above `lowest`."""
+        size, _ = _steps(one.points)
+        w = one.points[:, 1]
         with np.errstate(invalid="ignore"):
-            return np.asarray(points[:, 1] >= self.rule.lowest - margin)
+            near = np.fmax(w[1:], w[:-1]) > -(self.deepest + size)
+        return np.asarray(one.followed & near & self.can_be_split(one.sigma))
 
-    def refined(self, sigma: Array, points: Array, room: int) -> tuple[Array, Array, bool]:
-        """One stretch of σ with points put in between; whether there was room for them."""
-        for _ in range(_ROUNDS):
-            wide = self.wide(sigma, points)
-            if not wide.any():
-                return sigma, points, True
+    @staticmethod
+    def can_be_split(sigma: Array) -> NDArray[np.bool_]:
+        """Neighbours that are not next to each other by rounding."""
+        return np.asarray(np.diff(sigma) > _SAME * np.maximum(sigma[1:], 1.0))
+
+    def refined(self, one: _Stretch, room: int) -> tuple[_Stretch, bool]:
+        """A stretch with points put in between; whether there was room for them."""
+        sigma, points, followed = one
+        while True:
+            wide = followed & self.can_be_split(sigma) & self.wide(points)
             if len(sigma) + np.count_nonzero(wide) > room:
-                return sigma, points, False
+                return _Stretch(sigma, points, followed), False
+            if not wide.any():
+                return _Stretch(sigma, points, followed), True
             places = np.flatnonzero(wide)
             middle = 0.5 * (sigma[places] + sigma[places + 1])
             sigma = np.insert(sigma, places + 1, middle)
             points = np.insert(points, places + 1, self.at(middle), axis=0)
-        return sigma, points, True
+            followed = np.insert(followed, places + 1, True)
 
-    def wide(self, sigma: Array, points: Array) -> NDArray[np.bool_]:
+    def wide(self, points: Array) -> NDArray[np.bool_]:
         """Between which neighbours a point is missing."""
-        step = np.diff(points, axis=0)
-        step[:, 0] = wrap_to_pi(step[:, 0])
-        size = np.hypot(*step.T)
-        seen = self.seen(points)
-        either = seen[1:] | seen[:-1]
-        near = self.seen(points, _MARGIN)
+        size, step = _steps(points)
+        w = points[:, 1]
         with np.errstate(invalid="ignore", divide="ignore"):
-            far = ~(size <= np.where(either, self.rule.distance, _COARSE))
+            depth = np.maximum(self.rule.lowest - np.fmax(w[1:], w[:-1]), 0.0)
+            far = ~(size <= self.rule.distance + _BELOW * depth)
             direction = step / size[:, None]
             turn = np.abs(
                 np.arctan2(
@@ -192,21 +245,17 @@ class _Branch:
             bent = np.append(turn > self.rule.angle, False) | np.append(
                 False, turn > self.rule.angle
             )
-            bent &= size > _CLOSE * self.rule.distance
-        gap = np.diff(sigma)
-        worth = either | near[1:] | near[:-1]
-        return np.asarray(
-            worth & (far | (bent & either)) & (gap > _SAME * np.maximum(sigma[1:], 1.0))
-        )
+            bent &= (size > _CLOSE * self.rule.distance) & (depth == 0.0)
+        flown = ~(np.isnan(w[1:]) & np.isnan(w[:-1]))
+        return np.asarray(flown & (far | bent))
 
-    def cut(self, sigma: Array, points: Array, *, complete: bool) -> Manifold:
+    def cut(self, found: list[_Stretch], ended: str) -> Manifold:
         """The pieces between the cuts and outside of what is not seen."""
-        step = np.diff(points, axis=0)
-        step[:, 0] = wrap_to_pi(step[:, 0])
+        sigma, points, followed = _joined(found)
+        size, _ = _steps(points)
         with np.errstate(invalid="ignore"):
-            joined = np.hypot(*step.T) <= self.rule.distance * 1.5
-        seen = self.seen(points)
-        joined &= seen[1:] | seen[:-1]
+            seen = points[:, 1] >= self.rule.lowest
+            joined = followed & (size <= self.rule.distance * 1.5) & (seen[1:] | seen[:-1])
         pieces, sigmas = [], []
         for run in np.split(np.arange(len(sigma)), np.flatnonzero(~joined) + 1):
             if len(run) > 1:
@@ -215,7 +264,26 @@ class _Branch:
                 piece[1:, 0] = piece[0, 0] + np.cumsum(steps)
                 pieces.append(piece)
                 sigmas.append(sigma[run])
-        return Manifold(self.which, tuple(pieces), tuple(sigmas), complete)
+        return Manifold(self.which, tuple(pieces), tuple(sigmas), ended)
+
+
+def _steps(points: Array) -> tuple[Array, Array]:
+    """Distances (m - 1,) of neighbours and the steps (m - 1, 2) between them."""
+    step = np.diff(points, axis=0)
+    step[:, 0] = np.nan_to_num(wrap_to_pi(step[:, 0]))  # unknown beside states that are too fast
+    return np.hypot(*step.T), step
+
+
+def _joined(found: list[_Stretch]) -> _Stretch:
+    """Repetitions one after the other: the end of each is the begin of the next one, if kept."""
+    sigma, points, followed = found[0]
+    for one in found[1:]:
+        same = one.sigma[0] - sigma[-1] <= _SAME * sigma[-1]
+        sigma = np.concatenate((sigma, one.sigma[1 if same else 0 :]))
+        points = np.concatenate((points, one.points[1 if same else 0 :]))
+        link = [] if same else [False]
+        followed = np.concatenate((followed, np.array(link, bool), one.followed))
+    return _Stretch(sigma, points, followed)
 
 
 def eigenvector(section: NextCollisionMap, place: Array, impacts: int, which: Stability) -> Array:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _ABOUT = """The saddles on the boundaries between basins of attraction, found by edge tracking, with
 their stable and unstable manifolds, cut at grazes; behind them the basins."""
+_ERRORS = 4.0
+"""Standard errors of a share of starts that an enclosed area may differ from it."""
 _EXAMPLE = "ros2 run bouncing_disk_ros manifolds --ros-args -p axial_forcing:=0.34"
 
 
@@ -56,14 +58,31 @@ def lines(result: xr.Dataset) -> list[str]:
         row = f"  saddle of {counted(n, 'impact')} in {counted(k, 'period')}: "
         row += f"τ = {tau:.6f}, w_A = {w:.6f}, "
         row += f"multiplier {size:.6f}"
-        share = float(result["saddle_share"].values[i])
-        if not math.isnan(share):
-            row += f"; its stable manifold encloses {100 * share:.5f} % of the window"
-        rows.append(row)
+        rows.append(row + _enclosed_text(result, i))
     if lost:
         rows.append(f"  {lost} of {pairs} pairs of starts ended on no saddle: the boundary is "
                     "fractal, or was lost at a graze")  # fmt: skip
     return rows
+
+
+def _enclosed_text(result: xr.Dataset, i: int) -> str:
+    """What the stable manifold of a saddle encloses, and whether the starts agree."""
+    share = float(result["saddle_share"].values[i])
+    if "saddle_open" not in result:  # of an older version
+        return ""
+    if math.isnan(share):
+        why = str(result["saddle_open"].values[i])
+        return f"; what its stable manifold encloses is not known: {why}"
+    row = f"; its stable manifold encloses {100 * share:.5f} % of the window"
+    basin = int(result["saddle_basin"].values[i])
+    counted_share, error = (
+        float(result[name].values[basin]) for name in ("fraction", "fraction_uncertainty")
+    )
+    if abs(share - counted_share) > _ERRORS * error + 1.0 / result["label"].size:
+        name = result["attractor_name"].values[basin]
+        row += f", but {100 * counted_share:.3f} ± {100 * error:.3f} % of the starts go to {name}"
+        row += ": this is not the whole boundary of its basin"
+    return row
 
 
 TOOL = StudyTool("manifolds", _ABOUT, _EXAMPLE, make_view)

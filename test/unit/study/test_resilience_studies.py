@@ -75,8 +75,29 @@ def test_manifolds_are_stored_over_the_basins(tmp_path: Path) -> None:
     assert math.cos(tau) == pytest.approx(1.0 / (3.0 * 0.34), abs=1e-9)
     assert math.sin(tau) < 0.0
     assert float(result["saddle_share"][0]) == pytest.approx(0.11643, abs=1e-5)
-    assert any("encloses 11.64" in line for line in lines)
+    assert int(result["saddle_basin"][0]) == 1
+    assert any(line.endswith("encloses 11.64261 % of the window") for line in lines)
+    nothing = result.assign(saddle_share=result["saddle_share"] * math.nan,
+                            saddle_open=("saddle", ["its points ran out"]))  # fmt: skip
+    text = "; what its stable manifold encloses is not known: its points ran out"
+    assert any(line.endswith(text) for line in manifolds.lines(nothing))
+    # had a piece of the branch been missed, or were there another boundary, the starts would differ
+    wrong = manifolds.lines(result.assign(saddle_share=result["saddle_share"] + 0.05))
+    assert any("16.64261 % of the window, but 1" in line and "% of the starts go to period-1: this "
+               "is not the whole boundary of its basin" in line for line in wrong)  # fmt: skip
     assert set(result["piece_stability"].values.tolist()) == {0, 1}
+
+
+def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) -> None:
+    given: dict[str, Value] = {
+        "phase_begin": 1.0, "phase_end": 3.0, "velocity_begin": -5.0, "velocity_end": -1.0,
+        "width": 40, "height": 40, "axial_forcing": 0.34, "distance": 0.05, "pairs": 1,
+    }  # fmt: skip
+    result, lines = shown(tmp_path, manifolds.TOOL, **given)
+    share, counted = float(result["saddle_share"][0]), float(result["fraction"][1])
+    assert share == pytest.approx(0.0861518, abs=1e-6)
+    assert share == pytest.approx(counted, abs=4.0 * float(result["fraction_uncertainty"][1]))
+    assert not any("but" in line for line in lines)
 
 
 def test_one_basin_has_no_boundary(tmp_path: Path) -> None:
