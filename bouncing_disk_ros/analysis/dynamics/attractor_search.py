@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import (
-    LARGEST_ERROR,
     SAME,
     Attractor,
     AttractorKind,
@@ -16,7 +15,7 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
     Cells,
     Floats,
     distance,
-    error_at_end,
+    rounding_decides,
     same,
     separation,
 )
@@ -190,9 +189,7 @@ class _Search:
         """The orbit from separation to separation; rows[end] is the first impact of the next."""
         one, after = rows[:end], rows[1 : end + 1]
         cycles = round(float(np.sum(after[:, ORBIT_DELAY])) / math.tau)
-        state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
-        flights = np.concatenate((one[:-1, state], after[:-1, arrival]), axis=1)
-        if error_at_end(flights, *self._platform) > LARGEST_ERROR:
+        if rounding_decides(one, *self._platform):
             cycles = 0
         found = Attractor(
             AttractorKind.CHATTERING, one[:, ORBIT_TAU].copy(), one[:, ORBIT_W].copy(), cycles, 0.0

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
-from bouncing_disk_ros.collision_map.map_tangent import flight_tangents, log_growth
+from bouncing_disk_ros.collision_map.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
+from bouncing_disk_ros.collision_map.rounding import LARGEST_ERROR, largest_error
 from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -27,13 +28,6 @@ CELLS = 128
 SHARED = 0.5
 """Two chaotic orbits are one attractor when the second has more than this part of its visits on the
 cells of the first."""
-
-
-ROUNDING = 1e-15
-"""Error of τ and w that each impact adds: some roundings of numbers up to 2π."""
-LARGEST_ERROR = 1e-3
-"""An orbit from contact to contact is known while its error stays below this: attractors are of the
-order of 1, and an error that has come so far passes 1 within a few impacts."""
 
 
 class AttractorKind(StrEnum):
@@ -89,17 +83,15 @@ class Attractors(NamedTuple):
     unresolved: int  # starts whose end was not understood
 
 
-def error_at_end(flights: Floats, axial_forcing: float, restitution: float) -> float:
-    """Size to which rounding errors grow; flights (n, 4): τ, w, delay and the next impact's w.
+def rounding_decides(rows: Floats, axial_forcing: float, restitution: float) -> bool:
+    """Whether roundings decide how an orbit goes on from its first impact to its last one.
 
-    The error grows as a small change along the orbit does, and each impact adds ROUNDING.
+    rows (n, ≥ 3): τ, w and the delay since the impact before, of impacts without contact between
+    them (columns of `axial_orbit`).
     """
-    matrices = np.empty((len(flights), 2, 2))
-    flight_tangents(np.ascontiguousarray(flights), axial_forcing, restitution, matrices)
-    error = ROUNDING
-    for growth in log_growth(matrices).tolist():
-        error = error * math.exp(min(growth, 100.0)) + ROUNDING
-    return error
+    state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
+    flights = np.ascontiguousarray(np.hstack([rows[:-1, state], rows[1:, arrival]]))
+    return bool(largest_error(flights, axial_forcing, restitution) > LARGEST_ERROR)
 
 
 def separation(first: Floats, second: Floats) -> Floats:

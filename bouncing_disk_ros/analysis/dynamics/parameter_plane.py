@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST, LOWEST
 from bouncing_disk_ros.analysis.dynamics.attractors import (
-    LARGEST_ERROR,
     SAME,
     AttractorKind,
-    error_at_end,
+    rounding_decides,
 )
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import STATE
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
@@ -46,8 +45,6 @@ REST, CHATTERING, PERIODIC, CHAOTIC = (list(AttractorKind).index(kind) for kind 
 STARTS = ("period-1", "contact", "given")
 KEPT = 2 * LONGEST
 """Impacts in which a repetition is looked for."""
-LEAST_CHECKED = 16
-"""From contact to contact in fewer impacts roundings stay small: it takes e²⁷ to grow to 1e-3."""
 _BESIDE = 1e-3
 
 
@@ -58,7 +55,8 @@ class Settled(NamedTuple):
     period: Ints  # impacts in one repetition; 0: chaotic, at rest, longer or not known
     cycles: Ints  # periods of the platform in one repetition; 0 as above
     lyapunov_exponent: Floats  # of the axial part, per impact; −inf with contact, nan at rest
-    mean_speed: Floats  # mean of α̇/(ωΦ) in time over the last half measured; nan at rest
+    mean_speed: Floats  # mean of α̇/(ωΦ) in time over the last half measured; nan at rest, and
+    # where contact repeats after a number of impacts that roundings decide, or that is not known
     mean_speed_change: Floats  # from the first half measured to the last one
     contacts: Floats  # phases of contact per impact
 
@@ -128,13 +126,14 @@ def settle_states(parameters: Floats, states: Floats, settling: int, measured: i
     period = np.zeros(n, np.int32)
     shaken = kind == CHATTERING
     period[shaken] = _between_contacts(rows[shaken])
-    for i in np.flatnonzero(shaken & (period > LEAST_CHECKED)):
-        if not _is_known(rows[i], int(period[i]), *parameters[i, :2].tolist()):
+    for i in np.flatnonzero(shaken & (period > 0)):
+        one = _last_repetition(rows[i], int(period[i]))
+        if rounding_decides(one, *parameters[i, :2].tolist()):
             period[i] = 0
     calm = np.flatnonzero((contacts == 0.0) & (exponent < 0.0))
     period[calm] = _repetition(rows[calm])
     kind[calm[period[calm] > 0]] = PERIODIC
-    speed = last[:, MEAN_PER_TIME]
+    speed = np.where(shaken & (period == 0), math.nan, last[:, MEAN_PER_TIME])
     change = speed - first[:, MEAN_PER_TIME]
     cycles = _cycles(rows, period)
     return Settled(kind, period, cycles, exponent, speed, change, contacts / measured)
@@ -149,14 +148,10 @@ def _between_contacts(rows: Floats) -> Ints:
     return np.where(before > last, before - last, 0).astype(np.int32)
 
 
-def _is_known(rows: Floats, period: int, axial_forcing: float, restitution: float) -> bool:
-    """Whether roundings stay small from the last contact but one to the last one."""
+def _last_repetition(rows: Floats, period: int) -> Floats:
+    """The impacts from the last contact but one to the last one; the first is the one after it."""
     contact = int(np.flatnonzero(rows[:, ORBIT_KIND] == MAP_CONTACT)[-1])
-    one = rows[contact - period : contact]  # the first is the impact after contact
-    flights = np.concatenate(
-        (one[:-1, [ORBIT_TAU, ORBIT_W]], one[1:, [ORBIT_DELAY, ORBIT_W]]), axis=1
-    )
-    return error_at_end(flights, axial_forcing, restitution) <= LARGEST_ERROR
+    return rows[contact - period : contact]
 
 
 def _repetition(rows: Floats) -> Ints:
