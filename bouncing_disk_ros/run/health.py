@@ -61,24 +61,14 @@ class Reading:
 
 
 class Ticks:
-    """Lateness of the ticks of a timer with a fixed period, measured against its own schedule."""
+    """Lateness of the ticks of the loop, against the instants at which they should begin."""
 
-    def __init__(self, period_ns: int) -> None:
-        self.period_ns = period_ns
-        self._expected: int | None = None
+    def __init__(self) -> None:
         self._late: list[int] = []
 
-    def restart(self, period_ns: int) -> None:
-        """Begin a new schedule, of another period or phase; what was noted stays."""
-        self.period_ns, self._expected = period_ns, None
-
-    def note(self, now_ns: int) -> None:
-        """A tick has begun."""
-        late = 0 if self._expected is None else now_ns - self._expected
-        if late < 0 or self._expected is None:
-            self._expected, late = now_ns, 0
-        self._late.append(late)
-        self._expected += self.period_ns * (1 + late // self.period_ns)
+    def note(self, late_ns: int) -> None:
+        """A tick has begun, so late."""
+        self._late.append(late_ns)
 
     def take(self) -> dict[str, float]:
         """Lateness p50, p99 and max in seconds since the last call, and the number of ticks."""

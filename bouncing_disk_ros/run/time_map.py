@@ -6,6 +6,7 @@ import functools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from bouncing_disk_ros.units import NS
 
@@ -70,6 +71,46 @@ def tick_period(sample_period_ns: float, fastest_ns: int, slowest_ns: int) -> in
     if sample_period_ns < fastest_ns:
         return round(sample_period_ns * math.ceil(fastest_ns / sample_period_ns))
     return round(sample_period_ns)
+
+
+MARGIN_NS = 50_000
+"""How long after a sample is due its tick begins: a tick that came before it would leave it to the
+next one. Clocks of different kinds drift apart by some ten microseconds in a second."""
+
+
+class TickPlan(NamedTuple):
+    """When ticks should begin: MARGIN_NS after `due_ns` and after instants whole steps away.
+
+    Half a step after them where steps are that short.
+
+    Readings of the steady clock, ns. `due_ns` None: nothing is due, any instant will do.
+    """
+
+    period_ns: int
+    step_ns: float = 1.0
+    due_ns: int | None = None
+
+    def begin_before(self, at_ns: int) -> int:
+        """The latest instant up to `at_ns` at which a tick should begin.
+
+        A tick that is early by less than the margin still comes after the sample: it counts as one
+        that begins with it.
+        """
+        if self.due_ns is None:
+            return at_ns
+        return self._begin(math.floor((at_ns - self.due_ns) / self.step_ns))
+
+    def period_after(self, next_ns: int) -> int:
+        """The period after a tick at `next_ns`, so that the tick after that one is in phase."""
+        if self.due_ns is None:
+            return self.period_ns
+        late = next_ns - self._begin(0)
+        count = math.ceil((late + self.period_ns) / self.step_ns - 0.5)
+        return self._begin(count) - next_ns
+
+    def _begin(self, count: int) -> int:
+        assert self.due_ns is not None
+        return self.due_ns + round(min(MARGIN_NS, self.step_ns / 2) + count * self.step_ns)
 
 
 class Grid:

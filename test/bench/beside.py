@@ -115,9 +115,9 @@ def _spinning() -> Iterator[list[tuple[int, int]]]:
 
     ticks: list[tuple[int, int]] = []
 
-    def note(self: Ticks, now_ns: int, original: Callable[[Ticks, int], None] = Ticks.note) -> None:
-        original(self, now_ns)
-        ticks.append((now_ns, self._late[-1]))
+    def note(self: Ticks, late_ns: int, note: Callable[[Ticks, int], None] = Ticks.note) -> None:
+        note(self, late_ns)
+        ticks.append((time.monotonic_ns(), late_ns))
 
     Ticks.note = note  # type: ignore[method-assign]
     context = rclpy.Context()

@@ -21,6 +21,7 @@ from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.run.time_map import MARGIN_NS
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
 from support.ros_peer import Peer
@@ -449,8 +450,11 @@ def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:
     assert run is not None
 
     def aligned() -> bool:
-        due = run.next_sample_due(time.monotonic_ns())
-        return due is not None and node.ticks.comes_after(due)
+        timer = node.ticks._timer
+        assert timer is not None
+        next_ns = time.monotonic_ns() + timer.time_until_next_call()
+        late_ns = next_ns - node._tick_plan().begin_before(next_ns)
+        return -MARGIN_NS <= late_ns <= MARGIN_NS
 
     simulator.spin_until(aligned)
     for k in range(1, 6):

@@ -32,7 +32,7 @@ from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
 from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import TimeMap, tick_period
+from bouncing_disk_ros.run.time_map import TickPlan
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 TICK_NS = (1_000_000, 10_000_000)
@@ -86,9 +86,8 @@ class SimulatorNode(LifecycleNode):
         self.create_service(Trigger, "~/step", self._on_step)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._lateness = Ticks(TICK_NS[1])
-        self.ticks = TickTimer(self, self._steady, self._on_tick)
-        self._times_of_ticks: TimeMap | None = None  # for which the ticks were set
+        self._lateness = Ticks()
+        self.ticks = TickTimer(self, self._steady, self._on_tick, self._tick_plan)
         self._standard = self._standard_services()
         guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
@@ -187,33 +186,22 @@ class SimulatorNode(LifecycleNode):
 
     # --- timers -----------------------------------------------------------------------------------
     def _set_ticking(self, ticking: bool) -> None:
-        """Start (again) or stop the ticks, which begin just after samples are due."""
+        """Start or stop the ticks, which begin just after samples are due."""
         self.ticks.stop()
         if ticking and self.run is not None:
-            self._times_of_ticks = self.run.times
-            period = tick_period(self.run.sample_period_ns, *TICK_NS)
-            self._lateness.restart(period)
-            self.ticks.start(period, self.run.next_sample_due(time.monotonic_ns()))
+            self.ticks.start()
 
-    def _on_tick(self) -> None:
-        now = time.monotonic_ns()
-        self._lateness.note(now)
+    def _tick_plan(self) -> TickPlan:
+        return TickPlan(TICK_NS[1]) if self.run is None else self.run.tick_plan(*TICK_NS)
+
+    def _on_tick(self, now: int, late: int) -> None:
+        self._lateness.note(late)
         if self.run is not None:
             self.run.tick(now)
-            if self.run.times is not self._times_of_ticks:  # resumed, reset or another factor
-                self._set_ticking(True)
         if self._standard is not None:
             self._standard.on_tick()
 
-    def _realign_ticks(self) -> None:
-        """Set the ticks anew where clocks have drifted apart."""
-        if self.run is not None and self.ticks.running:
-            due = self.run.next_sample_due(time.monotonic_ns())
-            if due is not None and not self.ticks.comes_after(due):
-                self._set_ticking(True)
-
     def _on_second(self) -> None:
-        self._realign_ticks()
         self.commands.recount_publishers()
         stamp_ns = None if self.run is None else self.run.simulated_stamp_ns
         self._diagnostics.publish(self._read(), self._lateness.take(), stamp_ns)
@@ -302,8 +290,6 @@ class SimulatorNode(LifecycleNode):
     def _on_parameters(self, values: dict[str, Value]) -> None:
         if self.run is not None:
             self.run.set_parameters(values)
-        if "state_rate" in values and self.ticks.running:
-            self._set_ticking(True)
 
     # --- services ---------------------------------------------------------------------------------
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:

@@ -17,7 +17,14 @@ from bouncing_disk_ros.run.gates import Lockstep
 from bouncing_disk_ros.run.health import Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.run.time_map import (
+    FAR_NS,
+    TickPlan,
+    TimeMap,
+    nanoseconds,
+    scaled,
+    tick_period,
+)
 from bouncing_disk_ros.units import NS
 
 _STEP_NS = 100_000_000
@@ -74,17 +81,14 @@ class Run:
         """The line between steady clock, simulated time and ROS time in force."""
         return self._times
 
-    @property
-    def sample_period_ns(self) -> float:
-        """Wall time between samples; where nothing is ever due, as if it ran in real time."""
-        return NS / (float(self._values["state_rate"]) * (self._times.factor or 1.0))
-
-    def next_sample_due(self, now_ns: int) -> int | None:
-        """Reading of the steady clock at which the next sample is due; None in a free run."""
+    def tick_plan(self, fastest_ns: int, slowest_ns: int) -> TickPlan:
+        """When ticks should begin, for a period within bounds; in a free run at any instant."""
+        sample_ns = NS / (float(self._values["state_rate"]) * (self._times.factor or 1.0))
+        period_ns = tick_period(sample_ns, fastest_ns, slowest_ns)
         if self._times.factor == 0.0:
-            return None
-        grid = Grid(float(self._values["state_rate"]), self._times.due(now_ns))
-        return self._times.to_steady(grid.next_ns)
+            return TickPlan(period_ns)
+        due_ns = self._times.to_steady(self.loop.next_sample_ns)
+        return TickPlan(period_ns, min(float(period_ns), sample_ns), due_ns)
 
     def _anchor(self) -> None:
         """Fix the line between steady clock, simulated time and ROS time here and now."""

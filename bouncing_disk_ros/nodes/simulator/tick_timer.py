@@ -9,39 +9,45 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from bouncing_disk_ros.run.time_map import MARGIN_NS, TickPlan
 from bouncing_disk_ros.units import NS
 
-MARGIN_NS = 50_000
-"""How long after a sample is due its tick begins: a tick that came before it would leave it to the
-next one. Clocks of different kinds drift apart by some ten microseconds in a second."""
-EARLIEST_NS, LATEST = 10_000, 0.2
-"""Bounds of what becomes of that margin, in ns and in periods, before the ticks are set anew."""
+IGNORED_NS = 5_000
+"""Error of a tick's phase that is left alone: reading two clocks takes some microseconds."""
 
 
 class TickTimer:
-    """Calls `tick` once in a period while it runs."""
+    """Calls `tick` with the instant and its lateness, once in a period of `plan` while it runs.
 
-    def __init__(self, node: Node, clock: Clock, tick: Callable[[], None]) -> None:
-        self._node, self._clock, self._tick = node, clock, tick
+    The timer keeps whatever phase its first call had, and that is late when the machine is busy. So
+    each tick compares the timer's next call with the plan and sets the period after it.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        clock: Clock,
+        tick: Callable[[int, int], None],
+        plan: Callable[[], TickPlan],
+    ) -> None:
+        """`tick(now, late)`: readings of `time.monotonic_ns`, ns."""
+        self._node, self._clock, self._tick, self._plan = node, clock, tick, plan
         self._timer: Timer | None = None
-        self._period_ns = 0
+        self._period_ns = self._due_ns = 0
 
     @property
     def running(self) -> bool:
         """Whether it ticks."""
         return self._timer is not None
 
-    def start(self, period_ns: int, due_ns: int | None = None) -> None:
-        """Tick from now on; with `due_ns` just after that instant (and others whole periods away).
-
-        `due_ns` is a reading of `time.monotonic_ns`.
-        """
+    def start(self) -> None:
+        """Tick from now on."""
         self.stop()
-        first_ns = self._period_ns = period_ns
-        if due_ns is not None:
-            first_ns = (due_ns + MARGIN_NS - time.monotonic_ns()) % period_ns or period_ns
-        self._timer = self._node.create_timer(first_ns / NS, self._tick, clock=self._clock)
-        self._timer.timer_period_ns = period_ns  # from the first tick on
+        plan, now = self._plan(), time.monotonic_ns()
+        self._due_ns = plan.begin_before(now + plan.period_ns)
+        first_ns = max(1, self._due_ns - now)
+        self._timer = self._node.create_timer(first_ns / NS, self._on_call, clock=self._clock)
+        self._set_period(plan.period_ns)  # from the first call on
 
     def stop(self) -> None:
         """Tick no more."""
@@ -49,9 +55,24 @@ class TickTimer:
             self._node.destroy_timer(self._timer)
             self._timer = None
 
-    def comes_after(self, due_ns: int) -> bool:
-        """Whether ticks come shortly after an instant (and others whole periods away)."""
+    def _set_period(self, period_ns: int) -> None:
         assert self._timer is not None
-        next_ns = time.monotonic_ns() + self._timer.time_until_next_call()
-        margin = (next_ns - due_ns) % self._period_ns
-        return EARLIEST_NS <= margin <= max(LATEST * self._period_ns, 4 * MARGIN_NS)
+        self._timer.timer_period_ns = self._period_ns = period_ns
+
+    def _on_call(self) -> None:
+        now, due = time.monotonic_ns(), self._due_ns
+        self._steer()
+        self._tick(now, max(0, now - due))
+
+    def _steer(self) -> None:
+        """Note when the next tick should begin; set the period that follows it."""
+        if self._timer is None:
+            return
+        before = time.monotonic_ns()
+        left = self._timer.time_until_next_call()
+        took = time.monotonic_ns() - before
+        plan, next_ns = self._plan(), before + took // 2 + left
+        self._due_ns = plan.begin_before(next_ns)
+        period_ns = plan.period_after(next_ns)
+        if took < MARGIN_NS and abs(period_ns - self._period_ns) > IGNORED_NS:
+            self._set_period(period_ns)
