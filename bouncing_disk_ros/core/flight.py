@@ -131,12 +131,15 @@ def gap_after(
 
 @kernel
 def above_platform(top: float, x: float, v: float, g: float) -> tuple[float, float]:
-    """Interval in which a thrown disk is above `top`, the bound of |s|; (0, 0) if there is none."""
+    """Interval in which a thrown disk is above `top`, the bound of |s|; (0, 0) if there is none.
+
+    Downward from speeds beyond those of the fall, v + r cancels: there its conjugate stands.
+    """
     q = v * v + 2.0 * g * (x - top)
     if q <= 0.0:
         return 0.0, 0.0
     r = math.sqrt(q)
-    end = (v + r) / g
+    end = (v + r) / g if v > -0.75 * r else 2.0 * (x - top) / (r - v)
     if end <= 0.0:
         return 0.0, 0.0
     begin = 0.0 if x >= top else 2.0 * (top - x) / (v + r)

@@ -138,6 +138,48 @@ def test_flight_from_anywhere(
     assert_lands(first_impact(run, float(end.duration)), end, allowed)
 
 
+def random_flight(random: np.random.Generator) -> tuple[Motion, Disk, InitialState]:
+    """A flight under any g + P/m; lengths, speeds and accelerations have scales of their own."""
+
+    def between(low: float, high: float) -> float:
+        return float(10.0 ** random.uniform(low, high))
+
+    g, height = between(-9.0, 9.0), between(-4.0, 1.0)
+    if random.random() < 0.5:
+        speed = random.choice([-1.0, 1.0]) * between(-4.0, 1.5)
+        reach, pull = between(-10.0, -1.0), between(-2.0, 2.0) * g
+    else:  # fast on to a small, quick platform
+        g, speed = between(-9.0, -3.0), -math.sqrt(height * between(0.0, 3.0))
+        reach, pull = between(-12.0, -8.0), between(0.0, 1.0) * speed**2 / height
+    gravity = random.choice([g, 1e-3 * g, 2.0 * g])
+    disk = DISK._replace(gravity=float(gravity), preload=float((g - gravity) * DISK.mass))
+    initial = InitialState(height, float(speed), forcing_phase=random.uniform(0.0, 6.28))
+    return Motion(reach, 0.0, math.sqrt(pull / reach) / math.tau, 0.0), disk, initial
+
+
+def test_flights_under_any_gravity() -> None:
+    """g + P/m from 1e-9 to 1e9 m/s², thrown at speeds far above and far below those of the fall."""
+    random, checked = np.random.default_rng(26), 0
+    while checked < examples(40):
+        motion, disk, initial = random_flight(random)
+        phase, gap, velocity = initial.forcing_phase, initial.height, initial.axial_velocity
+        assert velocity is not None
+        path, g = Path(motion, phase), precise.Constants(disk).gravity
+        fall = (velocity + mpmath.sqrt(velocity**2 + 2 * g * gap)) / g
+        if fall * motion.frequency > 1e4:  # the exact flight would take long
+            continue
+        u = mpf(velocity) - path.at(mpf(0)).s1
+        end = landing(path, g, mpf(0), mpf(gap), u)
+        assert end is not None
+        scale = abs(velocity) + motion.axial_amplitude * float(path.omega)
+        allowed = tolerance(motion, disk, (phase, gap, float(u)), scale, end)
+        if allowed.duration * float(path.omega) > 1e-9:  # a graze
+            continue
+        run = Simulation(motion, disk, initial)
+        assert_lands(first_impact(run, float(end.duration)), end, allowed)
+        checked += 1
+
+
 @given(
     axial_forcing=st.floats(0.0, 1.5),
     phase=st.floats(0.0, 6.28),

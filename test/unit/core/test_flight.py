@@ -91,15 +91,23 @@ def test_no_root_is_passed(amplitude: float, tau: float, u: float, gap: float) -
         assert flight.gap_after(record, 0.0, s, c, G, gap, u, d * part)[0] > -1e-15 * scale
 
 
-@pytest.mark.parametrize(("x", "v"), [(0.02, 3.0), (-0.05, 1.8), (0.05, 0.7), (0.3, -1.0)])
-def test_a_thrown_disk_is_above_the_platform_s_top_from_begin_to_end(x: float, v: float) -> None:
+@pytest.mark.parametrize(
+    ("x", "v", "g"),
+    [
+        *((0.02, 3.0, G), (-0.05, 1.8, G), (0.05, 0.7, G), (0.3, -1.0, G)),
+        *((0.5, -18.8, 1e-6), (0.5, -18.8, 1e-9), (0.3, -1.0, 1e9)),
+    ],
+)
+def test_a_thrown_disk_is_above_the_platform_s_top_from_begin_to_end(
+    x: float, v: float, g: float
+) -> None:
     """The search leaves this interval out: a longer one would pass impacts below the top."""
     top = 0.05
-    begin, end = flight.above_platform(top, x, v, G)
+    begin, end = flight.above_platform(top, x, v, g)
     # roundings of heights up to v²/2g
-    assert x + (v - 0.5 * G * end) * end == pytest.approx(top, abs=1e-14)
+    assert x + (v - 0.5 * g * end) * end == pytest.approx(top, abs=1e-14)
     if x < top:
-        assert x + (v - 0.5 * G * begin) * begin == pytest.approx(top, abs=1e-14)
+        assert x + (v - 0.5 * g * begin) * begin == pytest.approx(top, abs=1e-14)
     else:
         assert begin == 0.0
     assert begin < end
