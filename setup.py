@@ -47,6 +47,7 @@ setup(
     # two lists of constraints, which are tested.
     install_requires=[
         "PyYAML>=6.0",
+        "google-crc32c",  # checksums of stored results; zarr needs it too
         "lz4",  # chunks of bags, with mcap
         "matplotlib>=3.6",
         "mcap",

@@ -63,6 +63,11 @@ QOS_ALL = _limit("quality of service in the metadata of all channels of a file",
 YAML_DEPTH = _limit("levels of a YAML text (aliases, anchors and tags of programs are refused)", 16)
 YAML_NODES = _limit("values in a YAML text", 300_000)
 FILES = _limit("files of a bag", 100_000)
+# --- results of studies ---------------------------------------------------------------------------
+RESULT_METADATA = _limit("the metadata of an array or a group in a result of a study", 16, "MiB")
+RESULT_ARRAYS = _limit("arrays in a result", 1000)
+RESULT_CHUNKS = _limit("chunks of an array in a result", 10_000_000)
+RESULT_CHUNK = _limit("a chunk of an array in a result, decompressed", 512, "MiB")
 # --- reading a run --------------------------------------------------------------------------------
 WAITING = _limit("messages kept in memory to sort them by time of sending", 64, "MiB")
 EVENTS = _limit("motions, changes, or reports of a run kept in memory", 100_000)

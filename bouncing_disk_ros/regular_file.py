@@ -1,12 +1,13 @@
-"""Regular files opened for reading: a FIFO, a device or a folder in place of one is refused."""
+"""Regular files, read or replaced: links to write through and FIFOs to wait for are refused."""
 
 from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -63,6 +64,29 @@ def read_text(field: str, path: Path, most: int) -> str:
             return file.read(most + 1).decode()
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
+
+
+def replaced(file: Path, write: Callable[[Path], object], field: str = "output") -> None:
+    """Write a file under a passing name, then put it in its place; the folder is made.
+
+    A link in its place is replaced, what it points to is left alone. InputError, naming `field`,
+    where no file can be there; FailedError where writing fails.
+    """
+    passing = file.with_name(f".{file.stem}.part{file.suffix}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        passing.unlink(missing_ok=True)
+        passing.touch(exist_ok=False)  # a new file: no link is followed
+    except OSError as error:
+        allowed = "a file in a folder that can be written to"
+        raise InputError(field, str(file), allowed, f"{error.strerror}.") from None
+    try:
+        write(passing)
+        passing.replace(file)
+    except OSError as error:
+        raise FailedError(f"{file} cannot be written: {error.strerror or error}") from None
+    finally:
+        passing.unlink(missing_ok=True)
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -21,7 +22,7 @@ from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.lock import exclusive_lock
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import RESULT, Store, open_result
+from bouncing_disk_ros.study.store import RESULT, Store, opened
 from bouncing_disk_ros.study.study_by_name import named
 
 NICENESS = 10
@@ -35,6 +36,7 @@ class Progress(NamedTuple):
     done: int  # regions in the store
     total: int
     resumed: int  # of these, found there at the start
+    note: str = ""  # once: what was damaged there and is computed anew, or cannot be checked
 
 
 def never() -> bool:
@@ -109,6 +111,8 @@ def _bar(
             bar.update(now.done - bar.n)
             if on_progress is not None:
                 on_progress(now)
+            elif now.note:
+                warnings.warn(now.note, RuntimeWarning, stacklevel=5)
 
         yield note
 
@@ -125,7 +129,7 @@ def _run(
         store = Store(path, study)
         regions = list(study.regions())
         resumed = store.regions_done
-        on_progress(Progress(resumed, len(regions), resumed))
+        on_progress(Progress(resumed, len(regions), resumed, store.note))
         missing = iter([region for region in regions if not store.is_done(region)])
         context = store.context()
         if study.sequential:
@@ -143,7 +147,7 @@ def _run(
                 _keep(stored, store, on_progress, len(regions))
     if store.regions_done < len(regions):
         return None
-    return described(study, study.finish(open_result(path), context))
+    return described(study, study.finish(opened(path), context))
 
 
 def _keep(
@@ -163,6 +167,7 @@ def _in_order(
     before: Arrays | None = None
     for place, region in enumerate(regions):
         if store.is_done(region):
+            before = None
             continue
         if stopped():
             return

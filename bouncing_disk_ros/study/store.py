@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,32 +16,53 @@ import numpy as np
 import xarray as xr
 import zarr
 from numpy.typing import NDArray
-from zarr.codecs import BloscCodec
 
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.study.definition import Arrays, Field, Region, Study
+from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.store_check import (
+    COMPRESSORS,
+    CONTEXT,
+    CONTEXT_DRAFT,
+    DIGESTS,
+    FORMAT,
+    WITHOUT_CHECKSUMS,
+    Contents,
+    Layout,
+    contents,
+    damaged_parts,
+    seal,
+)
 
-FORMAT = 2
 DONE = "region_done"
 RESULT = "result.zarr"
 """The store in the output folder of a study's command."""
-CONTEXT, BYTES = "context", "bytes"
+BYTES = "bytes"
 LARGE = 2**25
 """Arrays of more numbers are exported in parts."""
-PACKED = BloscCodec(cname="lz4", clevel=5, shuffle="shuffle")
-"""Basins take less room so than by Zarr's default, and two thirds of the time."""
+REGIONS = "regions"
+"""Attribute: the axes that are cut, and the length of a region along each."""
+_UNCHECKED = "made by an earlier version without checksums: damage in it cannot be seen"
+_SHOWN = 5
+"""Damaged parts that a line names."""
+_ALL_NEED = "what all parts need"
+_ALL_CHUNKS = {"write_empty_chunks": True}
 _PACKAGE = "bouncing_disk_ros"
 
 
 class Store:
-    """The growing result of one study in a folder; a region is marked after it was written."""
+    """The growing result of one study in a folder; a region is marked after it was written.
+
+    `note`: what the user is to know of a store that was there: damaged parts that are computed
+    anew, missing checksums; '' else.
+    """
 
     def __init__(self, path: Path, study: Study) -> None:
         """Make the store, or open the one that an earlier run of the same study left there."""
-        self.path, self._study = path, study
+        self.path, self._study, self.note = path, study, ""
         try:
-            self._group = self._opened() if path.exists() else self._made()
+            # a link that leads nowhere counts as something that is there
+            self._group = self._opened() if os.path.lexists(path) else self._made()
         except OSError as error:
             raise InputError("output", str(path), "a folder that can be written", str(error)) from (
                 error
@@ -56,76 +79,110 @@ class Store:
         }
 
     def _opened(self) -> zarr.Group:
-        try:
-            group = zarr.open_group(str(self.path), mode="r+")
-            found = dict(group.attrs).get("identity")
-        except (FileNotFoundError, ValueError, zarr.errors.GroupNotFoundError):
-            found = None
+        """The store that is there, after all of it was checked; damaged parts count as not done."""
         hint = "Choose another output, or remove it."
-        if found is None:
-            raise InputError("output", str(self.path), "a new folder, or an unfinished result of "
-                             "this study", f"It holds other data. {hint}")  # fmt: skip
-        wanted = self._identity()
-        if found != wanted and not self._finished_before(group, found, wanted):
-            differs = _difference(found, wanted)
-            raise InputError("output", str(self.path), "a new folder, or an unfinished result with "
-                             "the same parameters", f"There {differs}. {hint}")  # fmt: skip
+        wanted_here = "a new folder, or an unfinished result"
+        found = contents("output", self.path)
+        identity, wanted = found.attributes.get("identity"), self._identity()
+        if not isinstance(identity, dict) or not isinstance(identity.get("parameters"), dict):
+            raise InputError("output", str(self.path), f"{wanted_here} of this study",
+                             f"It holds other data. {hint}")  # fmt: skip
+        if not found.has_checksums:
+            wanted["format"], self.note = WITHOUT_CHECKSUMS, f"{self.path} was {_UNCHECKED}"
+        older = self._is_older(identity, wanted)
+        if identity != wanted and not older:
+            raise InputError("output", str(self.path), f"{wanted_here} with the same parameters",
+                             f"There {_difference(identity, wanted)}. {hint}")  # fmt: skip
+        if older:
+            self._check_older(found, f"there {_difference(identity, wanted)}. {hint}")
+            return zarr.open_group(str(self.path), mode="r+")
+        for name, layout in self._layouts().items():
+            if found.arrays.get(name) != layout:
+                raise InputError("output", str(self.path), f"{wanted_here} with the same arrays",
+                                 f"{name} has another shape or type. {hint}")  # fmt: skip
+        group = zarr.open_group(str(self.path), mode="r+")
+        if parts := self._repaired(group, found):
+            self.note = f"{self.path}: {parts}; it is computed anew"
         return group
 
-    def _finished_before(
-        self, group: zarr.Group, found: Mapping[str, Any], wanted: Mapping[str, Any]
-    ) -> bool:
-        """Whether it is a whole result of an older revision, which is read as it is."""
+    def _check_older(self, found: Contents, hint: str) -> None:
+        """InputError where a result of an older revision is not whole."""
+        parts = _damage(found) if found.has_checksums else ""
+        done = found.arrays.get(DONE)
+        if done and not parts and not all(found.file(DONE, at).exists() for at in done.places()):
+            parts = "unfinished"
+        if parts or not done:
+            raise InputError("output", str(self.path), "a whole result", f"{parts}: {hint}")
+
+    def _is_older(self, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
+        """Whether it is a result of an older revision: a whole one is read as it is."""
         same = {**found, "revision": wanted["revision"]} == wanted
-        older = isinstance(found.get("revision"), int) and found["revision"] < wanted["revision"]
-        return same and older and bool(np.all(np.asarray(group[DONE][:])))
+        return (
+            same and type(found.get("revision")) is int and found["revision"] < wanted["revision"]
+        )
+
+    def _repaired(self, group: zarr.Group, found: Contents) -> str:
+        """Take damaged parts out of the store; what they are, in words."""
+        axes = found.damaged(list(self._study.axes))
+        for name in axes:
+            _writing(group, name)[...] = self._study.axes[name].values
+        damaged = [f"axis {name}" for name in axes]
+        context = self.path / CONTEXT
+        if os.path.lexists(context) and not _is_whole(context, sealed=found.has_checksums):
+            shutil.rmtree(context)
+            damaged.append(_ALL_NEED)
+        marks, parts = damaged_parts(found, DONE, self._study.chunks, list(self._study.fields))
+        for number in [*marks, *parts]:
+            (self.path / DONE / "c" / str(number)).unlink()
+        return _listed([*damaged, *_in_words(marks, parts)])
 
     def _made(self) -> zarr.Group:
         """A new store: made beside its place, so that a half-made one is never found."""
         study = self._study
         draft = self.path.with_name(f".{self.path.name}.draft")
-        shutil.rmtree(draft, ignore_errors=True)
-        group = zarr.open_group(str(draft), mode="w")
+        if draft.is_dir() and not draft.is_symlink():
+            shutil.rmtree(draft)
+        else:
+            draft.unlink(missing_ok=True)
+        draft.mkdir(parents=True)  # fails where a link has taken its place
+        group = zarr.open_group(str(draft), mode="w-")
         group.attrs.update(
             {
                 "identity": self._identity(),
                 "title": study.title,
                 "source": f"{_PACKAGE} {bouncing_disk_ros.__version__}",
+                REGIONS: list(study.chunks.items()),
                 **{f"parameter_{name}": value for name, value in study.parameters.items()},
             }
         )
+        layouts = self._layouts()
         for name, axis in study.axes.items():
-            field = Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
-            self._array(group, name, field, {})[:] = axis.values
+            _array(group, name, _axis_field(name, axis), layouts[name])
+            _writing(group, name)[...] = axis.values
         for name, field in study.fields.items():
-            self._array(group, name, field, study.chunks)
-        count = int(np.prod(study.region_counts()))
-        group.create_array(
-            DONE, shape=(count,), chunks=(1,), dtype="uint8", fill_value=0,
-            dimension_names=("region",),
-        )  # fmt: skip
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+            _array(group, name, field, layouts[name])
+        marks = Field(("region",), "uint8", "1", "whether the part is computed", fill=0)
+        _array(group, DONE, marks, layouts[DONE])
+        group.attrs[DIGESTS] = seal(draft)
         draft.rename(self.path)
         return zarr.open_group(str(self.path), mode="r+")
 
-    def _array(
-        self, group: zarr.Group, name: str, field: Field, lengths: Mapping[str, int]
-    ) -> zarr.Array:
+    def _layouts(self) -> dict[str, Layout]:
+        """The layout of each array."""
+        study = self._study
+        axes = {name: _axis_field(name, axis) for name, axis in study.axes.items()}
+        found = {name: self._layout(field, {}) for name, field in axes.items()}
+        found |= {name: self._layout(field, study.chunks) for name, field in study.fields.items()}
+        return found | {
+            DONE: Layout((math.prod(study.region_counts()),), (1,), "uint8", ("region",))
+        }
+
+    def _layout(self, field: Field, lengths: Mapping[str, int]) -> Layout:
         shape = tuple(self._study.shape[dim] for dim in field.dims)
-        chunks = tuple(
-            min(lengths.get(dim, size), size) for dim, size in zip(field.dims, shape, strict=True)
-        )
-        fill = field.fill if np.dtype(field.dtype).kind == "f" else int(np.nan_to_num(field.fill))
-        attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
-        if field.symbol:
-            attributes["symbol"] = field.symbol
-        if field.flags:
-            attributes["flag_values"] = list(field.flags)
-            attributes["flag_meanings"] = " ".join(field.flags.values())
-        return group.create_array(
-            name, shape=shape, chunks=chunks, dtype=field.dtype, fill_value=fill,
-            dimension_names=field.dims, attributes=attributes, compressors=PACKED,
-        )  # fmt: skip
+        pairs = zip(field.dims, shape, strict=True)
+        chunks = tuple(max(1, min(lengths.get(dim, size), size)) for dim, size in pairs)
+        kind = np.dtype(field.dtype)
+        return Layout(shape, chunks, kind.str if kind.kind == "U" else kind.name, field.dims)
 
     def is_done(self, region: Region) -> bool:
         """Whether this region is in the store."""
@@ -156,15 +213,42 @@ class Store:
         """What all regions need: from the store, or computed now and kept there."""
         if CONTEXT in self._group:
             held = self._group[CONTEXT][BYTES]
-            return _unpacked(np.asarray(held[...]), held.attrs["arrays"])
+            try:
+                return _unpacked(np.asarray(held[...]), held.attrs["arrays"])
+            except (KeyError, TypeError, ValueError):
+                raise InputError("output", str(self.path), "a result that a study has stored",
+                                 "Remove it, or choose another output.") from None  # fmt: skip
         arrays = {name: np.asarray(one) for name, one in self._study.context().items()}
         if arrays:  # as one array: each costs its files
             about = [[name, one.dtype.str, list(one.shape)] for name, one in arrays.items()]
             packed = np.frombuffer(b"".join(one.tobytes() for one in arrays.values()), np.uint8)
-            draft = self._group.require_group(f"{CONTEXT}_draft", overwrite=True)
-            draft.create_array(BYTES, data=packed, attributes={"arrays": about})
-            (self.path / draft.basename).rename(self.path / CONTEXT)
+            draft = self._group.require_group(CONTEXT_DRAFT, overwrite=True)
+            draft.create_array(
+                BYTES, data=packed, attributes={"arrays": about}, compressors=COMPRESSORS,
+                config=_ALL_CHUNKS,
+            )  # fmt: skip
+            place = self.path / draft.basename
+            draft.attrs[DIGESTS] = seal(place)
+            place.rename(self.path / CONTEXT)
         return arrays
+
+
+def _axis_field(name: str, axis: Axis) -> Field:
+    return Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
+
+
+def _array(group: zarr.Group, name: str, field: Field, layout: Layout) -> zarr.Array:
+    fill = field.fill if np.dtype(field.dtype).kind == "f" else int(np.nan_to_num(field.fill))
+    attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
+    if field.symbol:
+        attributes["symbol"] = field.symbol
+    if field.flags:
+        attributes["flag_values"] = list(field.flags)
+        attributes["flag_meanings"] = " ".join(field.flags.values())
+    return group.create_array(
+        name, shape=layout.shape, chunks=layout.chunks, dtype=field.dtype, fill_value=fill,
+        dimension_names=field.dims, attributes=attributes, compressors=COMPRESSORS,
+    )  # fmt: skip
 
 
 def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]) -> Arrays:
@@ -184,24 +268,81 @@ def put(path: str, study: Study, region: Region, arrays: Arrays) -> None:
 
 def _write(group: zarr.Group, study: Study, region: Region, arrays: Arrays) -> None:
     for name, field in study.fields.items():
-        group[name][region.select(field.dims)] = arrays[name]
+        _writing(group, name)[region.select(field.dims)] = arrays[name]
+
+
+def _writing(group: zarr.Group, name: str) -> zarr.Array:
+    """An array that also writes the chunks that hold nothing but fill values: none is missing."""
+    return group[name].with_config(_ALL_CHUNKS)
+
+
+def _is_whole(path: Path, *, sealed: bool) -> bool:
+    """Whether a group in a store can be read."""
+    try:
+        found = contents("output", path, sealed=sealed)
+    except InputError:
+        return False
+    return not found.damaged(list(found.arrays))
+
+
+def _in_words(marks: Sequence[int], parts: Mapping[int, Sequence[str]]) -> list[str]:
+    """Damaged marks and parts."""
+    named = [f"part {number} ({', '.join(names)})" for number, names in parts.items()]
+    return [*(f"the mark of part {number}" for number in marks), *named]
+
+
+def _listed(damaged: Sequence[str]) -> str:
+    """What is damaged as one text, '' for nothing."""
+    if not damaged:
+        return ""
+    more = f" and {len(damaged) - _SHOWN} more" if len(damaged) > _SHOWN else ""
+    return "damaged: " + ", ".join(damaged[:_SHOWN]) + more
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """Open a stored result, complete or not: arrays are read when they are used.
+    """Open a stored result, complete or not: all is checked now, arrays are read when used.
 
     `path`: a store that `run` made, or the output folder of a command. Raises InputError where
-    there is none.
+    there is none, or a damaged one; the study's own run computes damaged parts anew.
 
     >>> open_result("output/small.zarr")["label"]
     """
     store = Path(path)
-    if (store / RESULT).is_dir():
+    if os.path.lexists(store / RESULT):
         store /= RESULT
     if not (store / "zarr.json").is_file():
         allowed = "the output folder of a study, or a store that run made"
         raise InputError("path", str(path), allowed)
-    return xr.open_zarr(str(store), consolidated=False, chunks=None)
+    found = contents("path", store)
+    if not found.has_checksums:
+        warnings.warn(f"{store} was {_UNCHECKED}", RuntimeWarning, stacklevel=2)
+    elif damaged := _damage(found):
+        hint = f"{damaged[:1].upper()}{damaged[1:]}. Run the same study there again: it mends them."
+        raise InputError("path", str(store), "a whole result of a study", hint)
+    return opened(store)
+
+
+def opened(path: Path) -> xr.Dataset:
+    """Open a store that was checked."""
+    result = xr.open_zarr(str(path), consolidated=False, chunks=None)
+    for name in (DIGESTS, REGIONS):
+        result.attrs.pop(name, None)
+    return result
+
+
+def _damage(found: Contents) -> str:
+    """What is damaged in a store, in words."""
+    try:
+        lengths = {str(dim): int(length) for dim, length in found.attributes[REGIONS]}
+        axes = [name for name, layout in found.arrays.items() if layout.dims == (name,)]
+        fields = [name for name in found.arrays if name not in (*axes, DONE)]
+        marks, parts = damaged_parts(found, DONE, lengths, fields)
+    except (KeyError, TypeError, ValueError):
+        raise InputError("path", str(found.path), "a store that run made") from None
+    damaged = [f"axis {name}" for name in found.damaged(axes)]
+    if os.path.lexists(found.path / CONTEXT) and not _is_whole(found.path / CONTEXT, sealed=True):
+        damaged.append(_ALL_NEED)
+    return _listed([*damaged, *_in_words(marks, parts)])
 
 
 def export(result: xr.Dataset, path: Path) -> None:

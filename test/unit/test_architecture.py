@@ -100,7 +100,7 @@ LIBRARIES = {
     "proof": {"numpy", "flint"},
     "analysis": {"numpy"},
     "run": {"numpy", "yaml"},
-    "study": {"numpy", "xarray", "zarr", "distributed", "netCDF4", "tqdm"},
+    "study": {"numpy", "xarray", "zarr", "google_crc32c", "distributed", "netCDF4", "tqdm"},
     "plots": {"numpy", "matplotlib", "plotly", "xarray"},
     "workbench": {"numpy", "bokeh", "matplotlib", "tornado", "xarray"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},

@@ -140,7 +140,7 @@ def read(given: argparse.Namespace) -> Report:
 
 def _write(report: Report, file: Path) -> None:
     """Write one file whole or not at all."""
-    from bouncing_disk_ros.nodes.bags.report_files import replaced
+    from bouncing_disk_ros.regular_file import replaced
 
     if file.suffix == ".html":
         with ending_at_once(NAME):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
-from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.plots.report_signature import MARK
 
 FORMATS = ("html", "png", "pdf", "svg")
@@ -32,24 +32,3 @@ def check_ours(files: Iterable[Path]) -> None:
         if file.is_dir() or (file.is_file() and MARK.encode() not in file.read_bytes()):
             allowed = "a new file, or one that bag_report has made"
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")
-
-
-def replaced(file: Path, write: Callable[[Path], object], field: str = "output") -> None:
-    """Write a file under a passing name, then put it in its place; the folder is made.
-
-    InputError, naming `field`, where no file can be there; FailedError where writing fails.
-    """
-    passing = file.with_name(f".{file.stem}.part{file.suffix}")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        passing.touch()
-    except OSError as error:
-        allowed = "a file in a folder that can be written to"
-        raise InputError(field, str(file), allowed, f"{error.strerror}.") from None
-    try:
-        write(passing)
-        passing.replace(file)
-    except OSError as error:
-        raise FailedError(f"{file} cannot be written: {error.strerror or error}") from None
-    finally:
-        passing.unlink(missing_ok=True)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bags.report_files import replaced
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
+from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.run.changed_run import Changes, what_if
 from bouncing_disk_ros.run.run_pair import Trace
 from bouncing_disk_ros.units import NS

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.figure_kinds import figure_kinds
 from bouncing_disk_ros.nodes.studies.study_view import StudyView
 from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
@@ -157,7 +159,7 @@ class StudyWork:
             report()
         self._raise_error()
         if self._result is None:
-            done, total, _ = self._progress
+            done, total = self._progress[:2]
             print(
                 f"{self._name}: interrupted; {done} of {total} parts are kept in "
                 f"{self._folder}, and the same command goes on from there",
@@ -193,6 +195,8 @@ class StudyWork:
             self._error = error
 
     def _note(self, progress: Progress) -> None:
+        if progress.note:
+            print(f"{self._name}: {progress.note}", file=sys.stderr, flush=True)
         if 0 < progress.resumed == progress.done < progress.total:
             there = f"{progress.resumed} of {progress.total} parts are done"
             print(f"{self._name}: continuing: {there}", flush=True)
@@ -202,17 +206,14 @@ class StudyWork:
     def _show(self, result: xr.Dataset, outlet: Outlet) -> None:
         print("\n".join(self._view.lines(result)), flush=True)
         figures = self._view.pictures(self._study, result)
-        try:
-            files = [
-                _saved(figure, self._folder / f"{name}.{kind}")
-                for name, figure in figures.items()
-                for kind in self._kinds
-            ]
-            if self._options["netcdf"]:
-                export(result, self._folder / "result.nc")
-                files.append(self._folder / "result.nc")
-        except OSError as error:
-            raise FailedError(f"{self._folder} cannot be written: {error}") from None
+        files = []
+        for name, figure in figures.items():
+            for kind in self._kinds:
+                files.append(self._folder / f"{name}.{kind}")
+                replaced(files[-1], partial(figure.savefig, dpi=FIGURE_DPI))
+        if self._options["netcdf"]:
+            files.append(self._folder / "result.nc")
+            replaced(files[-1], partial(export, result))
         print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
         if outlet.takes_result:
             drawn = next((file for file in files if file.suffix == ".png"), None)
@@ -259,12 +260,6 @@ class Bar:
 def _default_folder(name: str, values: object) -> str:
     digest = hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
     return f"output/{name}_{digest[:8]}"
-
-
-def _saved(figure: Figure, path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=FIGURE_DPI)
-    return path
 
 
 def _png(figure: Figure) -> bytes:

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.nodes.bags.report_files import check_ours, replaced, targets
+from bouncing_disk_ros.nodes.bags.report_files import check_ours, targets
 from bouncing_disk_ros.plots.report_signature import MARK
+from bouncing_disk_ros.regular_file import replaced
 
 
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,106 @@
+"""Stored results that were damaged, or made to do harm: read right, computed anew, or refused."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.study import Study, open_result, run
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
+from support.hostile_stores import ANEW, HOSTILE, attempt, disturb, flip, whole
+from support.studies import VALUES, Products, Sums
+
+FLIPS = 30
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Path, xr.Dataset]:
+    """A study, its whole store, and the result."""
+    path = tmp_path_factory.mktemp("whole") / "r.zarr"
+    study = whole(path)
+    found = run(study, path)
+    assert found is not None
+    return study, path, found.load()
+
+
+def test_flipped_bits_give_the_same_numbers_or_a_refusal(
+    store: tuple[Study, Path, xr.Dataset], tmp_path: Path
+) -> None:
+    study, path, expected = store
+    seen = []
+    for seed in range(FLIPS):
+        copy = shutil.copytree(path, tmp_path / f"{seed}.zarr")
+        where = (flip if seed % 3 else disturb)(copy, seed)
+        opened, again = attempt(study, copy, expected)
+        assert again == "same" or opened == again.replace("output:", "path:"), (where, again)
+        seen.append((opened == "same", again == "same"))
+    assert {(False, True), (False, False)} == set(seen), "a change that nobody saw"
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_stores_are_refused_in_one_line_or_computed_anew(
+    store: tuple[Study, Path, xr.Dataset], tmp_path: Path, name: str
+) -> None:
+    study, path, expected = store
+    copy = shutil.copytree(path, tmp_path / "in" / "r.zarr")
+    change, outcome = HOSTILE[name]
+    change(copy)
+    _, again = attempt(study, copy, expected)
+    assert (again == "same") == (outcome == ANEW), again
+
+
+def test_what_was_damaged_is_named_and_only_that_is_computed(tmp_path: Path) -> None:
+    run(Products(VALUES), tmp_path / "r.zarr")
+    for file in ("product/c/1/2", "label/c/3/0", "y/c/0", "context/bytes/c/0"):
+        place = tmp_path / "r.zarr" / file
+        place.write_bytes(place.read_bytes()[:-1])
+    parts = r"Damaged: axis y, what all parts need, part 5 \(product\), part 9 \(label\)"
+    with pytest.raises(InputError, match=parts):
+        open_result(tmp_path / "r.zarr")
+    Products.computed.clear()
+    parts = r"axis y, what all parts need, part 5 \(product\), part 9 \(label\); it is computed"
+    with pytest.warns(RuntimeWarning, match=parts):
+        run(Products(VALUES), tmp_path / "r.zarr")
+    assert sorted(Products.computed) == [-1, 5, 9]
+    open_result(tmp_path / "r.zarr")
+
+
+def test_a_damaged_part_of_a_sequence_is_computed_from_the_one_before(tmp_path: Path) -> None:
+    expected = run(Sums(VALUES), tmp_path / "r.zarr")
+    assert expected is not None
+    expected.load()
+    for number in (0, 2, 3):
+        (tmp_path / "r.zarr/product/c" / str(number) / "0").unlink()
+    with pytest.warns(RuntimeWarning, match="part 0 .*part 2 .*part 3 "):
+        found = run(Sums(VALUES), tmp_path / "r.zarr")
+    assert found is not None
+    xr.testing.assert_identical(found.load(), expected)
+
+
+def test_locks_and_results_follow_no_link(tmp_path: Path) -> None:
+    """Where a link, a second name of a file or a FIFO stands, nothing is written or waited for."""
+    mine, lock, path = tmp_path / "mine", tmp_path / ".r.zarr.lock", tmp_path / "r.zarr"
+    mine.write_text("keep")
+    for make in (lock.symlink_to, lock.hardlink_to):
+        make(mine)
+        with pytest.raises(InputError, match="output"):
+            run(Products(VALUES), path)
+        assert "keep" not in token_of(str(path)) or make == lock.hardlink_to
+        lock.unlink()
+    os.mkfifo(lock)
+    assert token_of(str(path)) == ""
+    with pytest.raises(InputError, match="output"), exclusive_lock(path):
+        pass
+    lock.unlink()
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "mine").write_text("keep")
+    (tmp_path / ".r.zarr.draft").symlink_to(folder)
+    run(Products(VALUES), path)
+    assert mine.read_text() == (folder / "mine").read_text() == "keep"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "mine", "r.zarr"]
