@@ -69,8 +69,13 @@ class Engine:
         """Whole cycles and forcing phase of the state."""
         return int(self.state["cycles"][0]), float(self.state["tau"][0])
 
-    def place(self, time_ns: int, initial: InitialState, motion: Motion) -> None:
-        """Start in an initial state at time_ns; cycles and row index go on, the ledger is reset."""
+    def place(
+        self, time_ns: int, initial: InitialState, motion: Motion, segments: Segments
+    ) -> None:
+        """Start in an initial state at time_ns; cycles and row index go on, the ledger is reset.
+
+        `segments` are those of the offset.
+        """
         state = self.state
         tau = initial.forcing_phase % TWO_PI
         tau = tau if tau < TWO_PI else 0.0
@@ -78,7 +83,7 @@ class Engine:
         cycles += 1 if tau < before else 0  # (cycles, phase) never falls
         rows = int(state["rows"][0])
         self.base = platform.steady(motion, time_ns, cycles, tau)
-        self.segments = (hold(time_ns, 0.0), hold(time_ns, 0.0))
+        self.segments = segments
         self._join_motions()
         state[:] = np.zeros(1, STATE_DTYPE)
         state["ns"], state["cycles"], state["tau"], state["rows"], state["phase"] = (

@@ -316,6 +316,16 @@ class Offset(NamedTuple):
     axial: Lane = Lane()
     angular: Lane = Lane()
 
+    @classmethod
+    def at_rest(cls, begin_ns: int) -> Offset:
+        """Offsets of 0 from an instant on."""
+        lane = Lane((Plan((hold(begin_ns, 0.0),)),))
+        return cls(lane, lane)
+
+    def segments_at(self, ns: int) -> tuple[Segment, Segment]:
+        """The segments in force just after an instant: axial, angular."""
+        return self.axial.segment_at(ns), self.angular.segment_at(ns)
+
     @property
     def pieces(self) -> int:
         """How many segments there are, those of trajectories that take over later included."""

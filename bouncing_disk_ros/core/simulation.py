@@ -63,7 +63,7 @@ class Simulation:
         self._offset = Offset()
         self._offset_index = 0
         self._offset_boundary_ns = int(NEVER)  # where a segment of the offset begins
-        self._engine.place(0, initial, motion)
+        self._engine.place(0, initial, motion, self._offset.segments_at(0))
 
     def __repr__(self) -> str:
         """When, and which motion is in force."""
@@ -221,7 +221,7 @@ class Simulation:
     def _follow_offset(self) -> None:
         """Put the segments of the offset in force that begin at time_ns."""
         now, offset = self._time_ns, self._offset
-        self._engine.change_offset((offset.axial.segment_at(now), offset.angular.segment_at(now)))
+        self._engine.change_offset(offset.segments_at(now))
         self._offset = offset.since(now)
         self._offset_boundary_ns = self._offset.boundary_after(now)
         self._engine.expect_knot(self._offset_boundary_ns != NEVER)
@@ -273,7 +273,7 @@ class Simulation:
     def _find_offset_boundary(self) -> None:
         now, offset = self._time_ns, self._offset
         self._offset_boundary_ns = offset.boundary_after(now)
-        if self._engine.segments != (offset.axial.segment_at(now), offset.angular.segment_at(now)):
+        if self._engine.segments != offset.segments_at(now):
             self._offset_boundary_ns = now
         self._engine.expect_knot(self._offset_boundary_ns != NEVER)
 
@@ -299,10 +299,12 @@ class Simulation:
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
         self._pending, self._impulses = [], []
-        self._offset, self._offset_boundary_ns = Offset(), int(NEVER)
+        now, has_moved = self._time_ns, self._offset_index > 0
+        self._offset, self._offset_boundary_ns = Offset.at_rest(now if has_moved else 0), int(NEVER)
         self._engine.expect_knot(False)
-        self._offset_index += 1 if self._offset_index else 0
-        self._engine.place(self._time_ns, self._initial, self._initial_motion)
+        self._offset_index += has_moved
+        segments = self._offset.segments_at(now)
+        self._engine.place(now, self._initial, self._initial_motion, segments)
         self._note_motion(self._initial_motion, self._initial_motion)
         self._resolve_consequences()
 

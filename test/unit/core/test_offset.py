@@ -287,7 +287,7 @@ def test_a_reset_takes_the_offset_away() -> None:
     sim.trajectory(0, [line(SECOND, 0.1)])
     sim.advance(SECOND // 2)
     sim.reset()
-    assert sim.offset == Offset()
+    assert sim.offset == Offset.at_rest(SECOND // 2)
     assert sim.sample().platform_position == 0.0
 
 
@@ -346,6 +346,30 @@ def test_any_pattern_of_calls_and_a_checkpoint_give_the_same_bits() -> None:
         again = Simulation.restore(json.loads(json.dumps(other.snapshot())))
         rows += again.advance(end, 10**6)[0].tobytes()
         assert rows + repr(again.sample()).encode() == wanted
+
+
+@pytest.mark.parametrize("moved", [False, True], ids=["still", "moved"])
+def test_a_checkpoint_after_a_reset_continues_with_the_same_bits(moved: bool) -> None:
+    """Whether a trajectory came before the reset, and with one that is sent after it."""
+    for seed in range(12):
+        run = random_run(seed)
+        half = int(1.5 / run.motion.frequency * SECOND)
+        whole = run.start() if moved else run._replace(trajectories=()).start()
+        whole.advance(half, 10**6)
+        whole.reset()
+        again = Simulation.restore(json.loads(json.dumps(whole.snapshot())))
+        digests = []
+        for one in (whole, again):
+            one.advance(half + half // 3, 10**6)
+            for sent in run.trajectories:
+                one.trajectory(half + sent.begin_ns, *map(knots, later(sent, half)))
+            digests.append((digest(one, 3 * half, half), one.offset_index, one.offset_begin_ns))
+        assert digests[0] == digests[1]
+
+
+def later(sent: Spliced, ns: int) -> list[tuple[tuple[float, ...], ...]]:
+    """The points of both joints, so much later."""
+    return [tuple((at + ns, *state) for at, *state in points) for points in sent[1:]]
 
 
 def test_future_splices_while_moving_keep_the_position_continuous() -> None:
