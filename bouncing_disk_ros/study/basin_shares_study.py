@@ -45,7 +45,7 @@ class BasinShares(Study):
 
     name: ClassVar[str] = "basin_shares"
     title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
-    revision: ClassVar[int] = 3
+    revision: ClassVar[int] = 4
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

@@ -37,7 +37,7 @@ from bouncing_disk_ros.analysis.dynamics.boundary import (
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.row_blocks import PIXELS, LabelMap, row_blocks
-from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
+from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speeds
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
@@ -63,6 +63,7 @@ class Basins(Study):
 
     name: ClassVar[str] = "basins"
     title: ClassVar[str] = "Basins of attraction of the next-collision map"
+    revision: ClassVar[int] = 2
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -131,7 +132,10 @@ class Basins(Study):
         }  # fmt: skip
         if len(self._speeds):
             fields["mean_speed"] = Field(
-                ("angular_velocity", *dims), "float64", "omega Phi", "mean speed it ends with"
+                ("angular_velocity", *dims),
+                "float64",
+                "omega Phi",
+                "mean speed it ends with; nan: at rest, or without a label",
             )
         return fields
 
@@ -143,7 +147,7 @@ class Basins(Study):
         return {"velocity": side, "forcing_phase": side}
 
     def context(self) -> Arrays:
-        """The attractors, found from a coarse grid of starts over the window."""
+        """The attractors, found from a coarse grid of starts over the window, with their speeds."""
         rows = self.axes["velocity"].values.astype(float)
         columns = self.axes["forcing_phase"].values.astype(float)
         coarse = [
@@ -151,7 +155,13 @@ class Basins(Study):
         ]
         starts = [(float(tau % math.tau), float(w)) for w in self._before(coarse[0])
                   for tau in coarse[1]]  # fmt: skip
-        return to_arrays(find_attractors(self._map, starts))
+        found = find_attractors(self._map, starts)
+        arrays = dict(to_arrays(found))
+        if len(self._speeds):
+            lag, angular = (float(self.parameters[n]) for n in ("phase_lag", "angular_forcing"))
+            section = replace(self._map, phase_lag=lag, angular_forcing=angular)
+            arrays["mean_speed"] = settled_speeds(found, section, self._speeds)
+        return arrays
 
     def _before(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
         return before_impact(velocity, self._map.restitution, after=self._after)
@@ -171,10 +181,9 @@ class Basins(Study):
             "time": found.time.reshape(shape),
         }
         if len(self._speeds):
-            lag, angular = (float(given[name]) for name in ("phase_lag", "angular_forcing"))
-            section = replace(self._map, phase_lag=lag, angular_forcing=angular)
-            speeds = [mean_speeds(section, tau, w, float(one)) for one in self._speeds]
-            arrays["mean_speed"] = np.reshape(speeds, (len(speeds), *shape))
+            unresolved = np.full((len(self._speeds), 1), math.nan)  # label −1: the last one
+            speeds = np.concatenate((context["mean_speed"], unresolved), axis=1)
+            arrays["mean_speed"] = speeds[:, found.label].reshape(len(speeds), *shape)
         return arrays
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:

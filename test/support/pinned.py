@@ -27,7 +27,7 @@ from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
 from bouncing_disk_ros.analysis.dynamics.grazing import orbit_end
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, fixed_point
-from bouncing_disk_ros.analysis.dynamics.start_speeds import mean_speeds
+from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speeds
 from bouncing_disk_ros.analysis.toss.extremes import extreme
 from bouncing_disk_ros.analysis.toss.path import toss_paths, toss_trajectory
 from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss, toss_pixels
@@ -363,10 +363,9 @@ def best_phase_lags(
     return [[nearly(lag, 5), nearly(speed)] for lag, speed in rows]
 
 
-def speeds(starts: Floats, speed: float, given: Sequence[float]) -> Content:
-    """Mean speed that starts (n, 2) end with."""
-    tau, w = (column.copy() for column in starts.T)
-    return mean_speeds(NextCollisionMap(*given), tau, w, speed)
+def speeds(found: Attractors, starts: Sequence[float], given: Sequence[float]) -> Content:
+    """Mean speed that each attractor is left with, from each speed."""
+    return settled_speeds(found, NextCollisionMap(*given), np.array(starts))
 
 
 def jacobian(given: Sequence[float], start: Sequence[float], impacts: int) -> Content:

@@ -14,16 +14,11 @@ import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speed
 from bouncing_disk_ros.analysis.golden_section import golden_section
-from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
-    MEAN_PER_TIME,
-    MEASURED,
-    measure_attractor,
-)
 
 LAGS = 48
 """Phase lags of the first look around the circle."""
-SETTLING, MEASURED_IMPACTS = 2_000, 6_000
 WIDTH = 1e-9
 """The bracket of the best phase lag is closed to this, rad."""
 
@@ -33,21 +28,6 @@ class BestLag(NamedTuple):
 
     phase_lag: float  # θ, rad, in [−π, π]
     mean_speed: float  # mean of α̇ in time there, ωΦ
-
-
-def mean_speed(found: Attractor, section: NextCollisionMap) -> float:
-    """Mean of α̇/(ωΦ) in time on an attractor, from a disk without rotation.
-
-    Over MEASURED_IMPACTS impacts, a whole number of repetitions where the attractor repeats.
-    """
-    repeat = len(found.forcing_phases) if found.kind is not AttractorKind.CHAOTIC else 1
-    measured = repeat * max(1, MEASURED_IMPACTS // repeat)
-    state = np.array([found.forcing_phases[0], found.velocities[0], 0.0, 1.0, 0.0])
-    out, results = np.empty((1, 6)), np.empty(MEASURED + 1)
-    parameters = (section.axial_forcing, section.restitution)
-    turning = (section.phase_lag, section.angular_forcing)
-    measure_attractor(state, *parameters, *turning, SETTLING, measured, out, results)
-    return float(results[MEAN_PER_TIME])
 
 
 def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
@@ -63,7 +43,7 @@ def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
         return BestLag(math.nan, math.nan)
 
     def speed(lag: float) -> float:
-        return mean_speed(found, replace(section, phase_lag=lag))
+        return settled_speed(found, replace(section, phase_lag=lag))
 
     lags = np.linspace(-math.pi, math.pi, LAGS, endpoint=False)
     best = float(lags[int(np.argmax([speed(float(lag)) for lag in lags]))])

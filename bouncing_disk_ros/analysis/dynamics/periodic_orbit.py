@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
+from bouncing_disk_ros.analysis.dynamics.settled_speed import repeated_speed
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.renamed import renamed_keywords
@@ -172,22 +173,10 @@ def _described(
 def _rotation(
     section: NextCollisionMap, phases: Array, speeds: Array
 ) -> tuple[Array, float, float]:
-    """w_T at each impact of an orbit that friction has settled, mean speed and multiplier.
-
-    The speed after one repetition does not fall as the speed before it grows, and grows no faster:
-    the speed that repeats is found by halving the range of the platform's own, −1 to 1.
-    """
+    """w_T at each impact of an orbit that friction has settled, mean speed and multiplier."""
     if math.isinf(section.angular_forcing):
         return np.full(len(phases), math.nan), math.nan, math.nan
-    low, high = -1.0, 1.0
-    while low < (middle := 0.5 * (low + high)) < high:
-        if _repetition(section, phases, speeds, middle)[0] > middle:
-            low = middle
-        else:
-            high = middle
-    # where an impact or a contact sticks, the speed is that of the platform: one repetition finds
-    # it
-    speed = _repetition(section, phases, speeds, high)[0]
+    speed = repeated_speed(lambda speed: _repetition(section, phases, speeds, speed)[0])
     _, slips, turned, lasted = _repetition(section, phases, speeds, speed)
     nearby = _repetition(section, phases, speeds, speed + 1e-7)[0]
     multiplier = round((nearby - speed) / 1e-7)

@@ -97,6 +97,27 @@ def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(
         np.testing.assert_array_equal(found[name].values, cut[name].values)
 
 
+def test_starts_that_come_to_rest_have_no_speed(tmp_path: Path) -> None:
+    given: dict[str, Value] = {
+        "axial_forcing": 0.25, "restitution": 0.7, "width": 20, "height": 20,
+        "angular_velocities": "0", "phase_lag": 1.0,
+    }  # fmt: skip
+    found = result_of(tmp_path, "basins", **given)
+    speed, label = found["mean_speed"].values[0], found["label"].values
+    assert found["attractor_name"].values.tolist() == ["rest", "period-1"]
+    expected = math.cos(math.acos(0.3 / 1.7 / 0.25) + 1.0)
+    np.testing.assert_allclose(speed[label == 1], expected, rtol=1e-9)
+    assert np.isnan(speed[label != 1]).all()
+    assert 0.1 < np.mean(label == 0) < 0.9
+
+
+def test_the_best_lag_does_not_depend_on_how_slow_friction_is(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "basin_shares", along="angular_forcing", begin=10.0, end=1e5,
+                      count=2, samples=4)  # fmt: skip
+    np.testing.assert_allclose(found["best_speed"].values, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(found["best_phase_lag"].values, -math.acos(1.0 / 1.35), atol=1e-7)
+
+
 def test_attractors_survive_storing() -> None:
     starts = [(x, -y) for x in np.linspace(0.0, 6.0, 8) for y in np.linspace(0.2, 4.8, 8)]
     found = find_attractors(NextCollisionMap(0.45, 0.5), starts)
