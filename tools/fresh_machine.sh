@@ -38,14 +38,18 @@ debootstrap --variant=minbase bookworm "$system" >"$top/debootstrap.log" || { ta
 mount -t proc proc "$system/proc"
 mkdir -p "$system/dev/shm"
 mount -t tmpfs tmpfs "$system/dev/shm"
-for file in /etc/resolv.conf /etc/hosts /etc/pip.conf /etc/apt/apt.conf.d /etc/ssl/certs/ca-certificates.crt; do
-  [ -e "$file" ] && mkdir -p "$system${file%/*}" && cp -rL "$file" "$system${file%/*}/"
-done
+copy_settings() {
+  for file in "$@"; do
+    [ -e "$file" ] && mkdir -p "$system${file%/*}" && cp -rL "$file" "$system${file%/*}/"
+  done
+}
+copy_settings /etc/resolv.conf /etc/hosts /etc/pip.conf /etc/apt/apt.conf.d
 
 line=$(sed -n 's/^sudo \(apt install .*\)/\1/p' README.md | head -n 1)
 echo "a fresh Debian 12: $line"
 chroot "$system" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive \
   sh -c "apt-get -qq update && apt-get -qq -y ${line#apt } >/dev/null"
+copy_settings /etc/ssl/certs/ca-certificates.crt # after apt, which makes its own
 chroot "$system" useradd --create-home --shell /bin/bash user
 git clone --quiet --no-hardlinks . "$system/home/user/bouncing_disk_ros"
 chroot "$system" chown -R user: /home/user
