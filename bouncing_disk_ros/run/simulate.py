@@ -38,6 +38,12 @@ _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
 SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
 """One sample as a row; the fields are those of `core.model.Sample`."""
 
+MOST_SAMPLES = 10_000_000
+"""Samples of one run: 1.4 GB."""
+_POINTS = "a list of (time in s, {name: value}), or the name or path of a programme"
+_IMPULSES = "a list of (time in s, axial impulse in N·s, angular impulse in N·m·s)"
+_KNOTS = "a list of (time in s, {joint: values})"
+
 Point = tuple[SupportsFloat, Mapping[str, Any]]
 ImpulseRow = tuple[SupportsFloat, SupportsFloat, SupportsFloat]
 
@@ -121,7 +127,7 @@ def simulate(
     of version 0.1.0. `trajectory`: offsets on top of the motion from t = 0 on, (time in s, {joint:
     position, or (position, velocity), or with acceleration}), joints platform_axial (m) and
     platform_rotation (rad), as on platform/joint_trajectory. `sample_rate` in Hz; None takes no
-    samples. `preset` and further keywords are
+    samples, and more than MOST_SAMPLES are refused. `preset` and further keywords are
     parameters of the table (see docs/parameters.md). `axial_forcing`, Γ = Aω²/(π(g + P/m)), stands
     for the axial amplitude that gives it at the frequency, gravity and preload of the run.
 
@@ -131,15 +137,15 @@ def simulate(
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]
     """
-    if kicks:
+    pushes, kicked = _listed("impulses", impulses, _IMPULSES), _listed("kicks", kicks, _IMPULSES)
+    if kicked:
         warnings.warn("simulate: kicks is now impulses", DeprecationWarning, stacklevel=2)
-        impulses = [*impulses, *kicks]
     for name in values:
         if name not in parameters.TABLE:
             hint = closest(name, [*parameters.TABLE, *_KEYWORDS])
             allowed = "a parameter of docs/parameters.md, or " + ", ".join(_KEYWORDS)
             raise InputError("keyword", name, allowed, hint)
-    chosen = {**(load_preset(preset) if preset else {}), **values}
+    chosen = {**({} if preset == "" else load_preset(preset)), **values}
     if axial_forcing is not None:
         if "axial_amplitude" in values:
             hint = "Each is computed from the other: give one."
@@ -150,16 +156,17 @@ def simulate(
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
-    offsets = trajectory_of(trajectory) if trajectory else None
+    knots = _listed("trajectory", trajectory, _KNOTS)
+    offsets = trajectory_of(knots) if knots else None
     if isinstance(programme, str):
         loaded = load_programme(programme)
         programme, offsets = as_simulated(loaded), offsets or loaded.trajectory
-    if programme:
-        session.command(_points(programme, arrival, session.latest_target))
+    if points := _listed("programme", programme, _POINTS):
+        session.command(_points(points, arrival, session.latest_target))
     if offsets is not None:
         validate_trajectory(offsets)
         session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
-    for seconds, axial, angular in sorted(map(_impulse, impulses), key=itemgetter(0)):
+    for seconds, axial, angular in sorted(map(_impulse, [*pushes, *kicked]), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)
         session.apply_impulse(_instant("impulses time", seconds), axial, angular)
@@ -189,6 +196,14 @@ def _instant(field: str, given: object) -> int:
     raise InputError(field, given, "a finite number of seconds >= 0")
 
 
+def _listed(field: str, given: object, allowed: str) -> list[Any]:
+    """The entries of a list, a tuple or an array; InputError for anything else."""
+    entries = plain(given)
+    if isinstance(entries, (list, tuple)):
+        return list(entries)
+    raise InputError(field, given, allowed)
+
+
 def _impulse(given: object) -> tuple[float, float, float]:
     """Time (s), axial and angular impulse of an entry of `impulses`."""
     row = given if isinstance(given, (tuple, list, np.ndarray)) else ()
@@ -211,7 +226,7 @@ def _timed(i: int, given: object) -> tuple[object, Mapping[str, object]]:
 
 
 def _points(
-    programme: Sequence[Point | Mapping[str, Any]], arrival: Instant, latest: Motion
+    programme: Sequence[Any], arrival: Instant, latest: Motion
 ) -> tuple[tuple[int, Motion], ...]:
     """Each point validated as on platform/command, one after the other."""
     accepted: list[tuple[int, Motion]] = []
@@ -228,16 +243,21 @@ def _points(
 
 def _run(session: Session, end_ns: int, sample_rate: SupportsFloat | None) -> NDArray[np.void]:
     """Advance to the end, with a sample at each instant of the grid."""
-    rows: list[tuple[Any, ...]] = []
+    rows, count = np.zeros(0, SAMPLE_DTYPE), 0
     if sample_rate is not None:
-        rate = parameters.TABLE["state_rate"].checked(sample_rate)
-        grid = Grid(float(rate), -1)
+        rate = float(parameters.TABLE["state_rate"].checked(sample_rate))
+        most = int(end_ns / NS * rate) + 2
+        if most > MOST_SAMPLES:
+            given = f"{sample_rate} Hz over {end_ns / NS:g} s"
+            raise InputError("sample_rate", given, f"at most {MOST_SAMPLES} samples")
+        rows, grid = np.zeros(most, SAMPLE_DTYPE), Grid(rate, -1)
         while grid.next_ns <= end_ns:
             _advance(session, grid.next_ns)
-            rows.append(tuple(session.simulation.sample()))
+            rows[count] = tuple(session.simulation.sample())
+            count += 1
             grid.advance()
     _advance(session, end_ns)
-    return np.array(rows, SAMPLE_DTYPE)
+    return rows[:count].copy()
 
 
 def _advance(session: Session, until_ns: int) -> None:

@@ -23,6 +23,10 @@ def trajectory_of(
     Values are a position, or a list of position, velocity and acceleration as far as given. The
     first row's joints are those of all.
     """
+    for i, row in enumerate(rows):
+        fits = isinstance(row, (list, tuple)) and len(row) == 2 and isinstance(row[1], Mapping)
+        if not fits:
+            raise InputError(f"{field}[{i}]", row, "(time in s, {joint: values})")
     names = tuple(rows[0][1]) if rows else ()
     points = []
     for i, (time, values) in enumerate(rows):

@@ -146,6 +146,10 @@ def schedule_trajectory(
             raise InputError(f"{field} points", "the present state alone", "a later point too")
         if not knots:
             last = instant.effect(request.stamp_ns, request.points[-1].after_ns)
+            if last > begin:
+                where = f"{field} points[{len(request.points) - 1}].time_from_start"
+                given = f"{request.points[-1].after_ns / NS:g} s"
+                raise InputError(where, given, f">= {SHORTEST_NS / NS:g} s after the begin")
             raise too_old(field, max(instant.age(last), age), instant)
         joints[name] = knots
     splice = Splice(begin, joints.get(OFFSET_JOINTS[0]), joints.get(OFFSET_JOINTS[1]))

@@ -16,6 +16,8 @@ def named_file(
     field: str, name: str, folder: Callable[[], Path], names: Callable[[], Sequence[str]]
 ) -> Path:
     """The file that `name` stands for: a path, or one of the names in the folder. InputError."""
+    if not isinstance(name, str):
+        raise InputError(field, name, "a name, or the path of a file")
     if "/" in name or name.endswith((".yaml", ".yml")):
         return Path(name).expanduser()
     path = folder() / f"{name}.yaml"

@@ -250,9 +250,22 @@ def test_a_point_may_be_written_as_in_a_file() -> None:
         ({"programme": [{"frequency": 4.0}]}, r"programme\[0\]: got"),
         ({"impulses": [(5.0, 0.1)]}, r"impulses: got .*, allowed: \(time in s, axial impulse"),
         ({"impulses": [(1.0, "x", 0.0)]}, "impulses: got"),
+        ({"programme": 5}, r"programme: got 5, allowed: a list of \(time in s, {name: value}\)"),
+        ({"programme": np.array([[1.0, 4.0]])}, r"programme\[0\]: got \[1.0, 4.0\]"),
+        ({"impulses": None}, "impulses: got None, allowed: a list of"),
+        ({"kicks": 1.0}, "kicks: got 1.0"),
+        ({"trajectory": "abc"}, "trajectory: got 'abc', allowed: a list of"),
+        ({"trajectory": [5.0]}, r"trajectory\[0\]: got 5.0"),
+        (
+            {"trajectory": [(5e-7, {"platform_axial": 0.1})]},
+            r"trajectory points\[0\].time_from_start: got '5e-07 s', allowed: >= 1e-06 s",
+        ),
+        ({"preset": 5}, "preset: got 5, allowed: a name, or the path"),
+        ({"preset": None}, "preset: got None"),
+        ({"sample_rate": 1e5, "duration": 1e6}, "sample_rate: got .* allowed: at most 10000000"),
         ({"axial_forcng": 0.5}, "keyword: got 'axial_forcng', .* Did you mean axial_forcing"),
     ],
 )
 def test_what_is_no_input_is_one_line(given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        simulate(1.0, **given)
+        simulate(**{"duration": 1.0, **given})
