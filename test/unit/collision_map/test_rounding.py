@@ -62,7 +62,9 @@ def test_what_roundings_do_not_decide_is_the_same_with_others() -> None:
     assert differ > 0.6 * decided
 
 
-@pytest.mark.parametrize("axial_forcing, restitution", [(72.84625, 0.1825), (72.8545, 0.182475)])
+@pytest.mark.parametrize(
+    ("axial_forcing", "restitution"), [(72.84625, 0.1825), (72.8545, 0.182475)]
+)
 def test_fewer_impacts_can_be_decided_by_them_too(axial_forcing: float, restitution: float) -> None:
     parameters = np.array([[axial_forcing, restitution, 0.0, 50.0]])
     found = settle_states(parameters, start_states(parameters, "contact"), 2000, 2000)
