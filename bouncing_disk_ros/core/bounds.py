@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, chosen_by_motion, kernel, rare_kernel
 from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds
+from bouncing_disk_ros.core.platform import ROOM, Record, derivative_bounds, fade_time
 
 _FEWEST_PANELS = 16.0
 _SECOND_PEAK = 0.5 - math.sqrt(3.0) / 6.0  # where |b''| is largest, 10/√3; and at 1 minus that
@@ -80,7 +80,7 @@ def span_from(motion: Record, elapsed: float, longest: float, periods: float) ->
 @kernel
 def frequency_at(motion: Record, elapsed: float) -> float:
     """f, `elapsed` seconds into a cross-fade, Hz; that of its end after it."""
-    x = min(max(elapsed / motion.duration, 0.0), 1.0)
+    x = min(max(fade_time(motion, elapsed) / motion.duration, 0.0), 1.0)
     return motion.f + motion.df * _blend(x)
 
 
@@ -100,7 +100,8 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
 @rare_kernel
 def _fading_bounds(motion: Record, elapsed: float, d: float, end: float) -> Bounds:
     r = 1.0 / motion.duration
-    x0, x1 = min(max(elapsed + d, 0.0) * r, 1.0), min(max(elapsed + end, 0.0) * r, 1.0)
+    since = fade_time(motion, elapsed)
+    x0, x1 = min(max(since + d, 0.0) * r, 1.0), min(max(since + end, 0.0) * r, 1.0)
     b1, b2, b3, b4 = _blend_bounds(x0, x1, r)
     low, high = _blend(x0), _blend(x1)
     w = TWO_PI * _largest(motion.f, motion.df, low, high)

@@ -19,7 +19,14 @@ from bouncing_disk_ros.core.arithmetic import (
 )
 from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
 from bouncing_disk_ros.core.layout import FADE, STEADY
-from bouncing_disk_ros.core.platform import Jet, Record, blend_jet, relative_blend, sinusoid_jet
+from bouncing_disk_ros.core.platform import (
+    Jet,
+    Record,
+    blend_jet,
+    fade_time,
+    relative_blend,
+    sinusoid_jet,
+)
 from bouncing_disk_ros.core.roots import (
     ROUNDING,
     one_root_ahead,
@@ -71,7 +78,7 @@ def fading_gap(
     t = motion.duration
     x = d / t
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
-    b0, _, _, _, _ = blend_jet(elapsed / t, t)
+    b0, _, _, _, _ = blend_jet(fade_time(motion, elapsed) / t, t)
     second = x * x * (c2 + x * (c3 + x * (c4 + x * c5)))  # Δb − c1 x
     grown = c1 * x + second
     slope_change = x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5))) / t

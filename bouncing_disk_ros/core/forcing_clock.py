@@ -23,7 +23,7 @@ from bouncing_disk_ros.core.arithmetic import (
     wrapped,
 )
 from bouncing_disk_ros.core.layout import FADE, STEADY
-from bouncing_disk_ros.core.platform import Record, phase_advance
+from bouncing_disk_ros.core.platform import Record, fade_end, phase_advance
 
 _GIGA = 1e9
 
@@ -117,11 +117,11 @@ def origin_of(motion: Record) -> int:
 def elapsed(motion: Record, ns: int, sub: float) -> float:
     """Seconds since a fade began, not past its end; 0 for a steady motion.
 
-    Where an offset moves on a steady sinusoid: since the segment that began last.
+    Where an offset moves: since the segment or the fade that began last, for all its digits.
     """
     if motion.kind == STEADY:
         return 0.0
-    return min((float(ns - origin_of(motion)) + sub) / _GIGA, motion.duration)
+    return min((float(ns - origin_of(motion)) + sub) / _GIGA, fade_end(motion))
 
 
 @kernel

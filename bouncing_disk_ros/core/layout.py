@@ -109,6 +109,8 @@ OFFSET_DTYPE = np.dtype(
         ("origin_ns", "i8"),  # `elapsed` counts from here
         ("axial_lead", "f8"),  # s from the segment's begin to the origin
         ("angular_lead", "f8"),
+        ("fade_lead", "f8"),  # s from a cross-fade's begin to the origin
+        ("fade_end", "f8"),  # s from the origin to its end; inf for none
         ("turning", "i8"),  # 1: the angular offset changes
         # last: a record that began as the other does would be taken for one of its kind
         *((name, MOTION_DTYPE[name]) for name in MOTION_DTYPE.names or ()),

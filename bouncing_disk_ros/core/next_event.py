@@ -25,7 +25,7 @@ from bouncing_disk_ros.core.layout import (
     STATE,
     STEADY,
 )
-from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.core.platform import Record, fade_end
 
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
 
@@ -41,7 +41,7 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
         horizon = seconds_between(state.ns, state.sub, boundary_ns, 0.0) + PAST_BOUNDARY
     since = elapsed(motion, state.ns, state.sub)
     if motion.kind != STEADY:
-        horizon = min(horizon, max(motion.duration - since, 0.0))
+        horizon = min(horizon, max(fade_end(motion) - since, 0.0))
     if state.phase == FLIGHT:
         found = after_flight(state, motion, disk, since, horizon)
     else:

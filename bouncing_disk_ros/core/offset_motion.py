@@ -126,6 +126,16 @@ def gap_with_offset(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
     return gap_less(jet, p, d)
 
 
+def fade_time(motion: Record, elapsed: float) -> float:
+    """See `platform`."""
+    return float(elapsed + motion.fade_lead)
+
+
+def fade_end(motion: Record) -> float:
+    """See `platform`."""
+    return float(motion.fade_end)
+
+
 def bounds_of_offset(motion: Record, begin: float, end: float) -> Six:
     """See `bounds`."""
     lead = motion.axial_lead

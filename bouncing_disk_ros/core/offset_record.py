@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.layout import (
+    FADE,
     MOTION_DTYPE,
     MOVING,
     OFFSET_DEGREE,
     OFFSET_DTYPE,
-    STEADY,
 )
 from bouncing_disk_ros.core.offset import CONSTANT, LINE, Segment, coefficients, derivative, highest
 from bouncing_disk_ros.core.offset_motion import PAST_END, offset_bounds
@@ -62,10 +62,16 @@ def with_offset(
     for name in MOTION_DTYPE.names or ():
         m[name] = base[name]
     moving = [segment for segment in (axial, angular) if segment.degree != CONSTANT]
-    m["origin_ns"] = m["begin_ns"]
-    if moving and m["kind"][0] == STEADY:
+    begins = [segment.begin_ns for segment in moving]
+    begin_ns, end_ns, fades = int(m["begin_ns"][0]), int(m["end_ns"][0]), m["kind"][0] == FADE
+    m["origin_ns"], m["fade_end"] = begin_ns, math.inf
+    if fades:
+        origin = max([begin_ns, *begins])
+        m["origin_ns"], m["fade_lead"] = origin, (origin - begin_ns) * 1e-9
+        m["fade_end"] = (end_ns - origin) * 1e-9
+    elif moving:
         m["kind"], m["duration"] = MOVING, math.inf
-        m["origin_ns"] = max(segment.begin_ns for segment in moving)
+        m["origin_ns"] = max(begins)
     m["turning"] = int(angular.degree != CONSTANT)
     _enter(m, "axial", ("s2", "s3", "s4"), axial)
     _enter(m, "angular", ("b2", "b3", "b4"), angular)

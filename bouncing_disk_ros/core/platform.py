@@ -92,6 +92,18 @@ def offset_turns(_motion: Record) -> bool:
     return False
 
 
+@chosen_by_motion
+def fade_time(_motion: Record, elapsed: float) -> float:
+    """Seconds since a cross-fade began."""
+    return elapsed
+
+
+@chosen_by_motion
+def fade_end(motion: Record) -> float:
+    """`elapsed` at the end of a cross-fade, s; inf for no cross-fade."""
+    return float(motion.duration)
+
+
 @kernel
 def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
@@ -108,7 +120,7 @@ def sinusoid_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> 
 
 @rare_kernel
 def _fading_axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
-    b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
+    b0, b1, b2, b3, b4 = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
     d = motion.da
     z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
     w = TWO_PI * motion.df
@@ -133,7 +145,7 @@ def _turned_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
 
 @rare_kernel
 def _fading_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
-    b0, b1, b2, b3, b4 = blend_jet(elapsed / motion.duration, motion.duration)
+    b0, b1, b2, b3, b4 = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
     lag_sine, lag_cosine = sincos(motion.lag + motion.dlag * b0)
     sine = s * lag_cosine + c * lag_sine
     cosine = c * lag_cosine - s * lag_sine
@@ -150,7 +162,7 @@ def _fading_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> J
 @kernel
 def relative_blend(motion: Record, elapsed: float) -> Jet:
     """Coefficients c1 … c5 of b(σ + δ) − b(σ) = Σ c_k δ^k, `elapsed` s into a fade."""
-    x = elapsed / motion.duration
+    x = fade_time(motion, elapsed) / motion.duration
     y = 1.0 - x
     return (
         30.0 * x * x * y * y,
@@ -167,7 +179,7 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
     if motion.kind != FADE:
         return motion.omega * d
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
-    b0, _, _, _, _ = blend_jet(elapsed / motion.duration, motion.duration)
+    b0, _, _, _, _ = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
     x = d / motion.duration
     grown = x * x * (c1 / 2.0 + x * (c2 / 3.0 + x * (c3 / 4.0 + x * (c4 / 5.0 + x * c5 / 6.0))))
     return TWO_PI * ((motion.f + motion.df * b0) * d + motion.df * motion.duration * grown)

@@ -48,6 +48,11 @@ def still(height: float = 0.0, speed: float | None = None, **values: float) -> S
     return Simulation(STILL, disk(**values), InitialState(height, speed, 0.0, 0.0, 0.0))
 
 
+def later(sent: Spliced, ns: int) -> list[tuple[tuple[float, ...], ...]]:
+    """The points of both joints, so much later."""
+    return [tuple((at + ns, *state) for at, *state in points) for points in sent[1:]]
+
+
 def line(at_ns: int, position: float) -> Knot:
     return Knot(at_ns, OffsetState(position), LINE)
 
@@ -96,20 +101,28 @@ def forty_digits() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("forty_digits")
-def test_a_run_shows_the_formula_within_2e_15() -> None:
-    """Through the compiled kernels, of random trajectories on a platform that stands."""
+@pytest.mark.parametrize("begin", [0, 10**6 * SECOND], ids=["steady", "in a fade"])
+def test_a_run_shows_the_formula_within_2e_15(begin: int) -> None:
+    """Through the compiled kernels, of random trajectories on a platform that stands.
+
+    Also in the middle of a cross-fade of 23 days.
+    """
     rng = np.random.default_rng(2)
     for seed in range(40):
-        run = random_run(seed)._replace(motion=STILL, disk=disk(1.0))
-        run = run._replace(initial=InitialState(100.0, 0.0, 0.0, 0.0, 0.0))
-        simulation, trajectories = run.start(), run.trajectories
+        run = random_run(seed)._replace(motion=STILL, disk=disk(0.0 if begin else 1.0))
+        height = 0.0 if begin else 100.0
+        run = run._replace(initial=InitialState(height, 0.0, 0.0, 0.0, 0.0))
+        trajectories = [Spliced(begin + one[0], *later(one, begin)) for one in run.trajectories]
+        simulation = run._replace(trajectories=tuple(trajectories)).start()
+        if begin:
+            simulation.command([(2 * begin, STILL._replace(frequency=2.0))], 2 * begin)
         message = [
             Trajectory(one.begin_ns, tuple(Point(int(p[0]), p[1:]) for p in one.axial))
             for one in trajectories
             if one.axial
         ]
         found = pieces(message, mpf)
-        for at in sorted(rng.integers(1, SECOND // 2, 6).tolist()):
+        for at in sorted((begin + rng.integers(1, SECOND // 2, 6)).tolist()):
             simulation.advance(at)
             segment = simulation.offset.axial.segment_at(at)
             scale = largest(coefficients(segment))
@@ -365,11 +378,6 @@ def test_a_checkpoint_after_a_reset_continues_with_the_same_bits(moved: bool) ->
                 one.trajectory(half + sent.begin_ns, *map(knots, later(sent, half)))
             digests.append((digest(one, 3 * half, half), one.offset_index, one.offset_begin_ns))
         assert digests[0] == digests[1]
-
-
-def later(sent: Spliced, ns: int) -> list[tuple[tuple[float, ...], ...]]:
-    """The points of both joints, so much later."""
-    return [tuple((at + ns, *state) for at, *state in points) for points in sent[1:]]
 
 
 def test_future_splices_while_moving_keep_the_position_continuous() -> None:
