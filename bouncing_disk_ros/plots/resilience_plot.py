@@ -211,7 +211,7 @@ def _areas(figure: Figure, sizes: NDArray[np.float64], largest: float) -> None:
     """What the areas without a size are, those that are there."""
     texts = (
         (_NEVER, f"no impulse up to {largest:g} is fatal", np.isinf(sizes).any()),
-        (_ABSENT, "the attractor is not there", np.isnan(sizes).any()),
+        (_ABSENT, "the attractor is not there, or its size is not decided", np.isnan(sizes).any()),
     )
     handles = [Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=text)
                for color, text, there in texts if there]  # fmt: skip

@@ -32,6 +32,7 @@ class ResilienceStudy(Study):
 
     name: ClassVar[str] = "resilience"
     title: ClassVar[str] = "Fatal impulses, convergence and shares of attractors over a parameter"
+    revision: ClassVar[int] = 2
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -94,19 +95,34 @@ class ResilienceStudy(Study):
                 one, "float64", "1", "share of starts that reach it without contact before"
             ),
             "share_in_time": Field(
-                (*one, "after"), "float64", "1", "share of starts on it after so many periods"
+                (*one, "after"),
+                "float64",
+                "1",
+                "share of starts on it after so many periods; nan: chaotic",
             ),
             "convergence_time": Field(one, "float64", period, "time constant near it"),
             "median_time": Field(one, "float64", period, "median time to reach it"),
             "slow_time": Field(one, "float64", period, "time within which 95 % reach it"),
             "fatal_impulse": Field(
-                (*one, "sign", "instant"), "float64", unit, "smallest fatal impulse", "J"
+                (*one, "sign", "instant"),
+                "float64",
+                unit,
+                "smallest fatal impulse; nan: not decided",
+                "J",
             ),
             "least_fatal_impulse": Field(
-                (*one, "sign"), "float64", unit, "smallest fatal impulse at any instant", "J"
+                (*one, "sign"),
+                "float64",
+                unit,
+                "smallest fatal impulse at any instant; nan: not decided",
+                "J",
             ),
             "fatal_timing_error": Field(
-                (*one, "sense"), "float64", "rad", "smallest fatal timing error", "δ"
+                (*one, "sense"),
+                "float64",
+                "rad",
+                "smallest fatal timing error; nan: not decided",
+                "δ",
             ),
             "share_in_contact": Field(
                 ("value",), "float64", "1", "share of starts that come to contact"

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
 UNRESOLVED = UNDECIDED
 TRANSIENT, MOST = 500, 100_000
+REACHED = 8
+"""A periodic attractor is reached at this impact in a row that is near it."""
 LONGER = 20
 """Starts that are still open get so many times the impacts: chaos may be a long transient."""
 WATCHED = 200
@@ -40,7 +42,7 @@ class LabelRule(NamedTuple):
     """Rule that decides to which attractor a start belongs."""
 
     tolerance: float = 1e-4  # of τ (rad) and w_A (πg/ω) to a point of a periodic attractor
-    repetitions: int = 4  # so often in a row it must go around, and at least 8 impacts
+    repetitions: int = 4  # so often in a row it must go around, and at least REACHED impacts
     cap: int = (
         0  # impacts after which a start is unresolved; 0: `impacts_needed`, LONGER for the rest
     )
@@ -50,7 +52,7 @@ class Basins(NamedTuple):
     """The result of each start; arrays (n,) in the order given."""
 
     label: Labels  # index into the attractors, or UNRESOLVED
-    impacts: NDArray[np.int32]  # until it was clear, those that confirmed it included
+    impacts: NDArray[np.int32]  # until it was reached: a periodic one by the REACHED-th in a row
     time: Floats  # the same as a time, rad of the forcing phase; nan: unresolved, or chaotic
 
 
@@ -69,7 +71,7 @@ def label_starts(
 
     1. A start that comes to contact belongs to the attractor of the orbit that leaves contact.
     2. One whose impacts stay within `tolerance` of the points of a periodic attractor, in their
-       order, for `repetitions` rounds, belongs to it.
+       order, for `repetitions` rounds, and at least REACHED impacts, belongs to it.
     3. After `cap` impacts it belongs to a chaotic attractor if its next WATCHED impacts all lie on
        cells that this attractor visits and no other one does; else it is unresolved.
 
@@ -100,17 +102,26 @@ def _label(
     rule: LabelRule, found: Basins,
 ) -> None:  # fmt: skip
     """Label starts by the rule, its cap given, into `found`."""
-    points, of, longest = _periodic_points(attractors)
-    confirm = max(8, rule.repetitions * longest)
-    after_contact = attractors.after_contact
-    lane_rule = LaneRule(rule.tolerance, float(confirm), after_contact, after_contact, rule.cap)
-    known = known_points(points, of)
-    platform = (float(section.axial_forcing), float(section.restitution))
-    label_lanes(tau, w, *platform, known, lane_rule, LaneLabels(*found))
+    label_followed(attractors, section, tau, w, rule, found)
     open_ = np.flatnonzero(found.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
-        found.label[open_] = _chaotic(attractors, section, tau[open_], w[open_], rule)
+        found.label[open_] = chaotic_labels(attractors, section, tau[open_], w[open_], rule)
     found.time[open_] = math.nan
+
+
+def label_followed(
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
+    rule: LabelRule, found: Basins,
+) -> None:  # fmt: skip
+    """Label starts that reach contact or a periodic attractor within the rule's cap, into `found`.
+
+    The others are UNRESOLVED, with the time of `cap` impacts.
+    """
+    known = known_points(*_periodic_points(attractors), rule.repetitions)
+    after_contact = attractors.after_contact
+    lane_rule = LaneRule(rule.tolerance, float(REACHED), after_contact, after_contact, rule.cap)
+    platform = (float(section.axial_forcing), float(section.restitution))
+    label_lanes(tau, w, *platform, known, lane_rule, LaneLabels(*found))
 
 
 def impacts_needed(attractors: Attractors, tolerance: float) -> int:
@@ -127,18 +138,17 @@ def impacts_needed(attractors: Attractors, tolerance: float) -> int:
     return min(MOST, TRANSIENT + round(3.0 * rounds))
 
 
-def _periodic_points(attractors: Attractors) -> tuple[Floats, NDArray[np.int32], int]:
-    """Points (m, 2) of the periodic attractors, their labels (m,), and the longest period."""
-    points, of, longest = [np.empty((0, 2))], [np.empty(0, np.int32)], 1
+def _periodic_points(attractors: Attractors) -> tuple[Floats, NDArray[np.int32]]:
+    """Points (m, 2) of the periodic attractors, and their labels (m,)."""
+    points, of = [np.empty((0, 2))], [np.empty(0, np.int32)]
     for i, attractor in enumerate(attractors.found):
         if attractor.kind is AttractorKind.PERIODIC:
             points.append(np.stack((attractor.forcing_phases, attractor.velocities), axis=1))
             of.append(np.full(len(points[-1]), i, np.int32))
-            longest = max(longest, len(points[-1]))
-    return np.ascontiguousarray(np.concatenate(points)), np.concatenate(of), longest
+    return np.ascontiguousarray(np.concatenate(points)), np.concatenate(of)
 
 
-def _chaotic(
+def chaotic_labels(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule,
 ) -> Labels:  # fmt: skip

@@ -1,7 +1,8 @@
 """The smallest impulse, and the smallest error in time, after which an orbit is not reached again.
 
 The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
-reached again where its attractor is, within a number of periods. The sizes that are fatal are
+reached again where its attractor is, within a number of periods (a chaotic one: unless another is
+reached). The sizes that are fatal are
 intervals: the line is looked at in steps of a part of the size, and the edge of the first interval
 found is halved to rounding (of a chaotic attractor to 1e-6 of it). Intervals narrower than a step
 may be missed.
@@ -18,8 +19,14 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.analysis.dynamics.basin_labels import (
+    LONGER,
+    MOST,
+    UNRESOLVED,
+    Basins,
     LabelRule,
+    chaotic_labels,
     impacts_needed,
+    label_followed,
     label_starts,
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
@@ -30,6 +37,11 @@ from bouncing_disk_ros.errors import InputError
 Array = NDArray[np.float64]
 Flights = Callable[[NDArray[np.intp], Array], Array]
 """Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
+
+Fates = NDArray[np.int8]
+SURVIVED, UNDECIDED, LOST = 1, 0, -1
+MOST_FOLLOWED = LONGER * MOST
+"""Impacts after which it stays undecided whether a disk that is on no known attractor is lost."""
 
 _HALVINGS, _HALVINGS_OF_CHAOS = 44, 15
 """To rounding; of a chaotic attractor to 1e-6 of the size, for the orbit is but a sample of it."""
@@ -70,8 +82,8 @@ def fatal_impulses(
 
     `label`: index in `known` of the attractor that the instants are on. An impulse changes the
     velocity of the disk; in contact, or where it acts against the flight at gap 0, an impact
-    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. Raises InputError
-    for a rule out of range.
+    follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. nan: MOST_FOLLOWED
+    impacts after one of the sizes did not decide. Raises InputError for a rule out of range.
 
     >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 64)).min(axis=1)
     """
@@ -116,32 +128,54 @@ def fatal_timing_errors(
     return np.array(found)
 
 
-def survives(
+def fates(
     section: NextCollisionMap, known: Attractors, label: int, flights: Array, periods: float
-) -> NDArray[np.bool_]:
-    """Whether disks at (phase, gap, relative speed) (k, 3) reach an attractor within periods."""
+) -> Fates:
+    """Whether disks at (phase, gap, relative speed) (k, 3) reach an attractor within periods.
+
+    SURVIVED, LOST, or UNDECIDED where MOST_FOLLOWED impacts are not enough to say. A chaotic
+    attractor is reached at no time that is known: it is lost where another one is reached.
+    """
     states = np.empty((len(flights), 3))
     land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), states)
     tau, w = states[:, 0].copy(), np.minimum(states[:, 1], -1e-300)
+    if known.found[label].kind is AttractorKind.CHAOTIC:
+        return _fates_of(label_starts(known, section, tau, w).label, label)
+    return _fates_in_time(section, known, label, (tau, w), math.tau * periods - states[:, 2])
+
+
+def _fates_of(labels: NDArray[np.int32], own: int) -> Fates:
+    """The fates of starts whose labels decide."""
+    lost = np.where(labels == UNRESOLVED, UNDECIDED, LOST)
+    return np.where(labels == own, SURVIVED, lost).astype(np.int8)
+
+
+def _fates_in_time(
+    section: NextCollisionMap, known: Attractors, label: int, starts: tuple[Array, Array],
+    time_left: Array,
+) -> Fates:  # fmt: skip
+    """The fates (k,) of starts that are followed until their time is up, or they have a label."""
     rule = LabelRule()
-    rule = rule._replace(cap=impacts_needed(known, rule.tolerance))
-    chaotic = known.found[label].kind is AttractorKind.CHAOTIC  # its time is not known
-    if not chaotic:
-        known, label = _without_chaos(known, label)
-    found = label_starts(known, section, tau, w, rule)
-    late = found.time + states[:, 2] > math.tau * periods
-    return np.asarray((found.label == label) & (chaotic | ~late))
-
-
-def _without_chaos(known: Attractors, label: int) -> tuple[Attractors, int]:
-    """The attractors that are not chaotic, and the place of one of them.
-
-    Starts that go to chaos are then not resolved, which takes half the impacts.
-    """
-    kept = [i for i, a in enumerate(known.found) if a.kind is not AttractorKind.CHAOTIC]
-    after = kept.index(known.after_contact) if known.after_contact in kept else -1
-    found = tuple(known.found[i] for i in kept)
-    return Attractors(found, after, known.unresolved), kept.index(label)
+    periods = float(np.max(time_left, initial=0.0)) / math.tau
+    cap = round(min(MOST, max(impacts_needed(known, rule.tolerance), 1.1 * periods)))
+    fate = np.full(len(time_left), UNDECIDED, np.int8)
+    open_ = np.arange(len(fate))
+    chaotic = any(a.kind is AttractorKind.CHAOTIC for a in known.found)
+    while len(open_) and cap <= MOST_FOLLOWED:
+        n = len(open_)
+        found = Basins(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+        tau, w = (part[open_] for part in starts)
+        label_followed(known, section, tau, w, rule._replace(cap=cap), found)
+        late = found.time > time_left[open_]
+        own = np.where(late, LOST, _fates_of(found.label, label))
+        if chaotic and len(waiting := np.flatnonzero(own == UNDECIDED)):
+            longer = rule._replace(cap=cap)
+            labels = chaotic_labels(known, section, tau[waiting], w[waiting], longer)
+            own[waiting] = _fates_of(labels, label)
+        fate[open_] = own
+        open_ = open_[own == UNDECIDED]
+        cap *= 2
+    return fate
 
 
 def _first_fatal(
@@ -152,30 +186,34 @@ def _first_fatal(
     chaotic = known.found[label].kind is AttractorKind.CHAOTIC
     resolution = max(rule.resolution, CHAOTIC_RESOLUTION) if chaotic else rule.resolution
 
-    def alive(which: NDArray[np.intp], size: Array) -> NDArray[np.bool_]:
-        return survives(section, known, label, flights(which, size), rule.periods)
+    def fate(which: NDArray[np.intp], size: Array) -> Fates:
+        return fates(section, known, label, flights(which, size), rule.periods)
 
-    low, high = np.zeros(m), np.full(m, math.inf)
+    low, high, unknown = np.zeros(m), np.full(m, math.inf), np.zeros(m, bool)
     todo, first, last = np.arange(m), rule.smallest, rule.largest
     for _ in range(_LEVELS):
-        low[todo], high[todo] = _scan(alive, todo, first, last, resolution)
+        low[todo], high[todo], unknown[todo] = _scan(fate, todo, first, last, resolution)
         todo = todo[high[todo] == first]  # the first size of all is fatal: look below it
         first, last = 1e-3 * first, first
     high[todo] = 0.0
     fatal = np.flatnonzero(np.isfinite(high) & (high > 0.0))
     for _ in range(_HALVINGS_OF_CHAOS if chaotic else _HALVINGS):
         middle = 0.5 * (low[fatal] + high[fatal])
-        fine = alive(fatal, middle)
+        now = fate(fatal, middle)
+        fine = now == SURVIVED
+        unknown[fatal] |= now == UNDECIDED
         low[fatal] = np.where(fine, middle, low[fatal])
         high[fatal] = np.where(fine, high[fatal], middle)
-    return np.where(np.isfinite(high), low, math.inf)
+    return np.where(unknown, math.nan, np.where(np.isfinite(high), low, math.inf))
 
 
 def _scan(
-    alive: Callable[[NDArray[np.intp], Array], NDArray[np.bool_]],
+    fate: Callable[[NDArray[np.intp], Array], Fates],
     todo: NDArray[np.intp], first: float, last: float, resolution: float,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Last size survived and first fatal one for each of some changes; inf where all are survived.
+) -> tuple[Array, Array, NDArray[np.bool_]]:  # fmt: skip
+    """Last size survived and first one not, for each of some changes; whether that is undecided.
+
+    inf: all are survived.
 
     Sizes are in a geometric series in steps of half the resolution, in rising blocks: those that
     have met a fatal one are done.
@@ -183,18 +221,21 @@ def _scan(
     steps = math.ceil(math.log(last / first) / math.log1p(0.5 * resolution)) + 1
     sizes = np.geomspace(first, last, steps)
     low, high = np.zeros(len(todo)), np.full(len(todo), math.inf)
+    unknown = np.zeros(len(todo), bool)
     open_ = np.arange(len(todo))
     begin = 0
     while begin < steps and len(open_):
         length = max(1, min(_BLOCK // len(open_), max(64, steps // 8)))
         part = sizes[begin : begin + length]
         which = np.repeat(todo[open_], len(part))
-        fine = alive(which, np.tile(part, len(open_))).reshape(len(open_), len(part))
+        found = fate(which, np.tile(part, len(open_))).reshape(len(open_), len(part))
+        fine = found == SURVIVED
         hit = ~fine.all(axis=1)
         place = np.argmin(fine, axis=1)
         high[open_[hit]] = part[place[hit]]
+        unknown[open_[hit]] = found[hit, place[hit]] == UNDECIDED
         before = np.where(place > 0, part[np.maximum(place - 1, 0)], low[open_])
         low[open_] = np.where(hit, before, part[-1])
         open_ = open_[~hit]
         begin += length
-    return low, high
+    return low, high, unknown

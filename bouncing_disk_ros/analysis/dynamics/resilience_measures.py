@@ -58,7 +58,7 @@ class Resilience(NamedTuple):
     share: float  # of the window
     share_error: float  # standard error
     share_without_contact: float  # of starts that reach it and do not come to contact before
-    share_in_time: Array  # (k,) of starts that are on it after so many periods
+    share_in_time: Array  # (k,) of starts that are on it after so many periods; nan: chaotic
     convergence_time: float  # time constant near it, periods; 0 with contact; nan: chaotic
     median_time: float  # of starts of its basin, until it is clear that they are on it, periods
     slow_time: float  # 95 % of them are faster
@@ -123,12 +123,19 @@ def measure(
         errors = np.full(2, math.nan)
     return Resilience(
         float(own.mean()), 0.5 * math.sqrt(float(cut.sum())) / n, float(direct.mean()),
-        np.array([np.count_nonzero(mine <= limit) / n for limit in after]),
+        _share_in_time(attractor, mine, after, n),
         convergence_time(attractor),
         float(np.median(mine)) if len(mine) else math.nan,
         float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
         sizes, least.min(axis=1), errors,
     )  # fmt: skip
+
+
+def _share_in_time(attractor: Attractor, times: Array, after: Array, starts: int) -> Array:
+    """Share of so many starts whose time is up after so many periods (k,)."""
+    if attractor.kind is AttractorKind.CHAOTIC:
+        return np.full(len(after), math.nan)
+    return np.array([np.count_nonzero(times <= limit) / starts for limit in after])
 
 
 def convergence_time(attractor: Attractor) -> float:

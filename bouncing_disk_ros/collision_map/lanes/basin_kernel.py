@@ -44,7 +44,9 @@ BASIN_POINT = (FIELDS + 1) * LANES  # index of the attractor's point the last im
 BASIN_RUN = (FIELDS + 2) * LANES  # impacts in a row near points in the right order
 _FOLLOWS = (FIELDS + 3) * LANES  # 1: this impact is near the point that continues the run
 _NEXT = (FIELDS + 4) * LANES  # the point it is near
-_FIELDS = FIELDS + 5
+_REACHED_TIME = (FIELDS + 5) * LANES  # time and impacts left when the run was `confirm` long
+_REACHED_LEFT = (FIELDS + 6) * LANES
+_FIELDS = FIELDS + 7
 
 _FLOAT = types.float64
 _FLOATS = types.float64[::1]
@@ -65,12 +67,14 @@ class KnownPoints(NamedTuple):
     """Points of the known periodic attractors, in their order.
 
     points (m, 2): τ and w; attractors (m,) int32: the label of each; before (m,): the index of the
-    point before it on its attractor.
+    point before it on its attractor; needed (m,): impacts in a row that decide for its attractor,
+    if they are more than `confirm`.
     """
 
     points: Any
     attractors: Any
     before: Any
+    needed: Any
 
 
 class LaneLabels(NamedTuple):
@@ -91,13 +95,19 @@ class _Starts(NamedTuple):
     found: LaneLabels
 
 
-def known_points(points: NDArray[np.float64], attractors: NDArray[np.int32]) -> KnownPoints:
-    """Points (m, 2) with the labels (m,) of their attractors; those of one are in their order."""
-    before = np.empty(len(attractors))
+def known_points(
+    points: NDArray[np.float64], attractors: NDArray[np.int32], repetitions: int = 1
+) -> KnownPoints:
+    """Points (m, 2) with the labels (m,) of their attractors; those of one are in their order.
+
+    `repetitions`: so often in a row an orbit must go around.
+    """
+    before, needed = np.empty(len(attractors)), np.empty(len(attractors))
     for label in np.unique(attractors):
         mine = np.flatnonzero(attractors == label)
         before[mine] = np.roll(mine, 1)
-    return KnownPoints(points, attractors, before)
+        needed[mine] = repetitions * len(mine)
+    return KnownPoints(points, attractors, before, needed)
 
 
 @lane
@@ -158,10 +168,26 @@ def _compare(z: Any, first: int, last: int, known: Any, rule: Any) -> None:
 
 
 @lane
+def _confirmed(z: Any, i: int, known: Any, rule: Any) -> int:
+    """Label of the attractor that the impacts have been near for long enough, or _OPEN."""
+    run = z[BASIN_RUN + i]
+    if run < rule.confirm:
+        return _OPEN
+    if run == rule.confirm:
+        z[_REACHED_TIME + i], z[_REACHED_LEFT + i] = z[BASIN_TIME + i], z[IMPACTS_LEFT + i]
+    point = int(z[BASIN_POINT + i])
+    if run < known.needed[point]:
+        return _OPEN
+    z[BASIN_TIME + i], z[IMPACTS_LEFT + i] = z[_REACHED_TIME + i], z[_REACHED_LEFT + i]
+    return int(known.attractors[point])
+
+
+@lane
 def _decision(z: Any, i: int, known: Any, rule: Any) -> int:
     """Label of the start in a lane that asks; _OPEN: it has had one impact by the scalar map."""
-    if z[BASIN_RUN + i] >= rule.confirm:
-        return int(known.attractors[int(z[BASIN_POINT + i])])
+    label = _confirmed(z, i, known, rule)
+    if label != _OPEN:
+        return label
     if z[IMPACTS_LEFT + i] <= 0.0:
         return UNDECIDED
     kind = chatter_outcome(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
@@ -174,9 +200,10 @@ def _decision(z: Any, i: int, known: Any, rule: Any) -> int:
     z[IMPACTS_LEFT + i] -= 1.0
     z[DELAY + i], z[LANDED + i] = delay, 1.0
     _compare(z, i, i + 1, known, rule)
-    z[DELAY + i], z[LANDED + i] = math.nan, 0.0
-    if z[BASIN_RUN + i] >= rule.confirm:
-        return int(known.attractors[int(z[BASIN_POINT + i])])
+    z[DELAY + i], z[LANDED + i], z[NEEDS_SCALAR + i] = math.nan, 0.0, 0.0
+    label = _confirmed(z, i, known, rule)
+    if label != _OPEN:
+        return label
     return UNDECIDED if z[IMPACTS_LEFT + i] <= 0.0 else _OPEN
 
 
@@ -210,7 +237,7 @@ def _on_landing(z: Any, data: Any) -> None:
 
 
 _RULE = types.NamedTuple([_FLOAT, _FLOAT, *[types.int64] * 3], LaneRule)
-_KNOWN = types.NamedTuple([types.float64[:, ::1], _INTS, _FLOATS], KnownPoints)
+_KNOWN = types.NamedTuple([types.float64[:, ::1], _INTS, _FLOATS, _FLOATS], KnownPoints)
 _FOUND = types.NamedTuple([_INTS, _INTS, _FLOATS], LaneLabels)
 
 
@@ -241,7 +268,8 @@ def label_lanes(
     1. `contact_label` where the disk chatters to its end and is in contact: from there on every
        start is the same. `rest_label` where contact lasts for good.
     2. The label of an attractor whose points the impacts have been near, in their order, `confirm`
-       times in a row; near: both |Δτ| (shortest angular distance) and |Δw| at most `tolerance`.
+       times in a row, and as often as it needs; near: both |Δτ| (shortest angular distance) and
+       |Δw| at most `tolerance`. Impacts and time are those of the `confirm`th.
     3. UNDECIDED (−1) after `cap` impacts.
 
     The start itself is not compared. Where points are nearer to each other than the tolerance, the

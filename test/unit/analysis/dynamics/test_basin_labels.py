@@ -117,6 +117,24 @@ def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:
     assert np.array_equal(labels[known], enough[known])
 
 
+def test_times_do_not_depend_on_the_periods_of_other_attractors() -> None:
+    """The eighth impact on an orbit counts, however long it must be followed to be sure."""
+    known, section = attractors(0.45), NextCollisionMap(0.45, 0.5)
+    one = next(a for a in known.found if a.kind is AttractorKind.PERIODIC)
+    nowhere = one._replace(
+        forcing_phases=np.linspace(0.0, 6.0, 20), velocities=np.full(20, -400.0), cycles=20
+    )
+    more = known._replace(found=(*known.found, nowhere))
+    twelve = one._replace(forcing_phases=np.repeat(one.forcing_phases, 12),
+                          velocities=np.repeat(one.velocities, 12), cycles=12)  # fmt: skip
+    longer = known._replace(found=tuple(twelve if a is one else a for a in known.found))
+    alone = label_starts(known, section, *plane(20, 20))
+    for others in (more, longer):
+        found = label_starts(others, section, *plane(20, 20))
+        for first, second in zip(alone, found, strict=True):
+            np.testing.assert_array_equal(first, second)
+
+
 def test_slow_attractors_get_more_impacts() -> None:
     assert impacts_needed(attractors(0.45), 1e-4) < 1000
     assert impacts_needed(attractors(0.4859), 1e-4) > 10_000
