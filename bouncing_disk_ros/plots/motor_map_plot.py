@@ -19,6 +19,7 @@ from bouncing_disk_ros.plots.style import (
     BLUE,
     MOST_PIXELS,
     ORANGE,
+    SKY,
     UNRESOLVED,
     VERMILION,
     new_figure,
@@ -26,7 +27,7 @@ from bouncing_disk_ros.plots.style import (
 )
 
 KIND_COLORS: Mapping[int, str] = {
-    -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION,
+    -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,
 }  # fmt: skip
 """Numbers of the study's field `kind` -> colour."""
 _IN_ORDER = sorted(KIND_COLORS)

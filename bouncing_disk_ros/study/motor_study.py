@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.motor_points import (
     KINDS,
+    MEANS,
     UNKNOWN_KIND,
-    MotorMeans,
     Run,
     check_start,
     measure,
@@ -48,7 +48,6 @@ class Column:
 
 _COLUMNS: Mapping[str, Column] = {
     "mean_speed": Column("rad/s", "mean speed of the rotor"),
-    "mean_speed_error": Column("rad/s", "standard error of the mean speed"),
     "measured": Column("1", "periods of the stator that the means are over"),
     "output_power": Column("W", "output power: work on load and brake per second"),
     "brake_power": Column("W", "the brake's part of the output power"),
@@ -61,6 +60,10 @@ _COLUMNS: Mapping[str, Column] = {
     "friction_work_per_turn": Column("J", "work of friction per turn of the rotor"),
     "contact_share": Column("1", "share of time in contact"),
     "impact_rate": Column("1/s", "impacts per second; the last ones of a chatter count as one"),
+    "rise_time": Column("s", "time from rest to 1 − 1/e of the mean speed"),
+    "rise_time_95": Column("s", "time from rest to 95 % of the mean speed"),
+    "stop_time": Column("s", "time to lose 1 − 1/e of the speed on a stator at rest"),
+    "stop_time_95": Column("s", "time to lose 95 % of the speed on a stator at rest"),
 }
 
 
@@ -155,6 +158,13 @@ class Motor(PlaneStudy):
                 name: Field(dims, "float64", column.units, column.long_name, column.symbol)
                 for name, column in _COLUMNS.items()
             },
+            **{
+                f"{name}_error": Field(
+                    dims, "float64", _COLUMNS[name].units,
+                    f"standard error of the {_COLUMNS[name].long_name}",
+                )
+                for name in MEANS
+            },
         }  # fmt: skip
 
     @property
@@ -179,8 +189,10 @@ class Motor(PlaneStudy):
             int(given["longest"]),
         )  # fmt: skip
         found = measure(motors, run, len(across))
-        shape = (len(up), len(across))
-        return {name: getattr(found, name).reshape(shape) for name in MotorMeans._fields}
+        arrays = found._asdict()
+        errors = arrays.pop("errors")
+        arrays.update({f"{name}_error": error for name, error in errors.items()})
+        return {name: array.reshape(len(up), len(across)) for name, array in arrays.items()}
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add no-load speed, stall torque, the best efficiency and phase lag; and the regimes."""

@@ -70,6 +70,10 @@ def lines(result: xr.Dataset) -> list[str]:
         doubled, none, contact = (float(result.attrs[f"preload_{name}"]) for name in names)
         rows.append(f"  period 1 between preloads of {doubled:.6g} and {none:.6g} N, contact alone "
                     f"from {contact:.6g} N on")  # fmt: skip
+    settled = result["kind"].attrs["flag_meanings"].split().index("not_settled")
+    if count := int((result["kind"] == result["kind"].attrs["flag_values"][settled]).sum()):
+        rows.append(f"  the speed has not settled within longest periods at {count} points, or "
+                    "nothing settles it")  # fmt: skip
     rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
     if count := int(rough.sum()):
         rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
