@@ -85,6 +85,10 @@ INPUTS_AHEAD = _limit(
     "inputs",
     "further commands are refused until some have acted",
 )
+GATE_INPUTS = _limit(
+    "inputs at one gate of a lockstep, kept or announced", 1000, "inputs", "refused, and counted"
+)
+GATE_BYTES = _limit("all inputs that one gate keeps", 10_000_000, "bytes", "refused, and counted")
 KNOTS_AHEAD = _limit(
     "knots of offset trajectories that lie ahead, of both joints",
     10_000,

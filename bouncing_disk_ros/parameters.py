@@ -218,15 +218,16 @@ _SPECS = (
          words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
     Spec("lockstep_controllers", "1", "", "numbers of the controllers that answer each gate, with "
          "blanks between them", while_unconfigured=True, source="chosen"),
-    Spec("lockstep_timeout", 0.5, "s", "a controller that says nothing for so long (wall time) is "
-         "reported, and waited for", low=1e-3, high=1e6, source="chosen"),
+    Spec("lockstep_timeout", 0.5, "s", "what simulated time waits for at a gate for so long (wall "
+         "time) is reported; a gate without an answer is published again as often", low=1e-3,
+         high=1e6, source="chosen"),
     Spec("snapshot_period", 5.0, "s", "a full snapshot of the state goes to disk/inputs this often "
          "(wall time, while it runs; simulated time with lockstep)", low=0.1, high=1e6,
          source="chosen"),
     Spec("start_paused", False, "", "start paused: nothing moves before a call of ~/step or "
          "~/pause (false)", while_unconfigured=True, source="chosen"),
-    Spec("publish_clock", False, "", "publish /clock with simulated time; stamps are then in that "
-         "time", while_unconfigured=True, source="chosen"),
+    Spec("publish_clock", False, "", "publish /clock, wall time at activation plus simulated "
+         "time; all stamps are in that time", while_unconfigured=True, source="chosen"),
     Spec("autostart", True, "", "configure and activate at once; false: wait for lifecycle "
          "services", read_only=True, source="chosen"),
     Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file; "

@@ -143,7 +143,8 @@ _TOPICS = (
           "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
           "ros2 topic echo /diagnostics"),
     Topic("/clock", "rosgraph_msgs/msg/Clock", Qos(1, reliable=False), Direction.OUT,
-          "simulated time, with publish_clock only",
+          "the time of all stamps, with publish_clock only: wall time at activation plus simulated "
+          "time",
           "ros2 run bouncing_disk_ros simulator --ros-args -p publish_clock:=true"),
 )  # fmt: skip
 
@@ -164,12 +165,13 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 
 _LOCKSTEP_TOPICS = (
     Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
-          "with lockstep: simulated time stands at a gate; its number, the simulated time (ns) and "
-          "the number of rows of disk/impacts published until then",
+          "with lockstep: simulated time stands at a gate; its number, the simulated time since "
+          "the start (ns, no stamp) and the number of rows of disk/impacts published until then; "
+          "comes again while answers are missing",
           "ros2 topic echo /bouncing_disk/gate"),
     Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
           "with lockstep: the answer of a controller to a gate: its own number, the gate's, and "
-          "how many inputs it has published at this gate (refused ones count)",
+          "how many inputs it has published since its last answer (refused ones count)",
           "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
           "'{data: [1, 0, 0]}'"),
 )  # fmt: skip

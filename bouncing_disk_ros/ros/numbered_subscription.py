@@ -72,12 +72,22 @@ class NumberedSubscription:
     ) -> None:
         self.topic = topic
         self.lost = LostMessages(self._gids)
-        self._node, self.take = node, take
+        self._node, self.take, self._kind, self._qos = node, take, kind, qos
         self.number: int | None = None  # of the message taken last, as its publisher counts
-        self._subscription: Subscription = node.create_subscription(
-            kind, topic, _Callback(self.on_message), profile_of(qos), raw=True,
+        self._subscription = self._subscribe()
+
+    def _subscribe(self) -> Subscription:
+        return self._node.create_subscription(
+            self._kind, self.topic, WithInfo(self.on_message), profile_of(self._qos), raw=True,
             event_callbacks=SubscriptionEventCallbacks(),
         )  # fmt: skip
+
+    def set_qos(self, qos: Qos) -> None:
+        """Subscribe anew where another quality of service is asked for."""
+        if qos != self._qos:
+            self._node.destroy_subscription(self._subscription)
+            self._qos = qos
+            self._subscription = self._subscribe()
 
     def _gids(self) -> Gids:
         found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
@@ -90,17 +100,18 @@ class NumberedSubscription:
         self.take(data)
 
 
-class _Callback:
-    """A callback with the message and its number, for any executor of rclpy.
+class WithInfo:
+    """A callback with a message and what the middleware says of it, for any executor of rclpy.
 
     The events executor passes the two as one tuple, and crashes an ordinary callback of two.
     """
 
     __signature__ = _TWO_ARGUMENTS
 
-    def __init__(self, take: Callable[[bytes, dict[str, Any]], None]) -> None:
+    def __init__(self, take: Callable[[Any, dict[str, Any]], None]) -> None:
         self._take = take
 
     def __call__(self, *received: Any) -> None:
+        """Pass on what an executor gives."""
         data, info = received if len(received) == 2 else received[0]
         self._take(data, info)

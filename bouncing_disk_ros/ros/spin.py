@@ -63,11 +63,16 @@ def spin_until(node: Node, stop: Callable[[], bool]) -> None:
 
 
 def spin(node: Node, stop: Stop) -> int:
-    """Run the callbacks of a node until a signal, or until it is `finished`; the exit code."""
+    """Run the callbacks of a node until a signal, or until it is `finished`; the exit code.
+
+    Raises the node's `failure`, if that is why it has finished.
+    """
     spin_until(node, lambda: stop.asked or bool(getattr(node, "finished", False)))
     if not stop.asked:  # the answer to the request that ended it is on its way
         end = time.monotonic() + SPIN_SECONDS
         spin_until(node, lambda: stop.asked or time.monotonic() > end)
+    if (failure := getattr(node, "failure", None)) is not None:
+        raise failure
     return ExitCode.DONE
 
 

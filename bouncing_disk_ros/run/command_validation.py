@@ -249,7 +249,8 @@ def too_old(field: str, age: int, instant: Instant) -> InputError:
     """The error of a command whose stamp is too old."""
     allowed = f"0 (now) or at most {instant.tolerance_ns / NS:g} s old (command_tolerance)"
     return InputError(f"{field} header.stamp", f"{age / NS:.6g} s old", allowed,
-                      "Do the sender and the simulator use the same clock?")  # fmt: skip
+                      "Stamps are ROS time since 1970: count from those of the messages "
+                      "heard, or use a synchronised clock.")  # fmt: skip
 
 
 def describe(points: Sequence[tuple[int, Motion]]) -> str:

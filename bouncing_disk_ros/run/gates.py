@@ -1,17 +1,20 @@
-"""Gates of a lockstep: instants at which simulated time stands until its controllers have answered.
+"""The protocol of a lockstep: gates at which simulated time stands until controllers have answered.
 
-Each controller answers a gate by its number and how many inputs it has published there. A gate is
-complete when all have answered and as many inputs have come; then the inputs are applied in an
-order that does not depend on when they came. Knows neither ROS nor a clock.
+Each controller answers a gate by its number and how many inputs it has published since its last
+answer. When all have answered and exactly so many inputs have come, the gate is closed: the inputs
+are applied in an order that does not depend on when they came. `State` lists what time can wait
+for; docs/closed_loops.md has the same table with what ends each. Knows neither ROS nor a clock.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 from enum import StrEnum
 from typing import NamedTuple
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.limits import COMMAND_BYTES, GATE_BYTES, GATE_INPUTS
 
 FIELD = "~/proceed"
 
@@ -24,6 +27,17 @@ class Lockstep(StrEnum):
     IMPACT = "impact"
 
 
+class State(StrEnum):
+    """What simulated time waits for."""
+
+    MOVING = "moving"  # for nothing: no gate is open
+    ASKED = "asked"  # for the answers of controllers
+    COUNTING = "counting"  # for inputs that were announced
+    SURPLUS = "surplus"  # more inputs have come than were announced
+    DOUBLED = "doubled"  # two publishers answer as one controller
+    COMPLETE = "complete"  # for nothing more: the gate may be closed
+
+
 class HeldInput(NamedTuple):
     """An input that waits for its gate to be complete."""
 
@@ -31,85 +45,312 @@ class HeldInput(NamedTuple):
     number: int  # which its publisher gave it
     data: bytes
     act: Callable[[], object]
+    is_first: bool = False  # of its publisher
+
+
+class Streams:
+    """Tells the publishers of a topic apart by the numbers that each gives its messages.
+
+    The middleware does not say who has published a message, but each publisher counts its own from
+    1 on: a number that continues no known count is the first of another publisher.
+    """
+
+    def __init__(self) -> None:
+        self._next: Counter[int] = Counter()
+
+    def is_first(self, number: int) -> bool:
+        """Take a message; whether it is the first of its publisher."""
+        known = self._next[number] > 0
+        self._next[number] -= known
+        self._next[number + 1] += 1
+        return not known
+
+
+class Voices:
+    """Which publisher speaks for each controller, by the numbers of the messages on ~/proceed."""
+
+    def __init__(self) -> None:
+        self._next: list[int] = []  # of each publisher
+        self._current: dict[int, int] = {}  # the publisher by controller
+        self._former: dict[int, set[int]] = {}
+
+    def is_known(self, controller: int) -> bool:
+        """Whether a publisher has spoken for the controller."""
+        return controller in self._current
+
+    def hear(self, controller: int, number: int) -> tuple[bool, bool]:
+        """Take an answer; whether its publisher is another than before, and spoke earlier."""
+        current = self._current.get(controller)
+        former = self._former.setdefault(controller, set())
+        order = ([] if current is None else [current], former, range(len(self._next)))
+        found = next((one for some in order for one in some if self._next[one] == number), None)
+        if found is None:
+            found = len(self._next)
+            self._next.append(number)
+        self._next[found] += 1
+        if found == current:
+            return False, False
+        again = found in former
+        former.discard(found)
+        if current is not None:
+            former.add(current)
+        self._current[controller] = found
+        return current is not None, again
+
+    def forget(self, controller: int) -> None:
+        """Let any publisher speak for the controller."""
+        self._current.pop(controller, None)
+        self._former.pop(controller, None)
+
+    @property
+    def count(self) -> int:
+        """How many publishers speak for controllers now."""
+        return len(set(self._current.values()))
 
 
 class Gates:
     """Counts gates, and keeps the answers and inputs of the one that is open."""
 
-    def __init__(self, controllers: Iterable[int], timeout_ns: int) -> None:
-        """The controllers' numbers; how long none of them may be silent, ns of wall time."""
-        self.controllers, self.timeout_ns = frozenset(controllers), timeout_ns
-        self.number = -1
-        self.is_open = False
-        self._opened_ns = 0
-        self._answers: dict[int, int] = {}
-        self._inputs: list[HeldInput] = []
-        self._is_reported = False
+    def __init__(
+        self, controllers: Iterable[int], timeout_ns: int, publishers: Callable[[], int] = int
+    ) -> None:
+        """The controllers' numbers; the wait that is not reported, ns of wall time.
 
-    def open(self, now_ns: int) -> int:
-        """Open the next gate; its number. Inputs that have come between gates belong to it."""
-        self.number += 1
-        self.is_open, self._opened_ns, self._is_reported = True, now_ns, False
-        self._answers = {}
+        `publishers` counts those of ~/proceed.
+        """
+        self.controllers, self.timeout_ns = frozenset(controllers), timeout_ns
+        self.number, self.rows = -1, 0
+        self.is_open = False
+        self._publishers = publishers
+        self._opened_ns = self._asked_ns = 0
+        self._answers: dict[int, int] = {}
+        self._announced_before = 0  # at gates that the open one has replaced
+        self._inputs: list[HeldInput] = []
+        self._bytes = 0  # of them
+        self._refused = 0  # inputs that have come and were refused
+        self._streams: dict[str, Streams] = {}
+        self._voices = Voices()
+        self._restarted: set[int] = set()  # controllers, since the last gate was closed
+        self._doubled: dict[int, int] = {}  # by controller: publishers when it was noticed
+        self._reported: set[State] = set()
+
+    # --- the simulator opens and closes -----------------------------------------------------------
+    def open(self, now_ns: int, rows: int = 0) -> int:
+        """Open the next gate, at which so many rows have been published; its number.
+
+        It replaces one that is open: what was announced and has come there counts here. Inputs that
+        have come between gates belong to it.
+        """
+        if self.is_open:
+            self._announced_before += sum(self._answers.values())
+        self.number, self.rows = self.number + 1, rows
+        self.is_open, self._opened_ns, self._asked_ns = True, now_ns, now_ns
+        self._answers, self._reported = {}, set()
         return self.number
 
-    def answer(self, values: Iterable[int]) -> None:
-        """An answer [controller, gate, inputs]; InputError for one that is none.
+    def close(self) -> list[HeldInput]:
+        """Close the gate; its inputs in the order in which they are to act."""
+        self.is_open, self._restarted = False, set()
+        self._announced_before = self._refused = 0
+        return self.drop()
 
-        One of an earlier gate, of a controller that has been started again, changes nothing.
+    def drop(self) -> list[HeldInput]:
+        """Take away the inputs, in order.
+
+        By topic, then in the order of publication; several publishers on one topic take turns, by
+        what they say.
+        """
+        inputs, self._inputs, self._bytes = self._inputs, [], 0
+        turns = {topic: _turns(inputs, topic) for topic in {one.topic for one in inputs}}
+        return sorted(inputs, key=lambda one: (one.topic, turns[one.topic][one.number], one.data))
+
+    def refuse_all(self) -> list[HeldInput]:
+        """Take away the inputs, which count as refused: those who sent them will announce them."""
+        inputs = self.drop()
+        self._refused += len(inputs)
+        return inputs
+
+    # --- controllers answer -----------------------------------------------------------------------
+    def answer(self, values: Iterable[int], number: int | None = None) -> None:
+        """An answer [controller, gate, inputs], `number` as its publisher counts.
+
+        InputError for one that is none, or can never come true. One to an earlier gate changes
+        nothing; of several to this one the first holds, unless another publisher sends it: that is
+        the controller, started again.
         """
         given = list(values)
         if len(given) != 3:
             raise InputError(FIELD, given[:10], "controller, gate and number of inputs")
         controller, gate, inputs = given
         if controller not in self.controllers:
-            allowed = "any of lockstep_controllers: " + ", ".join(
-                map(str, sorted(self.controllers))
+            listed = ", ".join(map(str, sorted(self.controllers)))
+            raise InputError(
+                f"{FIELD} controller", controller, f"one in lockstep_controllers: {listed}"
             )
-            raise InputError(f"{FIELD} controller", controller, allowed)
-        if gate > self.number:
-            raise InputError(f"{FIELD} gate", gate, f"at most {self.number}, the newest")
-        if gate == self.number and self.is_open:
+        is_new = number is not None and self._is_new(controller, number)
+        self._check(controller, gate, inputs)
+        if gate != self.number or not self.is_open:
+            return
+        if is_new:
+            self._restarted.add(controller)
+        if is_new or number is None or controller not in self._answers:
             self._answers[controller] = inputs
 
+    def _is_new(self, controller: int, number: int) -> bool:
+        """Whether another publisher than before speaks for a controller; two by turns are noted."""
+        is_new, spoke_before = self._voices.hear(controller, number)
+        if spoke_before and self._publishers() > self._voices.count:
+            self._doubled.setdefault(controller, self._publishers())
+        return is_new
+
+    def _check(self, controller: int, gate: int, inputs: int) -> None:
+        """InputError for an answer that can never come true."""
+        if gate > self.number:
+            raise InputError(f"{FIELD} gate", gate, f"at most {self.number}, the newest")
+        others = {**self._answers, controller: 0} if gate == self.number else {}
+        most = GATE_INPUTS - self._announced_before - sum(others.values())
+        if inputs > most:
+            allowed = f"at most {most}: {GATE_INPUTS} of all controllers at one gate"
+            raise InputError(f"{FIELD} inputs", inputs, allowed)
+
     def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> None:
-        """Keep an input for the gate that is open, or the next one."""
+        """Keep an input for the gate that is open, or the next one.
+
+        InputError for one beyond the limits, which is not kept, and counts as one that has come.
+        """
+        stream = self._streams.setdefault(topic, Streams())
+        is_first = number is not None and stream.is_first(number)
+        for given, most, unit in (
+            (len(data), COMMAND_BYTES, "bytes"),
+            (len(self._inputs) + 1, GATE_INPUTS, "inputs at one gate"),
+            (self._bytes + len(data), GATE_BYTES, "bytes of inputs at one gate"),
+        ):
+            if given > most:
+                self._refused += 1
+                raise InputError(topic, f"{given} {unit}", f"at most {most}")
+        self._bytes += len(data)
         order = len(self._inputs) if number is None else number
-        self._inputs.append(HeldInput(topic, order, data, act))
+        self._inputs.append(HeldInput(topic, order, data, act, is_first))
+
+    # --- what time waits for ----------------------------------------------------------------------
+    @property
+    def _announced(self) -> int:
+        return self._announced_before + sum(self._answers.values())
+
+    @property
+    def _come(self) -> int:
+        return self._refused + len(self._inputs)
+
+    @property
+    def state(self) -> State:
+        """What simulated time waits for."""
+        if not self.is_open:
+            return State.MOVING
+        if self._doubled:
+            return State.DOUBLED
+        if not self._answers.keys() >= self.controllers:
+            return State.ASKED
+        if self._come != self._announced:
+            return State.COUNTING if self._come < self._announced else State.SURPLUS
+        return State.COMPLETE
+
+    def go_on(self) -> None:
+        """An input has been held: for those who have something to go on with."""
 
     @property
     def is_complete(self) -> bool:
         """Whether all controllers have answered and their inputs have come."""
-        answers = self._answers
-        return self.is_open and (
-            answers.keys() >= self.controllers and len(self._inputs) >= sum(answers.values())
-        )
+        return self.state is State.COMPLETE
 
-    def close(self) -> list[HeldInput]:
-        """Close the gate; its inputs in the order in which they are to act.
+    def drop_predecessors(self) -> list[HeldInput]:
+        """Take away what a controller sent before it ended without an answer; nothing in doubt.
 
-        By topic, then in the order of publication; several publishers on one topic take turns, by
-        what they say.
+        Its successor's inputs came after them. Where other controllers have sent inputs too, those
+        are meant that lie before the first of a new publisher on their topic, if they are as many.
         """
-        self.is_open = False
-        return self.drop()
-
-    def drop(self) -> list[HeldInput]:
-        """Take away the inputs, in order."""
-        inputs, self._inputs = self._inputs, []
-        return sorted(inputs, key=lambda one: one[:3])
-
-    def go_on(self) -> None:
-        """Close the gate if it is complete: for those who have one to go on with."""
-
-    def silent(self, now_ns: int) -> list[int]:
-        """Controllers that have said nothing for longer than allowed."""
-        if not self.is_open or now_ns - self._opened_ns < self.timeout_ns:
+        if self.state is not State.SURPLUS or not self._restarted:
             return []
-        return sorted(self.controllers - self._answers.keys())
+        surplus = self._come - self._announced
+        successors = sum(self._answers[one] for one in self._restarted)
+        if self._announced == successors:
+            older = list(range(min(surplus, len(self._inputs))))
+        else:
+            firsts = {one.topic: k for k, one in enumerate(self._inputs) if one.is_first}
+            older = [k for k, one in enumerate(self._inputs) if k < firsts.get(one.topic, 0)]
+        if len(older) != surplus:
+            return []
+        dropped = [self._inputs[k] for k in older]
+        self._inputs = [one for k, one in enumerate(self._inputs) if k not in set(older)]
+        self._bytes -= sum(len(one.data) for one in dropped)
+        return dropped
 
-    def newly_silent(self, now_ns: int) -> list[int]:
-        """The same, once for each gate."""
-        found = [] if self._is_reported else self.silent(now_ns)
-        self._is_reported |= bool(found)
-        return found
+    def look(self, now_ns: int) -> bool:
+        """Look around once in a while; whether the gate is to be published again.
+
+        An answer may have been lost before its publisher was matched; of two that answered as one
+        controller one may have left.
+        """
+        left = [one for one, count in self._doubled.items() if self._publishers() < count]
+        for controller in left:
+            del self._doubled[controller]
+            self._answers.pop(controller, None)
+            self._voices.forget(controller)
+        waited = now_ns - self._asked_ns >= self.timeout_ns
+        if left or (self.state is State.ASKED and waited):
+            self._asked_ns = now_ns
+            return True
+        return False
+
+    def waited_ns(self, now_ns: int) -> int:
+        """How long the gate has been open, wall time."""
+        return now_ns - self._opened_ns if self.is_open else 0
+
+    def is_overdue(self, now_ns: int) -> bool:
+        """Whether time has waited for longer than is left unreported."""
+        waits = self.state not in (State.MOVING, State.COMPLETE)
+        return waits and self.waited_ns(now_ns) >= self.timeout_ns
+
+    def newly_overdue(self, now_ns: int) -> str:
+        """The same in words: what it waits for, once for each state of a gate; else nothing."""
+        if self.state in self._reported or not self.is_overdue(now_ns):
+            return ""
+        self._reported.add(self.state)
+        return self.waiting
+
+    @property
+    def waiting(self) -> str:
+        """What simulated time waits for, in words; nothing while it moves."""
+        come, announced, senders = self._come, self._announced, self._senders()
+        missing = _controllers(self.controllers - self._answers.keys())
+        doubled = _controllers(self._doubled)
+        words = {
+            State.ASKED: f"no answer of {missing}",
+            State.COUNTING: f"{come} of {announced} inputs of {senders} have come",
+            State.SURPLUS: f"{come} inputs have come, {senders} announced {announced}; ~/reset "
+            "drops them",
+            State.DOUBLED: f"two publishers answer as {doubled}: end one of them",
+        }.get(self.state)
+        return f"gate {self.number}: {words}" if words else ""
+
+    def _senders(self) -> str:
+        senders = {one for one, inputs in self._answers.items() if inputs}
+        return _controllers(senders or self.controllers)
+
+
+def _controllers(numbers: Iterable[int]) -> str:
+    listed = [str(number) for number in sorted(numbers)]
+    if len(listed) < 2:
+        return f"controller {''.join(listed)}"
+    return f"controllers {', '.join(listed[:-1])} and {listed[-1]}"
+
+
+def _turns(inputs: Iterable[HeldInput], topic: str) -> dict[int, int]:
+    """The place of each number of a topic in the count of its publisher at this gate.
+
+    Numbers of one publisher have no gap. So it does not matter where its count stands, and a
+    controller that was started again has the turn that it would have had.
+    """
+    turns: dict[int, int] = {}
+    for number in sorted({one.number for one in inputs if one.topic == topic}):
+        turns[number] = turns.get(number - 1, -1) + 1
+    return turns

@@ -57,7 +57,8 @@ class Reading:
     uncertain: Sequence[str] = ()  # command topics of which more may be lost
     pending: Pending = NOTHING_PENDING
     motion_index: int = 0
-    silent: Sequence[int] = ()  # controllers of a lockstep that do not answer
+    waiting: str = ""  # what a lockstep waits for
+    overdue: bool = False  # it has waited for longer than is left unreported
 
 
 class Ticks:
@@ -115,10 +116,8 @@ class Health:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )
-        if now.silent:
-            numbers = ", ".join(map(str, now.silent))
-            level = max(level, Level.ERROR)
-            message = f"lockstep: simulated time waits for controller {numbers}"
+        if now.overdue:
+            level, message = Level.ERROR, f"lockstep: {now.waiting}"
         if now.fault:
             level, message = Level.ERROR, f"the run has ended: {now.fault}"
         reached = 0.0
@@ -134,6 +133,7 @@ class Health:
                 f"lateness {key} (s)": f"{ticks.get(key, 0.0):.6f}" for key in ("p50", "p99", "max")
             },
             "samples skipped": str(now.skipped),
+            "lockstep waits for": now.waiting or "nothing",
         }
         return Status("real time", level, message, values)
 

@@ -99,6 +99,8 @@ class Loop:
             goal = min(until_ns, self._horizon())
             session.advance(goal, 1 if to_impact else EVENTS_AT_ONCE)
             if to_impact and session.gathered:
+                if session.paused:  # inputs act at the instant reached: not before the impact
+                    session.advance(session.time_ns + 1)
                 break
             if session.gathered >= MAX_ROWS:
                 self.flush()

@@ -143,6 +143,10 @@ class Session:
         self._gather(rows)
         return bool(behind)
 
+    def resolve_present(self) -> None:
+        """Resolve what is due at the instant reached, within one budget of events."""
+        self.advance(self.time_ns, EVENTS_AT_ONCE)
+
     def resolve_waiting(self, max_events: int = EVENTS_AT_ONCE) -> bool:
         """Let the waiting inputs act, in order; False when the budget ran out before the last."""
         while self._waiting:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.signals import SignalHandlerOptions
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
 
 from bouncing_disk_ros.errors import InputError
@@ -22,10 +22,13 @@ from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.testing import SteppedSimulator
+from bouncing_disk_ros.units import NS
 from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
+from support.lockstep_loop import Loop, columns, kept
 from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]
+KEEP_ALL = HistoryPolicy.KEEP_ALL
 
 
 @pytest.fixture
@@ -39,20 +42,6 @@ def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
     yield one
     for simulator in made:
         simulator.close()
-
-
-def kept(node: SimulatorNode) -> list[dict[str, Any]]:
-    """Keep the records of the inputs of a node from here on."""
-    assert node.run is not None
-    session, records = node.run.session, []
-    publish = session._record
-
-    def record(one: dict[str, Any]) -> None:
-        records.append(one)
-        publish(one)
-
-    session._record = record
-    return records
 
 
 def state_digest(node: SimulatorNode) -> str:
@@ -228,47 +217,6 @@ def test_bytes_of_a_huge_message_are_refused_unread() -> None:
 
 
 # --- lockstep -------------------------------------------------------------------------------------
-class Loop:
-    """A simulator in lockstep with controllers, all in one executor."""
-
-    def __init__(self, controllers: int, **values: Any) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        numbers = " ".join(str(number) for number in range(1, controllers + 1))
-        values = {"lockstep_controllers": numbers, "real_time_factor": 0.0, **values}
-        overrides = [Parameter(name, value=value) for name, value in values.items()]
-        self.node = SimulatorNode(
-            context=self.context, parameter_overrides=overrides, use_global_arguments=False
-        )
-        self.records = kept(self.node)
-        self.controllers = [
-            GateController(number, context=self.context) for number in range(1, controllers + 1)
-        ]
-        for node in (self.node, *self.controllers):
-            self.executor.add_node(node)
-
-    def spin_until(self, condition: Callable[[], bool]) -> None:
-        import time
-
-        end = time.monotonic() + 20.0
-        while not condition():
-            assert time.monotonic() < end
-            self.executor.spin_once(timeout_sec=0.02)
-
-    @property
-    def gate(self) -> int:
-        assert self.node.gates is not None
-        return self.node.gates.number
-
-    def close(self) -> None:
-        self.node.destroy_node()
-        for node in self.controllers:
-            node.destroy_node()
-        self.executor.shutdown()
-        rclpy.shutdown(context=self.context)
-
-
 @pytest.fixture
 def loops(ros_domain: int, warm_kernels: None) -> Iterator[Callable[..., Loop]]:
     made: list[Loop] = []
@@ -291,6 +239,7 @@ def test_lockstep_gives_the_same_inputs_each_time(loops: Callable[..., Loop], mo
         inputs = [one for one in loop.records if one["kind"] == "trajectory"][:8]
         assert len(inputs) == 8
         found.append(json.dumps(inputs))
+        loop.close()  # or the next controllers hear its gates
     assert len(set(found)) == 1
 
 
@@ -299,11 +248,11 @@ def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -
     loop.spin_until(lambda: loop.gate >= 3)
     loop.controllers[0].silent = True
     gate = loop.gate
-    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.silent(10**18)))
+    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.is_open))
     assert loop.node.run is not None
     time_ns = loop.node.run.session.time_ns
-    loop.spin_until(lambda: bool(loop.node._read().silent))
-    assert loop.node._read().silent == (1,)
+    loop.spin_until(lambda: loop.node._read().overdue)
+    assert "no answer of controller 1" in loop.node._read().waiting
     assert loop.node.run.session.time_ns == time_ns
     assert "paused" in loop.node.run.pause(True)
     assert "running" in loop.node.run.pause(False)
@@ -314,15 +263,111 @@ def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -
     loop.spin_until(lambda: loop.gate >= gate + 5)
 
 
-def test_a_reset_opens_a_gate(loops: Callable[..., Loop]) -> None:
-    loop = loops(1, lockstep="tick")
-    loop.spin_until(lambda: loop.gate >= 3)
-    loop.controllers[0].silent = True
-    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.is_open))
-    gate = loop.gate
+@pytest.mark.parametrize("first", ["controller", "simulator"])
+def test_an_impact_at_time_0_comes_before_the_first_gate(
+    loops: Callable[..., Loop], first: str
+) -> None:
+    """A controller does not answer it, whether it hears it or was started too late."""
+    loop = loops(1, preset="swum", lockstep="impact", autostart=first == "simulator")
+    if first == "controller":
+        loop.spin_until(loop.controllers[0]._offsets.get_subscription_count)
+        loop.node.trigger_configure()
+        loop.watch()
+        loop.node.trigger_activate()
     assert loop.node.run is not None
-    loop.node.run.reset()
-    assert loop.gate == gate + 1
+    assert loop.node.run.gates is not None
+    assert (loop.gate, loop.node.run.gates.rows) == (0, 1)
+    loop.spin_until(lambda: loop.gate >= 5)
+    inputs = [one for one in loop.records if one["kind"] == "trajectory"]
+    assert len(inputs) == loop.gate - 1  # none for row 0
+
+
+def test_hundreds_of_inputs_at_one_gate_all_act_in_order(loops: Callable[..., Loop]) -> None:
+    loop = loops(1, lockstep="tick")
+    controller = loop.controllers[0]
+    controller.silent = True
+    loop.spin_until(lambda: controller.is_matched)
+    for k in range(300):
+        controller.send(move("platform_axial", 1e-6 * k))
+    controller.silent = False
+    loop.spin_until(lambda: loop.gate >= 2)
+    found = [one["joints"]["platform_axial"][0][2] for one in loop.records if "joints" in one]
+    assert found[:300] == [1e-6 * k for k in range(300)]
+
+
+def test_more_inputs_than_a_gate_keeps_are_refused_in_words(loops: Callable[..., Loop]) -> None:
+    loop = loops(1, lockstep="tick")
+    controller = loop.controllers[0]
+    controller.silent = True
+    loop.spin_until(lambda: controller.is_matched)
+    big = move("platform_axial", 0.0)
+    big.header.frame_id = "x" * 200_000
+    controller.send(big)
+    loop.spin_until(lambda: loop.node.last_refusal is not None)
+    assert "at most 100000" in str(loop.node.last_refusal)
+    controller.silent = False  # it is counted all the same
+    loop.spin_until(lambda: loop.gate >= 2)
+
+
+def test_whatever_happens_at_a_gate_the_run_goes_on_and_replays(loops: Callable[..., Loop]) -> None:
+    """Pause, step, reset, parameters, fades, trajectories, and a subscriber that takes nothing."""
+    loop = loops(2, lockstep="impact", real_time_factor=0.0, step_until="impact")
+    deaf = rclpy.create_node("deaf", context=loop.context, use_global_arguments=False)
+    for kind, topic in ((PointCloud2, "disk/impacts"), (JointState, "joint_states")):
+        deaf.create_subscription(kind, topic, print, QoSProfile(depth=0, history=KEEP_ALL))
+    loop.executor.add_node(loop.controllers[1])
+    run = loop.node.run
+    assert run is not None
+    one = loop.controllers[0]
+
+    def goes_on(gates: int = 3) -> None:
+        until = loop.gate + gates
+        loop.spin_until(lambda: loop.gate >= until)
+
+    goes_on()
+    for again in range(2):
+        run.pause(True)
+        gate = loop.gate
+        for k in range(1, 4):
+            run.step()
+            loop.spin_until(lambda: loop.gate >= gate + k and not run.stepping)  # noqa: B023
+        run.pause(False)
+        goes_on()
+        loop.node.set_parameters_atomically([Parameter("restitution", value=0.45 + 0.1 * again)])
+        goes_on()
+        run.reset()
+        goes_on()
+        one.fade(0.030 + 0.01 * again)  # the next gate counts it
+        goes_on()
+        if not again:
+            deaf.destroy_node()
+    assert run.gates is not None
+    assert loop.node.last_refusal is None or "before the reset" in str(loop.node.last_refusal)
+    kinds = {record["kind"] for record in loop.records}
+    assert kinds >= {"trajectory", "motion", "pause", "reset", "parameters"}
+    again_rows = input_replay.replay(loop.all_records, until_ns=run.session.time_ns + 1)
+    rows = loop.rows
+    assert columns(again_rows[: len(rows)]) == columns(rows)
+    assert len(rows) > 20
+
+
+def test_a_wait_is_nobody_s_load_and_is_not_made_up_for(loops: Callable[..., Loop]) -> None:
+    """In real time: the machine is not blamed, and time goes on at its own pace afterwards."""
+    loop = loops(1, lockstep="tick", real_time_factor=1.0)
+    controller = loop.controllers[0]
+    loop.spin_until(lambda: loop.gate >= 3)
+    controller.silent = True
+    run = loop.node.run
+    assert run is not None
+    assert run.gates is not None
+    loop.spin_until(lambda: bool(run.gates and run.gates.waited_ns(time.monotonic_ns()) > NS // 2))
+    assert run.read().lag_ns == 0
+    assert run.read().waiting == f"gate {loop.gate}: no answer of controller 1"
+    controller.silent = False
+    controller.answer()
+    gate = loop.gate
+    loop.spin_until(lambda: loop.gate > gate)
+    assert run._lag_ns(time.monotonic_ns()) < 0.4 * NS
 
 
 def test_steps_end_at_impacts_or_after_nanoseconds(

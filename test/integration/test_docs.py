@@ -56,8 +56,9 @@ for file in sys.argv[1:]:
 
 
 def is_fragment(block: str) -> bool:
-    """Whether a block is the inner part of a callback, which runs within it only."""
-    return "cloud" in block and "stepped_simulator" not in block
+    """Whether a block does not run by itself: a part of a callback, or a node without end."""
+    inner = "cloud" in block and "stepped_simulator" not in block
+    return inner or "rclpy.spin(" in block  # test_lockstep_processes runs that one
 
 
 def commands() -> list[str]:

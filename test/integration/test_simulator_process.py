@@ -25,7 +25,7 @@ from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
-from support.processes import Process, Starter
+from support.processes import Process, Starter, any_ends
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
 
@@ -520,13 +520,26 @@ def test_a_wrong_start_is_one_line_and_code_2(
     assert len([text for text in process.stderr.splitlines() if not text.startswith("usage")]) == 1
 
 
-def test_a_second_clock_is_refused_in_one_line(start: Starter) -> None:
-    simulator(start, "publish_clock:=true").wait_for("running at")
-    second = ("--ros-args", "-p", "publish_clock:=true", "-r", "__ns:=/second")
-    code, process = start.finish("simulator", *second)
-    assert code == 2
-    (line,) = process.stderr.splitlines()
-    assert line.startswith("simulator: publish_clock: got True, allowed: false: /clock has a publ")
+def test_of_simulators_that_publish_the_clock_one_runs(start: Starter) -> None:
+    """Of two that are started together one ends with the reason; so does one that comes later."""
+    names = ("first", "second", "third")
+
+    def one_more(name: str) -> Process:
+        return simulator(start, "publish_clock:=true", arguments=("-r", f"__ns:=/{name}"))
+
+    made = [one_more(name) for name in names[:2]]
+    any_ends(made)
+    made.append(one_more(names[2]))
+    made[2].wait()
+    ended = [one for one in made if not one.running]
+    assert len(ended) == 2
+    for one in ended:
+        assert one.wait() == 2
+        line = one.complaints[-1]
+        assert line.startswith("simulator: publish_clock: got True, allowed: false: /clock has a")
+    (left,) = (one for one in made if one.running)
+    assert left.end() == 0
+    assert not left.complaints_but_late
 
 
 def test_help_shows_every_parameter_topic_and_service(start: Starter) -> None:

@@ -76,6 +76,8 @@ class GateController(Node):
         self.number, self.gates, self._rows, self._open = number, 0, 0, (-1, 0, 0)
         self._inputs = 0
         self.silent = False
+        self._first: int | None = None  # row that it may answer
+        self._amplitude = self.create_publisher(Float64, "platform/axial_amplitude", 100)
         self._offsets = self.create_publisher(JointTrajectory, "platform/joint_trajectory", 100)
         self._proceed = self.create_publisher(UInt64MultiArray, "/bouncing_disk/proceed", 100)
         self.create_subscription(PointCloud2, "disk/impacts", self.on_impacts, 1000)
@@ -83,26 +85,43 @@ class GateController(Node):
 
     def on_impacts(self, cloud: PointCloud2) -> None:
         """One input for each row."""
+        if self.silent:
+            return
         rows = impacts_from_msg(cloud)
         self._rows = int(rows["index"][-1]) + 1
         for row in rows:
             sign = 1.0 if self.number % 2 else -1.0
-            position = sign * 1e-3 * float(row["axial_impact_velocity"])
-            self._offsets.publish(move("platform_axial", position))
-            self._inputs += 1
+            if self._first is not None and row["index"] >= self._first:
+                self.send(move("platform_axial", sign * 1e-3 * float(row["axial_impact_velocity"])))
         self.answer()
+
+    def send(self, message: JointTrajectory) -> None:
+        """Publish an input and count it."""
+        self._offsets.publish(message)
+        self._inputs += 1
+
+    def fade(self, amplitude: float) -> None:
+        """Command an amplitude, before the next answer."""
+        self._amplitude.publish(Float64(data=amplitude))
+        self._inputs += 1
+
+    @property
+    def is_matched(self) -> bool:
+        """Whether somebody hears what is published."""
+        outputs = (self._offsets, self._proceed, self._amplitude)
+        return all(one.get_subscription_count() for one in outputs)
 
     def on_gate(self, msg: UInt64MultiArray) -> None:
         """A gate is open."""
         self._open = tuple(msg.data)
-        if self.gates == 0:  # what came before this controller it cannot hear
-            self._rows = self._open[2]
+        if self._first is None:  # what came before this controller it may not have heard
+            self._rows = self._first = self._open[2]
         self.answer()
 
     def answer(self) -> None:
         """Answer once all rows that the gate speaks of are here."""
         gate, _, rows = self._open
-        if gate < 0 or self._rows < rows or self.silent:
+        if gate < 0 or self._rows < rows or self.silent or not self.is_matched:
             return
         self.gates += 1
         self._open = (-1, 0, 0)

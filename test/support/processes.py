@@ -175,6 +175,15 @@ class Process:
         return f"{' '.join(self.command)} {what}; exit code {self._popen.poll()}; output:\n{output}"
 
 
+def any_ends(processes: Sequence[Process], timeout: float = PATIENCE) -> None:
+    """Wait until one of several processes has ended."""
+    deadline = time.monotonic() + timeout
+    while all(one.running for one in processes):
+        assert time.monotonic() < deadline, f"all still run after {timeout} s"
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            processes[0]._popen.wait(0.05)
+
+
 class Starter:
     """Starts processes and keeps them, so that none outlives the test."""
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from std_msgs.msg import UInt64MultiArray
 
+from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS
 
@@ -17,19 +21,26 @@ SIMULATOR = "bouncing_disk"
 class GateAnswers:
     """Answers the gates of a simulator.
 
-    Call `begin` once, `sent` after each input and `heard` after the impacts of a message.
+    Call `begin` once, `sent` after each input and `heard` after the impacts of a message. Rows
+    below `first_row` came before the first gate that was heard: they are not to be answered, or it
+    would depend on who was started first.
     """
 
-    def __init__(self, node: Node, number: int) -> None:
-        self._number, self._rows, self._inputs = number, -1, 0
+    def __init__(self, node: Node, number: int, outputs: Sequence[Publisher]) -> None:
+        """`outputs` publish the controller's inputs."""
+        self._number, self._inputs = number, 0
+        self._outputs = outputs
+        self.first_row: int | None = None  # None: no gate was heard yet
+        self._rows = 0
         self._is_ready = False
-        self._open: tuple[int, int] | None = None
+        self._gate, self._gate_rows, self._message = -1, 0, 0
+        self._answered: UInt64MultiArray | None = None  # to the gate heard last
         gate, proceed = (LOCKSTEP_TOPICS[f"~/{name}"] for name in ("gate", "proceed"))
         self._out = node.create_publisher(
             UInt64MultiArray, f"{SIMULATOR}/proceed", profile_of(proceed)
         )
         node.create_subscription(
-            UInt64MultiArray, f"{SIMULATOR}/gate", self._on_gate, profile_of(gate)
+            UInt64MultiArray, f"{SIMULATOR}/gate", WithInfo(self._on_gate), profile_of(gate)
         )
 
     def begin(self) -> None:
@@ -44,20 +55,32 @@ class GateAnswers:
     def heard(self, rows: int) -> None:
         """Impacts up to so many rows of the run have been answered."""
         self._rows = rows
-        self._answer()
+        if self._answered is None:
+            self._answer()
 
-    def _on_gate(self, msg: UInt64MultiArray) -> None:
+    def _on_gate(self, msg: UInt64MultiArray, info: Mapping[str, Any]) -> None:
         gate, _, rows = msg.data
-        if self._rows < 0:  # what came before this controller it cannot hear
-            self._rows = rows
-        self._open = (gate, rows)
+        message = info["publication_sequence_number"]
+        is_anew = message is not None and message <= self._message
+        if self.first_row is None or is_anew or gate < self._gate:
+            self.first_row = self._rows = rows  # a run that has begun before, or anew
+            self._inputs, self._answered = 0, None
+        self._message = message or 0
+        if gate != self._gate:
+            self._answered = None
+        self._gate, self._gate_rows = gate, rows
         self._answer()
 
     def _answer(self) -> None:
-        if not self._is_ready or self._open is None or self._rows < self._open[1]:
+        """Answer the gate; one that comes again gets the same answer.
+
+        Without a subscriber yet, what is sent would be lost: the gate will come again.
+        """
+        if not self._is_ready or self.first_row is None or self._rows < self._gate_rows:
             return
-        gate, _ = self._open
-        self._open = None
-        data = array("Q", (self._number, gate, self._inputs))
-        self._inputs = 0
-        self._out.publish(UInt64MultiArray(data=data))
+        if not all(one.get_subscription_count() for one in (self._out, *self._outputs)):
+            return
+        if self._answered is None:
+            data = array("Q", (self._number, self._gate, self._inputs))
+            self._answered, self._inputs = UInt64MultiArray(data=data), 0
+        self._out.publish(self._answered)

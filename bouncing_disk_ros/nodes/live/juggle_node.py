@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -61,7 +62,8 @@ class JuggleNode(Node):
         self._lag_out = self.create_publisher(Float64, topic.name, profile_of(topic))
         self._status = self.create_publisher(String, "~/status", LATCHED)
         number = int(values["lockstep_number"])
-        self._gates = GateAnswers(self, number) if number else None
+        outputs = (self._out, self._lag_out)
+        self._gates = GateAnswers(self, number, outputs) if number else None
         for name, kind, callback in (
             ("platform/motion", JointTrajectory, self._on_motion),
             ("disk/impacts", PointCloud2, self._on_impacts),
@@ -172,11 +174,18 @@ class JuggleNode(Node):
             self.get_logger().warning(error.line, once=True)
             return
         if self._loop is not None:
-            for row in rows:
+            for row in self._to_be_answered(rows):
                 self._on_row(self._loop, row, cloud, round(float(rows["time"][-1]) * NS))
             self._report(self._loop)
         if self._gates is not None:
             self._gates.heard(int(rows["index"][-1]) + 1)
+
+    def _to_be_answered(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """In lockstep, rows from the first gate that was heard on."""
+        if self._gates is None:
+            return rows
+        first = self._gates.first_row
+        return rows[:0] if first is None else rows[rows["index"] >= first]
 
     def _on_row(self, loop: WatchedLoop, row: Any, cloud: PointCloud2, last_ns: int) -> None:
         loop.note(row)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
@@ -39,7 +40,7 @@ from bouncing_disk_ros.run.trajectory_validation import (
     schedule_trajectory,
     validate_trajectory,
 )
-from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
+from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Qos
 from bouncing_disk_ros.units import NS
 
 
@@ -70,9 +71,12 @@ class Commands:
     asked only when everything else about a command is right.
     """
 
-    def __init__(self, node: Node, target: CommandNode) -> None:
-        """Subscribe as `node`; `target` is the same node, or stands for it in tests."""
-        self._node, self._target = node, target
+    def __init__(self, node: Node, target: CommandNode, *, keep_all: bool = False) -> None:
+        """Subscribe as `node`; `target` is the same node, or stands for it in tests.
+
+        `keep_all`: see the method.
+        """
+        self._node, self._target, self._keeps_all = node, target, keep_all
         self.subscriptions: dict[str, NumberedSubscription] = {}
         self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
         trajectory = "platform/joint_trajectory"
@@ -93,7 +97,10 @@ class Commands:
             gates = self._target.gates
             if gates is None:
                 return act(data)
-            gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
+            try:
+                gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
+            except InputError as error:
+                self._target.refuse(error)
             gates.go_on()
             return True
 
@@ -105,8 +112,18 @@ class Commands:
                 return False
             return accept(request)
 
-        qos = TOPICS[topic].qos
+        qos = self._qos(topic)
         self.subscriptions[topic] = NumberedSubscription(self._node, kind, topic, qos, take)
+
+    def _qos(self, topic: str) -> Qos:
+        qos = TOPICS[topic].qos
+        return replace(qos, depth=0) if self._keeps_all else qos
+
+    def keep_all(self, keep: bool) -> None:
+        """Lose no message of a burst (in lockstep, where each one is waited for), or go on."""
+        self._keeps_all = keep
+        for name, subscription in self.subscriptions.items():
+            subscription.set_qos(self._qos(name))
 
     # --- requests: False when refused -------------------------------------------------------------
     def programme(self, request: ProgrammeRequest) -> bool:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from array import array
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from rclpy.node import Node
 from std_msgs.msg import UInt64MultiArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value, items_of
+from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.time_map import nanoseconds
@@ -28,14 +30,15 @@ class GateTopics(Gates):
         on_complete: Callable[[], None],
     ) -> None:
         numbers = [int(item) for item in items_of(str(values["lockstep_controllers"]))]
-        super().__init__(numbers, 0)
+        gate, proceed = LOCKSTEP_TOPICS["~/gate"], LOCKSTEP_TOPICS["~/proceed"]
+        super().__init__(numbers, 0, lambda: node.count_publishers(proceed.name))
         self._node, self._refuse, self._on_complete = node, refuse, on_complete
         self.set_timeout(values)
-        gate, proceed = LOCKSTEP_TOPICS["~/gate"], LOCKSTEP_TOPICS["~/proceed"]
         self._publisher = node.create_publisher(UInt64MultiArray, gate.name, profile_of(gate))
         self._subscription = node.create_subscription(
-            UInt64MultiArray, proceed.name, self._on_proceed, profile_of(proceed)
+            UInt64MultiArray, proceed.name, WithInfo(self._on_proceed), profile_of(proceed)
         )
+        self._shown = UInt64MultiArray()
 
     def set_timeout(self, values: Mapping[str, Value]) -> None:
         """Take over the parameter of the silence allowed."""
@@ -48,12 +51,13 @@ class GateTopics(Gates):
 
     def publish(self, time_ns: int, rows: int) -> None:
         """Open a gate at an instant of simulated time, with so many rows of impacts published."""
-        number = self.open(time.monotonic_ns())
-        self._publisher.publish(UInt64MultiArray(data=array("Q", (number, time_ns, rows))))
+        number = self.open(time.monotonic_ns(), rows)
+        self._shown = UInt64MultiArray(data=array("Q", (number, time_ns, rows)))
+        self._publisher.publish(self._shown)
 
-    def _on_proceed(self, msg: UInt64MultiArray) -> None:
+    def _on_proceed(self, msg: UInt64MultiArray, info: Mapping[str, Any]) -> None:
         try:
-            self.answer(msg.data)
+            self.answer(msg.data, info["publication_sequence_number"])
         except InputError as error:
             self._refuse(error)
             return
@@ -61,13 +65,17 @@ class GateTopics(Gates):
 
     def go_on(self) -> None:
         """See whether the gate is complete."""
+        for one in self.drop_predecessors():
+            given = "an input of a controller that ended before its answer"
+            self._refuse(InputError(one.topic, given, "those of the one started since"))
         if self.is_complete:
             self._on_complete()
 
-    def report(self) -> None:
-        """Log, once for each gate, which controllers are silent."""
-        for number in self.newly_silent(time.monotonic_ns()):
-            self._node.get_logger().error(
-                f"lockstep: controller {number} has said nothing at gate {self.number} for "
-                f"{self.timeout_ns / 1e9:g} s: simulated time waits for it"
-            )
+    def watch(self) -> None:
+        """Publish the gate again where an answer is missing; log what time waits for, once."""
+        now_ns = time.monotonic_ns()
+        if self.look(now_ns):
+            self._publisher.publish(self._shown)
+        if words := self.newly_overdue(now_ns):
+            wait = f"simulated time waits for longer than {self.timeout_ns / 1e9:g} s"
+            self._node.get_logger().error(f"lockstep: {words}: {wait}")

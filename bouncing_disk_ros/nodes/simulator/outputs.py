@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,11 +21,18 @@ from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.ros.frames import Frames
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.transforms import TransformPublisher
+from bouncing_disk_ros.run.clock_claim import ClockClaim
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
 from bouncing_disk_ros.units import NS
+
+
+def clock_publishers(node: Node) -> frozenset[bytes]:
+    """The identities of the publishers of /clock in the graph."""
+    found = node.get_publishers_info_by_topic("/clock")
+    return frozenset(bytes(info.endpoint_gid) for info in found)
 
 
 class Outputs:
@@ -41,7 +49,10 @@ class Outputs:
         self._phase = self._publisher(String, "disk/phase")
         self._motion = self._publisher(JointTrajectory, "platform/motion")
         self._offset = self._publisher(JointTrajectory, "platform/offset")
-        self._clock = self._publisher(Clock, "/clock") if times.clock_is_simulated else None
+        self._clock: Publisher | None = None
+        self.clock_claim: ClockClaim | None = None
+        if times.clock_is_simulated:
+            self._claim_clock()
         self._clock_ns = 0
         self._frames = Frames.of(values)
         self._transforms = TransformPublisher(node, values) if values["publish_tf"] else None
@@ -56,6 +67,27 @@ class Outputs:
         publisher = self._node.create_publisher(kind, name, profile_of(TOPICS[name]))
         self._publishers.append(publisher)
         return publisher
+
+    def clock_is_lost(self) -> bool:
+        """Whether another publisher of /clock is to stay in this one's place."""
+        claim = self.clock_claim
+        return claim is not None and claim.is_lost(
+            clock_publishers(self._node), time.monotonic_ns()
+        )
+
+    def _claim_clock(self) -> None:
+        """Publish /clock; its publisher is the one that is new in the graph.
+
+        Where another one has come at this very moment, again.
+        """
+        before = clock_publishers(self._node)
+        self._clock = self._publisher(Clock, "/clock")
+        found = clock_publishers(self._node) - before
+        if len(found) > 1:
+            self._node.destroy_publisher(self._publishers.pop())
+            self._claim_clock()
+        elif found:
+            self.clock_claim = ClockClaim(min(found), time.monotonic_ns())
 
     @property
     def times(self) -> TimeMap:
@@ -126,7 +158,7 @@ class Outputs:
         return stamp
 
     def _show_clock(self, now_ns: int) -> None:
-        if self._clock is not None:
+        if self._clock is not None and not (self.clock_claim and self.clock_claim.is_silent):
             self._clock_ns = now_ns
             self._clock.publish(Clock(clock=conversions.ns_to_time(now_ns)))
 

@@ -16,8 +16,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.nodes.simulator.refusals import inactive, second_clock
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
-from bouncing_disk_ros.nodes.simulator.simulator_run import Run, inactive
+from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
@@ -29,7 +30,7 @@ from bouncing_disk_ros.ros.validated_parameters import (
     with_slider,
 )
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
-from bouncing_disk_ros.run.gates import Gates
+from bouncing_disk_ros.run.gates import Gates, Lockstep
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TickPlan
@@ -37,17 +38,16 @@ from bouncing_disk_ros.run.time_map import TickPlan
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 TICK_NS = (1_000_000, 10_000_000)
 """Bounds of the period of the loop; within them it is that of the samples."""
-CLOCK_SEARCH_SECONDS = 3.5
-"""How long a node that shall publish /clock looks for another publisher of it: discovery
-has been seen to take up to 3.1 s."""
+CLOCK_WATCH_SECONDS = 0.1
+"""How often a node that publishes /clock looks for another publisher of it."""
 
 
 class SimulatorNode(LifecycleNode):
     """The simulator of one disk as a node; further keyword arguments are those of rclpy's Node.
 
     Raises InputError when a parameter, the preset or the ROS graph does not allow a start.
-    `finished` turns true on a lifecycle shutdown; `ticks` is the timer of the loop. A long `~/step`
-    ends early when `stopping` says so.
+    `finished` turns true on a lifecycle shutdown, which `failure` may have caused; `ticks` is the
+    timer of the loop. A long `~/step` ends early when `stopping` says so.
     """
 
     def __init__(
@@ -59,6 +59,7 @@ class SimulatorNode(LifecycleNode):
     ) -> None:
         super().__init__(node_name, **kwargs)
         self.finished = False
+        self.failure: InputError | None = None
         self._stopping = stopping
         self.run: Run | None = None
         self._error: InputError | None = None
@@ -81,7 +82,7 @@ class SimulatorNode(LifecycleNode):
             self, start, self._on_parameters, self.refuse, lambda: self.run is not None
         )
         self._values: dict[str, Value] = self._door.values
-        self.commands = Commands(self, self)
+        self.commands = Commands(self, self, keep_all=self._in_lockstep)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/step", self._on_step)
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -91,6 +92,7 @@ class SimulatorNode(LifecycleNode):
         self._standard = self._standard_services()
         guard_services(self, self.refuse)
         self.create_timer(1.0, self._on_second, clock=self._steady)
+        self.create_timer(CLOCK_WATCH_SECONDS, self._watch_clock, clock=self._steady)
 
     def _standard_services(self) -> StandardServices | None:
         """The services and the action of simulation_interfaces, where that is installed."""
@@ -160,7 +162,12 @@ class SimulatorNode(LifecycleNode):
             raise
         return SUCCESS
 
+    @property
+    def _in_lockstep(self) -> bool:
+        return self._values["lockstep"] != Lockstep.OFF
+
     def _make_run(self) -> None:
+        self.commands.keep_all(self._in_lockstep)
         self.run = Run(self, self._values, self._stopping, self.refuse)
 
     def _set_active(self, active: bool) -> None:
@@ -176,13 +183,16 @@ class SimulatorNode(LifecycleNode):
             run.destroy()
 
     def _refuse_second_clock(self) -> None:
-        """With publish_clock: refuse to start where /clock has a publisher already."""
-        end = time.monotonic() + CLOCK_SEARCH_SECONDS
-        while self._values["publish_clock"] and time.monotonic() < end:
-            if self.count_publishers("/clock"):
-                hint = "Start it without publish_clock, or in another ROS_DOMAIN_ID."
-                raise InputError("publish_clock", True, "false: /clock has a publisher", hint)
-            time.sleep(0.02)  # discovery goes on in threads of the middleware
+        """With publish_clock: refuse to start where /clock is seen to have a publisher already."""
+        if self._values["publish_clock"] and self.count_publishers("/clock"):
+            raise second_clock()
+
+    def _watch_clock(self) -> None:
+        """End where another publisher of /clock was there first, or is to stay."""
+        if self.run is not None and self.run.outputs.clock_is_lost():
+            self.failure = second_clock()
+            self.get_logger().error(self.failure.line)
+            self.trigger_shutdown()
 
     # --- timers -----------------------------------------------------------------------------------
     def _set_ticking(self, ticking: bool) -> None:

@@ -11,10 +11,11 @@ from rclpy.node import Node
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
+from bouncing_disk_ros.nodes.simulator.refusals import ended, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.gates import Lockstep
-from bouncing_disk_ros.run.health import Reading
+from bouncing_disk_ros.run.health import LAG_WARN, Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import (
@@ -47,24 +48,25 @@ class Run:
         self._node, self._values, self._stopping = node, values, stopping
         self._refuse = refuse
         self._times = self._line_through(0, self._ros_now())
-        self._outputs = Outputs(node, self._times, values)
-        self.session = Session(values, self._outputs.record, paused=True)
-        self.loop = Loop(self.session, self._outputs)
+        self.outputs = Outputs(node, self._times, values)
+        self.session = Session(values, self.outputs.record, paused=True)
+        self.loop = Loop(self.session, self.outputs)
         self._steps = Steps()
         self._step_until: int | None = None  # simulated time at which a step under way ends
         self._fault_logged = False
         self._active = False
+        self._waited_ns = 0  # at gates, since the line was set
         self._paused = bool(values["start_paused"])
         self._next_snapshot = 0
         self._lockstep = Lockstep(str(values["lockstep"]))
         self.gates: GateTopics | None = None
         if self._lockstep is not Lockstep.OFF:
             self.gates = GateTopics(node, values, refuse, lambda: self.tick(time.monotonic_ns()))
-            self._open_gate(self.gates)
+            self._begin_gates(self.gates)
 
     def destroy(self) -> None:
         """Take the topics away."""
-        self._outputs.destroy()
+        self.outputs.destroy()
         if self.gates is not None:
             self.gates.destroy()
 
@@ -95,7 +97,8 @@ class Run:
         simulated = self.session.time_ns
         published = self._times.clock_is_simulated
         ros = self._times.to_ros(simulated) if published else self._ros_now()
-        self._times = self._outputs.times = self._line_through(simulated, ros)
+        self._times = self.outputs.times = self._line_through(simulated, ros)
+        self._waited_ns = 0
 
     def _update_paused(self) -> None:
         session, paused = self.session, self._paused or not self._active
@@ -105,7 +108,7 @@ class Run:
             self._next_snapshot = clock + self._snapshot_ns
         self._step_until = None
         session.set_paused(paused)
-        self._publish_work()
+        self.publish_consequences()
 
     @property
     def _snapshot_ns(self) -> int:
@@ -130,7 +133,7 @@ class Run:
         elif self._step_until is not None and self._slice_step(self._step_until):
             self._step_until = None
         if self.gates is not None:
-            self.gates.report()
+            self.gates.watch()
         self._publish_work()
 
     def advance_to(self, until_ns: int) -> None:
@@ -165,9 +168,11 @@ class Run:
         gates = self.gates
         if gates is None:
             return self.loop.slice(until_ns, to_impact=to_impact)
+        self._renew_gate()
         if gates.is_open:
             if not gates.is_complete:
                 return False
+            self._forgive(gates)
             self._apply_inputs(gates)
             if gates.is_open:
                 return False
@@ -193,13 +198,49 @@ class Run:
             self.loop.flush()
             self._open_gate(gates)
 
+    def _begin_gates(self, gates: GateTopics) -> None:
+        """Open the first gate of a series, once all that is due at its instant has been published.
+
+        What came out later would be heard at a gate that does not count it.
+        """
+        self.session.resolve_present()
+        self._open_gate(gates)
+
     def _open_gate(self, gates: GateTopics) -> None:
+        self.loop.finish_samples()
+        self.loop.flush()
         self._publish_work()
         gates.publish(self.session.time_ns, self.session.simulation.rows_total)
 
+    def _renew_gate(self) -> None:
+        """Replace a gate that counts too few rows: a service has brought more about."""
+        gates = self.gates
+        rows = self.session.simulation.rows_total
+        if gates is not None and gates.is_open and rows > gates.rows:
+            self._open_gate(gates)
+
+    def _forgive(self, gates: GateTopics) -> None:
+        """Leave a wait that put simulated time behind out of the line: it is nobody's load.
+
+        Stamps go on along the same line, so that what is counted from them means the same.
+        """
+        now = time.monotonic_ns()
+        lag_ns = self._lag_ns(now)
+        self._waited_ns = min(self._waited_ns + gates.waited_ns(now), lag_ns)
+        if lag_ns >= LAG_WARN * NS:
+            steady_ns = self._times.steady_ns + self._waited_ns
+            self._times, self._waited_ns = replace(self._times, steady_ns=steady_ns), 0
+
+    def _lag_ns(self, now_ns: int) -> int:
+        """How far simulated time is behind its due time, ns of the wall clock."""
+        factor = self._times.factor
+        if self.session.paused or factor == 0.0:
+            return 0
+        return max(0, scaled(self._times.due(now_ns) - self.session.time_ns, 1.0 / factor))
+
     def publish_state(self) -> None:
         """Publish motion, phase and clock as they are now."""
-        self._outputs.state(self.session, not self.session.paused)
+        self.outputs.state(self.session, not self.session.paused)
 
     def _publish_work(self) -> None:
         """Publish what work brought about; say once why a run has ended, if it has."""
@@ -220,6 +261,7 @@ class Run:
             raise ended(self._node, field)
         self.loop.finish_samples()
         session, times = self.session, self._times
+        by_stamps = by_stamps or self.gates is not None
         if session.paused and not times.clock_is_simulated and not by_stamps:
             # real time passes, simulated time stands
             times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
@@ -230,6 +272,7 @@ class Run:
         """Publish what an input has brought about."""
         self.loop.flush()
         self._publish_work()
+        self._renew_gate()
 
     def set_parameters(self, values: Mapping[str, Value]) -> None:
         """Checked parameters, in force from here on."""
@@ -299,12 +342,13 @@ class Run:
         self.loop.restart_speed()
         if not session.paused:
             self._anchor()
-        self.publish_consequences()
+        self.loop.flush()
+        self._publish_work()
         if self.gates is not None:
-            for held in self.gates.drop():
+            for held in self.gates.refuse_all():
                 refused = InputError(held.topic, "an input before the reset", "inputs after it")
                 self._refuse(refused)
-            self._open_gate(self.gates)
+            self._begin_gates(self.gates)
         return "reset" + self._at
 
     @property
@@ -335,39 +379,22 @@ class Run:
     # --- diagnostics ------------------------------------------------------------------------------
     def read(self) -> Reading:
         """What the diagnostics need, once a second."""
-        session, now, factor = self.session, time.monotonic_ns(), self._times.factor
-        lag = 0
-        if not session.paused and factor > 0.0:
-            lag = max(0, scaled(self._times.due(now) - session.time_ns, 1.0 / factor))
+        session, gates, now = self.session, self.gates, time.monotonic_ns()
+        waiting = "" if gates is None else gates.waiting
         return Reading(
             steady_ns=now,
             simulated_ns=session.time_ns,
-            lag_ns=lag,
+            lag_ns=0 if waiting else self._lag_ns(now),
             rows=session.simulation.rows_total,
             skipped=self.loop.skipped,
             accepted=session.accepted,
             energy=None if session.fault else session.simulation.energy(),
             state=self._state,
-            factor=factor,
-            other_publishers=max(0, self._node.count_publishers(self._outputs.motion_topic) - 1),
+            factor=self._times.factor,
+            other_publishers=max(0, self._node.count_publishers(self.outputs.motion_topic) - 1),
             fault=session.fault,
             pending=session.pending,
             motion_index=session.simulation.motion_index,
-            silent=() if self.gates is None else tuple(self.gates.silent(now)),
+            waiting=waiting,
+            overdue=gates is not None and gates.is_overdue(now),
         )
-
-
-def ended(node: Node, field: str) -> InputError:
-    """The refusal of an input by a run that a fault has ended."""
-    name = node.get_fully_qualified_name()
-    hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
-    return InputError(field, "an input after the run has ended", "inputs while a run goes on", hint)
-
-
-def inactive(node: Node, field: str, state: str) -> InputError:
-    """The refusal of an input by a node that is not active."""
-    name = node.get_fully_qualified_name()
-    hint = f"Activate it first: ros2 lifecycle set {name} activate."
-    if state == "unconfigured":
-        hint = f"First: ros2 lifecycle set {name} configure, then activate."
-    return InputError(field, f"an input while {state}", "inputs while the node is active", hint)

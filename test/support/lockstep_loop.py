@@ -1,0 +1,132 @@
+"""A simulator in lockstep with controllers, all in one executor, and digests of what it did."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import rclpy
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.units import NS
+from support.controllers import GateController
+from support.processes import PATIENCE
+
+
+def kept(node: SimulatorNode) -> list[Record]:
+    """Keep the records of the inputs of a node from here on."""
+    assert node.run is not None
+    session, records = node.run.session, []
+    publish = session._record
+
+    def record(one: Record) -> None:
+        records.append(one)
+        publish(one)
+
+    session._record = record
+    return records
+
+
+def digest(records: Sequence[Record], rows: NDArray[Any], count: int) -> str:
+    """Of the first trajectories of a run, and of its impacts until the last of them."""
+    inputs = [one for one in records if one["kind"] == "trajectory"][:count]
+    assert len(inputs) == count
+    text = json.dumps([[one["time_ns"], one["begin_ns"], one["joints"]] for one in inputs])
+    some = rows[rows["time"] <= inputs[-1]["time_ns"] / NS]
+    return hashlib.sha256(text.encode() + columns(some)).hexdigest()
+
+
+def columns(rows: NDArray[Any]) -> bytes:
+    """The bytes of all fields: between them there may be anything."""
+    return b"".join(rows[name].tobytes() for name in rows.dtype.names or ())
+
+
+class Loop:
+    """A simulator in lockstep; `numbers` of controllers that are made elsewhere."""
+
+    def __init__(self, controllers: int, numbers: str = "", **values: Any) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        own = " ".join(str(number) for number in range(1, controllers + 1))
+        values = {"lockstep_controllers": numbers or own, "real_time_factor": 0.0, **values}
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        self.node = SimulatorNode(
+            context=self.context, parameter_overrides=overrides, use_global_arguments=False
+        )
+        self.controllers: list[Any] = []
+        self.executor.add_node(self.node)
+        self.records: list[Record] = []
+        self._first: Record = {}
+        self._clouds: list[NDArray[Any]] = []
+        if self.node.run is not None:
+            self.watch()
+        for number in range(1, controllers + 1):
+            self.add(GateController(number, context=self.context))
+
+    def add(self, node: Node) -> None:
+        """Let the executor run the callbacks of a controller."""
+        self.controllers.append(node)
+        self.executor.add_node(node)
+
+    def watch(self) -> None:
+        """Keep inputs and rows from here on, before anything has moved."""
+        run = self.node.run
+        assert run is not None
+        publish = run.outputs.impacts
+        self._first = {
+            "index": 0, "time_ns": run.session.time_ns, "kind": "snapshot", "held": True,
+            "state": run.session.simulation.snapshot(), "parameters": dict(run.session.values),
+            "version": "",
+        }  # fmt: skip
+        self.records = kept(self.node)
+
+        def impacts(rows: NDArray[Any]) -> None:
+            self._clouds.append(rows.copy())
+            publish(rows)
+
+        run.outputs.impacts = impacts  # type: ignore[method-assign]
+
+    @property
+    def all_records(self) -> list[Record]:
+        """With a snapshot of when they began."""
+        return [self._first, *self.records]
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """All rows of impacts."""
+        return join_rows(self._clouds)
+
+    def spin_until(self, condition: Callable[[], Any]) -> None:
+        """Run callbacks until a condition holds."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, self.node.run and self.node.run.read().waiting
+            self.executor.spin_once(timeout_sec=0.02)
+
+    @property
+    def gate(self) -> int:
+        """The newest gate."""
+        assert self.node.gates is not None
+        return self.node.gates.number
+
+    def close(self) -> None:
+        """Destroy all; again: nothing."""
+        if not self.context.ok():
+            return
+        self.node.destroy_node()
+        for node in self.controllers:
+            node.destroy_node()
+        self.executor.shutdown()
+        rclpy.shutdown(context=self.context)
