@@ -18,10 +18,16 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, ORBIT_DELAY, ORBIT_KIND
 from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
     MEAN_PER_TIME,
     MEASURED,
     measure_attractor,
+)
+from bouncing_disk_ros.collision_map.rotation_map import (
+    ORBIT_SPEED,
+    ORBIT_TURNED,
+    collision_orbit,
 )
 
 IMPACTS = 6_000
@@ -46,24 +52,41 @@ def repeated_speed(repetition: Callable[[float], float], start: float = 0.0) -> 
 def settled_speed(found: Attractor, section: NextCollisionMap, start: float = 0.0) -> float:
     """Mean of α̇/(ωΦ) in time on an attractor of `section`, from a disk with the speed `start`.
 
-    nan at rest and without friction. Over IMPACTS impacts where the attractor does not repeat.
+    Of chaos over IMPACTS impacts. nan at rest, without friction, and where roundings decide how
+    long it is from contact to contact.
     """
-    if found.kind is AttractorKind.REST or math.isinf(section.angular_forcing):
+    unknown = found.kind is AttractorKind.CHATTERING and not found.cycles
+    if found.kind is AttractorKind.REST or unknown or math.isinf(section.angular_forcing):
         return math.nan
-    impacts = len(found.forcing_phases) if found.cycles else IMPACTS
-    results, out = np.empty(MEASURED + 1), np.empty((1, 6))
     given = (
         float(section.axial_forcing), float(section.restitution), float(section.phase_lag),
         float(section.angular_forcing),
     )  # fmt: skip
+    settled = repeated_speed(lambda speed: _repetition(found, given, speed)[0], start)
+    return _repetition(found, given, settled)[1]
 
-    def repetition(speed: float) -> float:
-        state = np.array([found.forcing_phases[0], found.velocities[0], speed, 1.0, 0.0])
-        measure_attractor(state, *given, 0, impacts, out, results)
-        return float(state[2])
 
-    repetition(repeated_speed(repetition, start))
-    return float(results[MEAN_PER_TIME])
+def _repetition(
+    found: Attractor, given: tuple[float, float, float, float], speed: float
+) -> tuple[float, float]:
+    """Speed (ωΦ) after one repetition that begins with `speed`, and its mean in time."""
+    first = float(found.forcing_phases[0]), float(found.velocities[0])
+    if found.kind is not AttractorKind.CHATTERING:
+        impacts = len(found.forcing_phases) if found.cycles else IMPACTS
+        results, state = np.empty(MEASURED + 1), np.array([*first, speed, 1.0, 0.0])
+        measure_attractor(state, *given, 0, impacts, np.empty((1, 6)), results)
+        return float(state[2]), float(results[MEAN_PER_TIME])
+    # up to contact: how many impacts come before it depends on the rotation
+    impacts = len(found.forcing_phases)
+    while True:
+        impacts *= 2
+        rows = np.empty((impacts, ORBIT_TURNED + 1))
+        collision_orbit(*first, speed, *given, impacts, rows)
+        contacts = np.flatnonzero(rows[:, ORBIT_KIND] == MAP_CONTACT)
+        if len(contacts):
+            rows = rows[: contacts[0] + 1]
+            mean = rows[:, ORBIT_TURNED].sum() / rows[:, ORBIT_DELAY].sum()
+            return float(rows[-1, ORBIT_SPEED]), float(mean)
 
 
 def settled_speeds(

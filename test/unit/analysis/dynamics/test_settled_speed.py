@@ -17,6 +17,8 @@ from bouncing_disk_ros.collision_map.lyapunov_and_speed import (
     MEASURED,
     measure_attractor,
 )
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
 
 STARTS = [(x, -y) for x in np.linspace(0.0, 6.0, 6) for y in (0.3, 1.3, 2.9)]
 FORCINGS = (1e-3, 1.0, 100.0, 1e5, 1e12)
@@ -83,6 +85,26 @@ def test_frictions_that_cancel_keep_the_speed_of_the_start() -> None:
 
     found = [repeated_speed(repetition, start) for start in (-2.0, -0.25, 0.0, 0.125, 0.75)]
     assert found == pytest.approx([-0.375, -0.25, 0.0, 0.125, 0.5], abs=1e-15)
+
+
+@pytest.mark.parametrize("angular_forcing", [0.5, 3.63, 200.0])
+def test_contact_after_a_chatter_has_the_speed_of_the_simulation(angular_forcing: float) -> None:
+    """Friction decides later than the axial map how a chatter ends: it has more impacts then."""
+    given = (0.379, 0.67, -3.26, angular_forcing)
+    known = find_attractors(NextCollisionMap(*given), STARTS)
+    assert known.found[0].name == "chattering (1 cycle)"
+    run = Simulation(
+        Motion(given[0], 1.0, 1.0 / math.tau, given[2]),
+        Disk(1.0, given[1], 1.0 / angular_forcing, 1.0, 1.0, 1.0 / math.pi),
+        InitialState(),
+    )
+    angles = []
+    for k in (3000, 3001):
+        run.advance(round(k * math.tau * 1e9))
+        angles.append(run.sample().unwrapped_angle)
+    expected = (angles[1] - angles[0]) / math.tau
+    found = settled_speeds(known, NextCollisionMap(*given), np.zeros(1))[0, 0]
+    assert found == pytest.approx(expected, abs=1e-8)  # instants are whole nanoseconds
 
 
 def test_rest_has_no_speed() -> None:
