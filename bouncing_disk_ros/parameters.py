@@ -7,6 +7,7 @@ Every default has its home here. A value is checked by `Spec.checked` (one value
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,10 @@ from bouncing_disk_ros.errors import InputError, closest
 
 Value = bool | int | float | str
 TYPE_NAMES = MappingProxyType({bool: "bool", int: "integer", float: "double", str: "string"})
+
+
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|\+?\.?inf")
+"""Numbers that YAML 1.1 reads as texts, as Python writes them."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,8 @@ class Spec:
     """The texts that are allowed, where only some are."""
     unlimited: bool = False
     """Whether inf stands for its highest value, which is no limit."""
+    numbers: bool = False
+    """Whether it is a text of whole numbers, of which one alone may come as a number."""
 
     @property
     def type(self) -> type[Value]:
@@ -97,16 +104,20 @@ class Spec:
             return joined(given) if all(isinstance(one, str) for one in given) else given
         if given is False and "off" in self.words:  # as YAML reads it
             return "off"
+        if self.numbers and type(given) is int:  # as YAML reads one of them
+            return str(given)
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
+        if self.type is float and isinstance(given, str) and _NUMBER.fullmatch(given):
+            given = float(given)  # 1e-06 and inf: `ros2 param load` reads texts there
+        if self.unlimited and given == math.inf:
+            return self.high
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
         return given if angle is None else angle
 
     def checked(self, given: object) -> Value:
         """The value to use, cast, or InputError."""
         value = self.cast(given)
-        if self.unlimited and value == math.inf:
-            value = self.high
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
             raise InputError(self.name, given, self.allowed, hint)
@@ -217,7 +228,7 @@ _SPECS = (
          "impact: after each row of disk/impacts, until the controllers have answered on ~/proceed",
          words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
     Spec("lockstep_controllers", "1", "", "numbers of the controllers that answer each gate, with "
-         "blanks between them", while_unconfigured=True, source="chosen"),
+         "blanks between them", while_unconfigured=True, numbers=True, source="chosen"),
     Spec("lockstep_timeout", 0.5, "s", "what simulated time waits for at a gate for so long (wall "
          "time) is reported; a gate without an answer is published again as often", low=1e-3,
          high=1e6, source="chosen"),

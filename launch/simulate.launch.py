@@ -54,9 +54,17 @@ def _flag(given):
     return given in TRUE
 
 
-#: parameters of the simulator that are arguments here -> their value from what is given
-PARAMETERS = {"preset": _text, "real_time_factor": float, "publish_clock": _flag,
-              "autostart": _flag, "publish_tf": _flag, "frame_prefix": _text}  # fmt: skip
+def _number(given, name):
+    """The number that an argument gives; ValueError names it."""
+    try:
+        return float(given[name])
+    except ValueError:
+        raise ValueError(f"{name}: got {given[name]!r}, allowed: a number") from None
+
+
+#: parameters of the simulator that are arguments here and no numbers -> their value from the text
+PARAMETERS = {"preset": _text, "publish_clock": _flag, "autostart": _flag, "publish_tf": _flag,
+              "frame_prefix": _text}  # fmt: skip
 
 
 def generate_launch_description():
@@ -82,6 +90,8 @@ def _nodes(context):
 
 def _simulator(given, flags, shared, viewers):
     values = {name: value(given[name]) for name, value in PARAMETERS.items() if given[name]}
+    if given["real_time_factor"]:
+        values["real_time_factor"] = _number(given, "real_time_factor")
     parameters = [given["params_file"]] if given["params_file"] else []
     respawn = "respawn" in flags
     return Node(
@@ -110,7 +120,8 @@ def _at_the_end(flags, viewers):
 def _transforms(given, flags, shared):
     """What publishes transforms besides the simulator: robot_state_publisher, the disk's place."""
     place, prefix = [given[axis] for axis in "xyz"], given["frame_prefix"]
-    if not prefix and any(float(length) for length in place):
+    lengths = [_number(given, axis) for axis in "xyz"]
+    if not prefix and any(lengths):
         raise ValueError("x, y and z need a frame_prefix: without it the frame is world itself")
     nodes = []
     if "robot_state_publisher" in flags:

@@ -184,7 +184,7 @@ def own_values(changes: Sequence[Parameter]) -> dict[str, Value]:
 
 
 def cast(changes: Sequence[Parameter]) -> list[Parameter]:
-    """Integers and parts of π given for doubles as doubles; everything else as it is."""
+    """What `Spec.cast` makes of each value, such as a double of an integer or a part of π."""
     return [
         _cast(change, TABLE[change.name]) if change.name in TABLE else change for change in changes
     ]
@@ -194,4 +194,4 @@ def _cast(change: Parameter, spec: Spec) -> Parameter:
     value = spec.cast(change.value)
     if value is change.value:
         return change
-    return Parameter(change.name, Parameter.Type.DOUBLE, value)
+    return Parameter(change.name, value=value)

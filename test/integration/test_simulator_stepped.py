@@ -7,13 +7,15 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+import yaml
 from rclpy.lifecycle import TransitionCallbackReturn
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
@@ -318,6 +320,38 @@ def test_a_dump_can_be_loaded_again_without_a_refusal(make: Make) -> None:
     dump = [node.get_parameter(name) for name in (*TABLE, "start_type_description_service")]
     assert all(node.set_parameters_atomically([each]).successful for each in dump)
     assert node.set_parameters_atomically([Parameter("mass", value=1.0)]).reason.startswith("mass")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"lockstep": "tick", "lockstep_controllers": "1 2", "offset_limit": math.inf},
+        {"lockstep": "impact", "lockstep_controllers": "7", "mass": 1e-6, "preload": 1e-07},
+        {spec.name: spec.low for spec in TABLE.values() if spec.type is float and spec.low},
+        {spec.name: spec.high for spec in TABLE.values() if spec.type is float and spec.high},
+    ],
+    ids=["defaults", "lockstep", "small", "lowest", "highest"],
+)
+def test_what_ros2_param_dump_writes_ros2_param_load_reads(
+    make: Make, tmp_path: Path, values: dict[str, Any]
+) -> None:
+    """Also texts that it makes numbers or booleans of, and numbers that it makes texts of."""
+    odd = {"initial_axial_velocity": 0.0, "real_time_factor": 1.0, "preload": 1e-07}
+    simulator = make(autostart=False, **{**values, **{k: v for k, v in odd.items() if k in values}})
+    node = simulator.node
+    names = [*TABLE, "start_type_description_service"]
+    before = {name: node.get_parameter(name).value for name in names}
+    file = tmp_path / "dump.yaml"
+    file.write_text(yaml.dump({"/bouncing_disk": {"ros__parameters": before}}))
+    read = parameter_dict_from_yaml_file(str(file))
+    for configured in (False, True):  # what is fixed then stays
+        if configured:
+            node.trigger_configure()
+        for name, message in read.items():
+            result = node.set_parameters_atomically([Parameter.from_parameter_msg(message)])
+            assert result.successful, (name, message.value, result.reason)
+    assert {name: node.get_parameter(name).value for name in names} == before
 
 
 def test_a_parameter_cannot_be_deleted(make: Make) -> None:

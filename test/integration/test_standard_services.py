@@ -20,9 +20,12 @@ from bouncing_disk_ros.testing import SteppedSimulator
 from support.standard_types import (
     TYPES,
     Answer,
+    EntitiesAnswer,
+    EntitiesRequest,
     EntityAnswer,
     FeaturesAnswer,
     Goal,
+    OldSetEntityRequest,
     ResetRequest,
     Result,
     SetEntityRequest,
@@ -75,7 +78,7 @@ def test_features_are_known_ones(make: Make) -> None:
     _, services = make()
     features = services.get_features(None, FeaturesAnswer()).features
     assert features.features == [getattr(SimulatorFeatures, name) for name in FEATURES]
-    assert SimulatorFeatures.SIMULATION_RESET_TIME not in features.features
+    assert SimulatorFeatures.SIMULATION_RESET_TIME in features.features
     assert "platform" in features.custom_info
 
 
@@ -102,8 +105,8 @@ def test_what_cannot_be_set_or_reset_says_so(make: Make) -> None:
     simulator, services = make()
     unsupported = Result.RESULT_FEATURE_UNSUPPORTED
     assert set_state(services, SimulationState.STATE_NO_WORLD).result == unsupported
-    for scope in (ResetRequest.SCOPE_TIME, ResetRequest.SCOPE_SPAWNED):
-        assert services.reset(ResetRequest(scope), Answer()).result.result == unsupported
+    reset = services.reset(ResetRequest(ResetRequest.SCOPE_SPAWNED), Answer())
+    assert reset.result.result == unsupported
     for flag in ("set_pose", "set_acceleration"):
         request = SetEntityRequest("disk", **{flag: True})
         assert services.set_entity_state(request, Answer()).result.result == unsupported
@@ -136,8 +139,10 @@ def test_a_reset_of_everything_begins_a_new_run(make: Make) -> None:
     simulator.advance(1.0)
     reset = services.reset(ResetRequest(ResetRequest.SCOPE_STATE), Answer())
     assert (reset.result.result, simulator.time) == (Result.RESULT_OK, 1.0)
-    assert services.reset(ResetRequest(), Answer()).result.result == Result.RESULT_OK
-    assert simulator.time == 0.0
+    for scope in (ResetRequest.SCOPE_DEFAULT, ResetRequest.SCOPE_TIME):
+        assert services.reset(ResetRequest(scope), Answer()).result.result == Result.RESULT_OK
+        assert simulator.time == 0.0
+        simulator.advance(0.5)
     assert simulator.node.run is not None
     assert simulator.node.run.active
 
@@ -240,6 +245,61 @@ def test_the_twist_of_the_disk_is_set_by_an_impulse_on_record(make: Make) -> Non
     answer = services.set_entity_state(request, Answer())
     assert answer.result.result == Result.RESULT_OPERATION_FAILED
     assert "The disk moves along and about z only" in answer.result.error_message
+
+
+def test_the_older_version_sets_the_twist_and_no_other_pose(make: Make) -> None:
+    """Its request has no flags: a pose left out, or the present one, is not set."""
+    simulator, services = make(initial_height=0.5)
+    simulator.advance(0.125)
+    present = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    request = OldSetEntityRequest("disk")
+    for pose in (request.state.pose, present.pose):
+        request.state.pose = pose
+        request.state.twist.linear.z += 1.0
+        assert services.set_entity_state(request, Answer()).result.result == Result.RESULT_OK
+        assert simulator.state.axial_velocity == pytest.approx(request.state.twist.linear.z)
+    request.state.pose.position.z += 0.1
+    answer = services.set_entity_state(request, Answer())
+    assert answer.result.result == Result.RESULT_FEATURE_UNSUPPORTED
+    assert "leave the pose out" in answer.result.error_message
+
+
+@pytest.mark.parametrize("kind", [OldSetEntityRequest, SetEntityRequest])
+def test_frames_have_their_prefix_and_others_are_refused(make: Make, kind: type[Any]) -> None:
+    _, services = make(frame_prefix="left/", world_frame="map")
+    for entity in ("disk", "platform"):
+        state = services.get_entity_state(SimpleNamespace(entity=entity), EntityAnswer()).state
+        assert state.header.frame_id == "left/map"
+    request = kind("disk")
+    request.set_twist = True
+    for frame, code in (
+        ("", Result.RESULT_OK),
+        ("left/map", Result.RESULT_OK),
+        ("left/disk", Result.RESULT_FEATURE_UNSUPPORTED),
+        ("world", Result.RESULT_FEATURE_UNSUPPORTED),
+    ):
+        request.state.header.frame_id = frame
+        answer = services.set_entity_state(request, Answer())
+        assert answer.result.result == code, answer.result.error_message
+
+
+def test_entities_are_listed_by_their_names(make: Make) -> None:
+    _, services = make()
+
+    def listed(name: str = "", **filters: Any) -> EntitiesAnswer:
+        answer: EntitiesAnswer = services.get_entities(
+            EntitiesRequest(name, **filters), EntitiesAnswer()
+        )
+        return answer
+
+    assert listed().entities == ["disk", "platform"]
+    assert listed("^pla.*m$").entities == ["platform"]
+    assert listed("table").entities == []
+    failed, unsupported = Result.RESULT_OPERATION_FAILED, Result.RESULT_FEATURE_UNSUPPORTED
+    assert listed("(").result.result == failed
+    assert listed("(((((((((a+)+)+)+)+)+)+)+)+)$").entities == []
+    for filters in ({"categories": [1]}, {"tags": ["round"]}, {"bounds": 3}):
+        assert listed(**filters).result.result == unsupported
 
 
 def test_quitting_ends_the_process(make: Make) -> None:

@@ -1,4 +1,4 @@
-"""Stand-ins for the modules of simulation_interfaces 2.1, which is not on PyPI.
+"""Stand-ins for the modules of simulation_interfaces 1.5.1 (of Jazzy) and 2.1: it is not on PyPI.
 
 Fields and constants are those of the published .msg, .srv and .action files.
 """
@@ -120,6 +120,33 @@ class SetEntityRequest:
         self.set_pose = flags.get("set_pose", False)
         self.set_twist = flags.get("set_twist", False)
         self.set_acceleration = flags.get("set_acceleration", False)
+
+
+class OldSetEntityRequest:
+    """SetEntityState_Request of 1.5.1, which sets the whole state."""
+
+    def __init__(self, entity: str) -> None:
+        self.entity, self.state = entity, EntityState()
+
+
+class EntitiesRequest:
+    """GetEntities_Request."""
+
+    def __init__(self, name: str = "", **filters: Any) -> None:
+        self.filters = SimpleNamespace(
+            filter=name,
+            categories=filters.get("categories", []),
+            tags=SimpleNamespace(tags=filters.get("tags", []), filter_mode=0),
+            bounds=SimpleNamespace(type=filters.get("bounds", 0), points=[]),
+        )
+
+
+class EntitiesAnswer(Answer):
+    """GetEntities_Response."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.entities: list[str] = []
 
 
 class Feedback:

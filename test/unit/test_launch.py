@@ -257,19 +257,69 @@ def test_rviz_shows_the_topics_that_exist() -> None:
     assert shown[0] in {topic.name for topic in topics.TOPICS.values()}
 
 
-def test_a_juggler_knows_the_disk_of_the_preset(fakes: None) -> None:
-    *declared, simulator, function = entities(JUGGLE)
-    names = [argument.args[0] for argument in declared]
-    assert len(names) == len(set(names))
-    values = dict(simulator.launch_arguments)
-    assert values.keys() <= {e.args[0] for e in entities(SIMULATE)[:-1]}
-    defaults = {argument.args[0]: argument.default_value for argument in declared}
-    given = defaults | {"restitution_error": "0.1", "missed": "0.2", "strategy": "small"}
-    (node,) = function.function(SimpleNamespace(launch_configurations=given))
+@pytest.fixture
+def juggler(fakes: None) -> Callable[..., Any]:
+    """The juggler of juggle.launch.py with some arguments."""
+
+    def node(**given: str) -> Any:
+        *declared, _, function = entities(JUGGLE)
+        defaults = {argument.args[0]: argument.default_value for argument in declared}
+        assert given.keys() <= defaults.keys()
+        (found,) = function.function(SimpleNamespace(launch_configurations=defaults | given))
+        return found
+
+    return node
+
+
+def test_a_juggler_knows_the_disk_of_the_preset(juggler: Callable[..., Any]) -> None:
+    node = juggler(restitution_error="0.1", missed="0.2", strategy="small")
     assert node.executable in executables.EXECUTABLES
     found = parameters_of(node)
-    assert found.keys() <= juggle.OPTIONS.keys()
-    disk = load_preset(defaults["preset"])
+    assert found.keys() <= juggle.OPTIONS.keys() | {"use_sim_time"}
+    disk = load_preset("pizza_multiple_toss")
     assert found["restitution"] == pytest.approx(1.1 * float(disk["restitution"]))
     assert found["gravity"] == float(disk["gravity"])
     assert (found["strategy"], found["missed"], found["delay"]) == ("small", 0.2, 0.0)
+
+
+def test_juggle_takes_all_arguments_of_the_simulator_and_passes_them_on(fakes: None) -> None:
+    *declared, simulator, _ = entities(JUGGLE)
+    names = [argument.args[0] for argument in declared]
+    assert len(names) == len(set(names))
+    known = {e.args[0]: e for e in entities(SIMULATE) if e.kind == "DeclareLaunchArgument"}
+    assert dict(simulator.launch_arguments).keys() == known.keys() <= set(names)
+    for argument in declared:
+        name = argument.args[0]
+        if name in known and name != "preset":
+            assert argument.default_value == known[name].default_value
+            assert argument.choices == known[name].choices
+
+
+def test_what_concerns_both_nodes_reaches_the_juggler_too(
+    juggler: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("/**: {ros__parameters: {restitution: 0.7, real_time_factor: 3.0}}")
+    given = {"params_file": str(file), "name": "rotor", "use_sim_time": "true"}
+    node = juggler(namespace="lab", log_level="debug", **given)
+    found = parameters_of(node)
+    assert (found["restitution"], found["real_time_factor"]) == (0.7, 3.0)
+    assert found["use_sim_time"] is True
+    assert parameters_of(juggler(real_time_factor="2", **given))["real_time_factor"] == 2.0
+    assert node.namespace == "lab"
+    assert node.ros_arguments == ["--log-level", "debug"]
+    assert dict(node.remappings) == {
+        f"bouncing_disk/{topic}": f"rotor/{topic}" for topic in ("gate", "proceed")
+    }
+
+
+@pytest.mark.parametrize("name", ["restitution_error", "delay", "jitter", "real_time_factor"])
+def test_an_argument_of_a_wrong_type_is_named(juggler: Callable[..., Any], name: str) -> None:
+    with pytest.raises(ValueError, match=f"{name}: got 'fast', allowed: a number"):
+        juggler(**{name: "fast"})
+
+
+@pytest.mark.parametrize("name", ["real_time_factor", "x", "z"])
+def test_so_it_is_for_the_simulator(describe: Describe, name: str) -> None:
+    with pytest.raises(ValueError, match=f"{name}: got 'far', allowed: a number"):
+        describe(**{name: "far"})

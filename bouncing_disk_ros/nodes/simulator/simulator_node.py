@@ -101,7 +101,8 @@ class SimulatorNode(LifecycleNode):
             return None
         standard = StandardServices(self, types)
         for name, (kind, callback) in standard.callbacks.items():
-            self.create_service(getattr(types.srv, kind), name, callback)
+            if hasattr(types.srv, kind):
+                self.create_service(getattr(types.srv, kind), name, callback)
         self._steps = ActionServer(
             self, types.action.SimulateSteps, "~/simulate_steps", standard.simulate_steps,
             cancel_callback=lambda _goal: CancelResponse.ACCEPT,

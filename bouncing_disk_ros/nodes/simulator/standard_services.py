@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import re
 import time
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -19,12 +20,13 @@ from bouncing_disk_ros.core.model import Disk, Phase, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.ros.frames import Frames
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
-from bouncing_disk_ros.topics import WORLD_FRAME
 
 ENTITIES = ("disk", "platform")
 FEATURES = (
-    "ENTITY_STATE_GETTING", "ENTITY_STATE_SETTING", "SIMULATION_RESET", "SIMULATION_RESET_STATE",
+    "ENTITY_STATE_GETTING", "ENTITY_STATE_SETTING", "SIMULATION_RESET", "SIMULATION_RESET_TIME",
+    "SIMULATION_RESET_STATE",
     "SIMULATION_STATE_GETTING", "SIMULATION_STATE_SETTING", "SIMULATION_STATE_PAUSE",
     "STEP_SIMULATION_SINGLE", "STEP_SIMULATION_MULTIPLE", "STEP_SIMULATION_ACTION",
 )  # fmt: skip
@@ -32,6 +34,8 @@ INFORMATION = (
     "bouncing_disk_ros: the entities are disk and platform; a step is step_periods periods of the "
     "platform; of an entity's state only the twist of the disk along and about z can be set"
 )
+LONGEST_FILTER = 100
+"""Characters of a regular expression that are read: there are two names to be matched."""
 TURN_SECONDS = 0.02
 """Wall time of steps of an action between which the node does other work."""
 
@@ -64,7 +68,11 @@ def installed_types() -> SimpleNamespace | None:
 
 
 class StandardServices:
-    """Answers the requests of simulation_interfaces; `types` as `installed_types` gives them."""
+    """Answers the requests of simulation_interfaces; `types` as `installed_types` gives them.
+
+    Versions 1.5.1 (of ROS 2 Jazzy) and 2.1 are known. They differ in SetEntityState: the older one
+    has no flags that say what is to be set.
+    """
 
     def __init__(self, node: StandardNode, types: Any) -> None:
         self._node, self._types = node, types
@@ -77,6 +85,7 @@ class StandardServices:
             "~/set_simulation_state": ("SetSimulationState", self.set_state),
             "~/step_simulation": ("StepSimulation", self.step),
             "~/reset_simulation": ("ResetSimulation", self.reset),
+            "~/get_entities": ("GetEntities", self.get_entities),
             "~/get_entity_state": ("GetEntityState", self.get_entity_state),
             "~/set_entity_state": ("SetEntityState", self.set_entity_state),
         }
@@ -145,13 +154,13 @@ class StandardServices:
         return self._carry_out(response, change, type(response).STATE_TRANSITION_ERROR)
 
     def reset(self, request: Any, response: Any) -> Any:
-        """The state alone, as ~/reset does; everything: a new run at time 0."""
+        """The state alone, as ~/reset does; time or everything: a new run at time 0."""
         kind, run = type(request), self._node.run
         if run is None or not run.active:
             return self._inactive(response)
         scope = request.scope or kind.SCOPE_ALL
-        if not scope & kind.SCOPE_STATE:
-            message = "only SCOPE_STATE and SCOPE_ALL can be reset"
+        if not scope & (kind.SCOPE_STATE | kind.SCOPE_TIME):
+            message = "only SCOPE_STATE, SCOPE_TIME (with the state) and SCOPE_ALL can be reset"
             return self._answer(response, self._result.RESULT_FEATURE_UNSUPPORTED, message)
         if not scope & kind.SCOPE_TIME:
             return self._carry_out(response, run.reset, self._result.RESULT_OPERATION_FAILED)
@@ -238,35 +247,72 @@ class StandardServices:
         await self._next_tick
 
     # --- entities ---------------------------------------------------------------------------------
+    def get_entities(self, request: Any, response: Any) -> Any:
+        """The names that match a regular expression; other filters are not supported."""
+        filters = request.filters
+        if filters.categories or filters.tags.tags or filters.bounds.type:
+            message = "entities can be filtered by their names only"
+            return self._answer(response, self._result.RESULT_FEATURE_UNSUPPORTED, message)
+        try:
+            found = [one for one in ENTITIES if re.search(filters.filter[:LONGEST_FILTER], one)]
+        except (re.error, OverflowError, RecursionError) as error:
+            message = f"filter {filters.filter[:40]!r} is no regular expression: {error}"
+            return self._answer(response, self._result.RESULT_OPERATION_FAILED, message)
+        response.entities = found
+        return self._answer(response, self._result.RESULT_OK)
+
     def get_entity_state(self, request: Any, response: Any) -> Any:
-        """Pose, twist and acceleration (of the disk) along and about z."""
+        """Pose, twist and acceleration (of the disk) along and about z, in the world's frame."""
         run = self._node.run
         if request.entity not in ENTITIES:
             return self._unknown(request, response)
         if run is None:
             return self._inactive(response)
-        sample, disk = run.session.simulation.sample(), run.session.simulation.disk
-        fill_entity_state(response.state, request.entity, sample, disk)
-        response.state.header.stamp = ns_to_time(run.stamp_ns)
+        self._fill(response.state, request.entity, run)
         return self._answer(response, self._result.RESULT_OK)
+
+    def _fill(self, state: Any, entity: str, run: Run) -> None:
+        simulation = run.session.simulation
+        fill_entity_state(state, entity, simulation.sample(), simulation.disk)
+        state.header.frame_id = Frames.of(run.session.values).world
+        state.header.stamp = ns_to_time(run.stamp_ns)
 
     def set_entity_state(self, request: Any, response: Any) -> Any:
         """The twist of the disk along and about z, by the impulse that brings it about."""
-        unsupported = self._result.RESULT_FEATURE_UNSUPPORTED
+        run = self._node.run
         if request.entity not in ENTITIES:
             return self._unknown(request, response)
-        if request.entity != "disk":
-            return self._answer(response, unsupported, "command the platform: platform/command")
-        if request.set_pose or request.set_acceleration:
-            return self._answer(response, unsupported, "only the twist of the disk can be set")
-        run = self._node.run
         if run is None or not run.active:
             return self._inactive(response)
-        if not request.set_twist:
+        if why := self._cannot_be_set(request, run):
+            return self._answer(response, self._result.RESULT_FEATURE_UNSUPPORTED, why)
+        if not getattr(request, "set_twist", True):
             return self._answer(response, self._result.RESULT_OK)
         why = self._node.apply_impulse(impulse_to_twist(request.state.twist, run))
         code = self._result.RESULT_OPERATION_FAILED if why else self._result.RESULT_OK
         return self._answer(response, code, why)
+
+    def _cannot_be_set(self, request: Any, run: Run) -> str:
+        """Why such a state cannot be set; empty where it can.
+
+        Without flags (version 1.5.1) a pose that is left out, or the present one, is not set, and
+        the acceleration may be ignored.
+        """
+        if request.entity != "disk":
+            return "command the platform: platform/command"
+        frame, world = request.state.header.frame_id, Frames.of(run.session.values).world
+        if frame not in ("", world):
+            return f"a state in frame {frame[:40]!r}: only {world!r} or none is supported"
+        if hasattr(request, "set_pose"):
+            sets_more = request.set_pose or request.set_acceleration
+        else:
+            present = type(request.state)()
+            self._fill(present, request.entity, run)
+            pose = request.state.pose
+            sets_more = pose not in (present.pose, type(pose)())
+        if sets_more:
+            return "only the twist of the disk can be set: leave the pose out, or as it is (paused)"
+        return ""
 
     def _unknown(self, request: Any, response: Any) -> Any:
         message = f"no entity {request.entity[:40]!r}; there are {' and '.join(ENTITIES)}"
@@ -275,7 +321,6 @@ class StandardServices:
 
 def fill_entity_state(state: Any, entity: str, sample: Sample, disk: Disk) -> None:
     """Write the state of the disk or the platform into an EntityState."""
-    state.header.frame_id = WORLD_FRAME
     twist, acceleration = state.twist, state.acceleration
     if entity == "disk":
         angle = sample.angle
