@@ -28,8 +28,8 @@ from bouncing_disk_ros.proof.event_functions import (
     slip_of,
 )
 from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, State
-from bouncing_disk_ros.proof.fading_platform import platform_of
 from bouncing_disk_ros.proof.interval_platform import Platform, interval, seconds
+from bouncing_disk_ros.proof.offset_platform import platform_of
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
 _NO_BOUNCE = 1.0001e-17

@@ -24,9 +24,9 @@ from bouncing_disk_ros.proof.event_functions import (
     slip_of,
 )
 from bouncing_disk_ros.proof.exact_records import Event, Kind
-from bouncing_disk_ros.proof.fading_platform import platform_of
 from bouncing_disk_ros.proof.flight_proof import prove_crossing, time_margin, verdict_of
 from bouncing_disk_ros.proof.interval_platform import Platform
+from bouncing_disk_ros.proof.offset_platform import platform_of
 from bouncing_disk_ros.proof.positivity import positive_from_start
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
@@ -67,16 +67,16 @@ def _prove_no_slip(event: Event, platform: Platform) -> Verdict:
 
 
 def _conditions(event: Event, platform: Platform) -> list[Condition]:
-    state, disk, fading = event.before, event.disk, event.motion.fading
-    found = [Condition("load", load_of(platform, disk), Kind.SEPARATION, 0.0, not fading)]
+    state, disk, repeats = event.before, event.disk, event.motion.repeats
+    found = [Condition("load", load_of(platform, disk), Kind.SEPARATION, 0.0, repeats)]
     if state.phase is Phase.STICKING:
         for sign in (1.0, -1.0):
             margin = margin_of(platform, disk, sign)
-            found.append(Condition("stick margin", margin, Kind.SLIP, -sign, not fading))
+            found.append(Condition("stick margin", margin, Kind.SLIP, -sign, repeats))
     elif disk.grip > 0.0:
         slip = slip_of(platform, state, disk, event.inherited)
         grows = disk.grip * disk.g + state.slip_sign * disk.lag <= 0.0
-        found.append(Condition("slip", slip, Kind.SLIP_ENDS, 0.0, grows and not fading))
+        found.append(Condition("slip", slip, Kind.SLIP_ENDS, 0.0, grows and repeats))
     return found
 
 

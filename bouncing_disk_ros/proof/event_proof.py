@@ -38,13 +38,12 @@ def prove(event: Event) -> Verdict:
     """Prove or refute that nothing comes before this event, and that it is one."""
     if not _is_finite(event):
         return Verdict(Outcome.REFUTED, f"{event.kind} with a number that is not finite")
-    if event.motion.has_offset:
-        return Verdict(Outcome.UNDECIDED, f"{event.kind} with an offset trajectory is not covered")
     with ctx.workprec(precision_for(event)):
         if event.before.phase is Phase.FLIGHT and event.kind in (Kind.IMPACT, Kind.PROPAGATED):
             return prove_flight(event)
         if event.disk.brake > 0.0 and event.kind is not Kind.STILL:
-            return Verdict(Outcome.UNDECIDED, f"{event.kind} with a brake is not covered")
+            where = "a chatter" if event.kind is Kind.CHATTER else "contact"
+            return Verdict(Outcome.NOT_COVERED, f"{where} under a brake")
         if event.before.phase is not Phase.FLIGHT:
             return prove_contact(event)
         if event.kind is Kind.STILL:

@@ -11,15 +11,22 @@ from bouncing_disk_ros.core.layout import (
     FADE,
     IMPACT,
     NEVER,
-    OFFSET_DTYPE,
     SEPARATION,
     SLIP,
     SLIP_ENDS,
     STILLED,
 )
 from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.core.offset import Segment
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, Kind, MotionRecord, State
+from bouncing_disk_ros.proof.exact_records import (
+    DiskRecord,
+    Event,
+    Kind,
+    MotionRecord,
+    OffsetPiece,
+    State,
+)
 
 _KINDS = {
     IMPACT: Kind.IMPACT,
@@ -46,14 +53,23 @@ def state_of(record: Any) -> State:
     )
 
 
-def motion_of(record: Any) -> MotionRecord:
-    """The numbers of a motion record (layout.MOTION_DTYPE, OFFSET_DTYPE)."""
+def motion_of(engine: Engine) -> MotionRecord:
+    """The numbers of the motion in force (layout.MOTION_DTYPE), and what states its offsets."""
+    record = engine.base
     m = record[0]
     begin, end, cycles = (int(m[name]) for name in ("begin_ns", "end_ns", "cycles"))
     names = ("tau", "a", "da", "p", "dp", "f", "df", "lag", "dlag")
     numbers = (float(m[name]) for name in names)
-    has_offset = record.dtype == OFFSET_DTYPE
-    return MotionRecord._make((bool(m["kind"] == FADE), begin, end, cycles, *numbers, has_offset))
+    offsets = map(_offset_of, engine.segments)
+    return MotionRecord._make((bool(m["kind"] == FADE), begin, end, cycles, *numbers, *offsets))
+
+
+def _offset_of(segment: Segment) -> OffsetPiece | None:
+    if segment.degree == 0 and segment.start.position == 0.0:
+        return None
+    return OffsetPiece(
+        segment.begin_ns, segment.end_ns, tuple(segment.start), tuple(segment.end), segment.degree
+    )
 
 
 def disk_of(record: Any) -> DiskRecord:
@@ -119,7 +135,7 @@ class TracedEngine(Engine):
         name = _KINDS.get(kind, Kind.PROPAGATED)
         if name is Kind.CHATTER and value == STILLED:
             name = Kind.STILL
-        motion, disk, after = motion_of(self.m), disk_of(self.k), state_of(self.state)
+        motion, disk, after = motion_of(self), disk_of(self.k), state_of(self.state)
         event = Event(
             name, before, motion, disk, delay, value, after, boundary_ns, self.inherited(before)
         )
@@ -152,6 +168,6 @@ def trace(
     before = state_of(engine.state)
     delay = ((until_ns - before.ns) - before.sub) * 1e-9
     if is_end and delay > 0.0 and not engine.in_chatter:
-        motion, disk = motion_of(engine.m), disk_of(engine.k)
+        motion, disk = motion_of(engine), disk_of(engine.k)
         inherited = engine.inherited(before)
         yield Event(Kind.PROPAGATED, before, motion, disk, delay, 0.0, None, until_ns, inherited)

@@ -38,8 +38,18 @@ class State(NamedTuple):
     omega: float  # α̇, rad/s
 
 
+class OffsetPiece(NamedTuple):
+    """One polynomial of an offset: what is stated at its ends, and its degree (0: a hold)."""
+
+    begin_ns: int
+    end_ns: int
+    start: tuple[float, ...]  # position, velocity, acceleration (m or rad, per s)
+    end: tuple[float, ...]
+    degree: int
+
+
 class MotionRecord(NamedTuple):
-    """Platform motion: values at begin_ns and what a cross-fade adds to them."""
+    """Platform motion: values at begin_ns, what a cross-fade adds to them, and the offsets."""
 
     fading: bool
     begin_ns: int
@@ -54,7 +64,13 @@ class MotionRecord(NamedTuple):
     df: float
     lag: float
     dlag: float
-    has_offset: bool = False  # its numbers are not here: what it moves is not proved
+    axial: OffsetPiece | None = None  # offset of s; None: 0
+    angular: OffsetPiece | None = None  # of β
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is the same in each period, but for what is held."""
+        return not self.fading and not any(x and x.degree for x in (self.axial, self.angular))
 
 
 class DiskRecord(NamedTuple):

@@ -14,7 +14,6 @@ from flint import acb, acb_series, arb
 
 from bouncing_disk_ros.proof.exact_records import MotionRecord, State
 from bouncing_disk_ros.proof.interval_platform import WIDE, Cancelled, Oscillation, Platform
-from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
 from bouncing_disk_ros.units import NS
 
 _ORDERS = 5
@@ -126,8 +125,3 @@ class _FadingOscillation:
         coefficients = (series * acb_series(turn, _ORDERS).exp()).coeffs()
         coefficients += [acb(0)] * (_ORDERS - len(coefficients))
         return [c * math.factorial(k) for k, c in enumerate(coefficients)]
-
-
-def platform_of(motion: MotionRecord, state: State) -> Platform:
-    """The motion in force from a state on."""
-    return FadingPlatform(motion, state) if motion.fading else SteadyPlatform(motion, state)

@@ -9,7 +9,7 @@ from flint import arb
 from bouncing_disk_ros.proof.clock_proof import end_of, prove_clock
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.exact_records import Event, Kind
-from bouncing_disk_ros.proof.fading_platform import platform_of
+from bouncing_disk_ros.proof.offset_platform import platform_of
 from bouncing_disk_ros.proof.positivity import Finding, Sign, positive_from_start
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 

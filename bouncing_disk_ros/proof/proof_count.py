@@ -9,7 +9,6 @@ from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict
 
 _SHOWN = 10
-_UNDER_OFFSET = "under an offset trajectory, which interval proofs do not cover"
 
 
 class ProofCount:
@@ -17,7 +16,8 @@ class ProofCount:
 
     def __init__(self) -> None:
         self.counts: Counter[tuple[Kind, Outcome]] = Counter()
-        self.left_out = self.with_offset = 0
+        self.not_covered: Counter[tuple[str, Kind]] = Counter()  # by reason
+        self.left_out = 0
         self.kept: dict[Outcome, list[tuple[Event, Verdict]]] = {
             Outcome.REFUTED: [],
             Outcome.UNDECIDED: [],
@@ -26,9 +26,8 @@ class ProofCount:
     def take(self, event: Event, verdict: Verdict) -> None:
         """Count one verdict."""
         self.counts[event.kind, verdict.outcome] += 1
-        if verdict.outcome is Outcome.UNDECIDED and event.motion.has_offset:
-            self.with_offset += 1  # all for one reason, told in one line
-            return
+        if verdict.outcome is Outcome.NOT_COVERED:
+            self.not_covered[verdict.reason, event.kind] += 1
         kept = self.kept.get(verdict.outcome)
         if kept is not None and len(kept) < _SHOWN:
             kept.append((event, verdict))
@@ -53,11 +52,11 @@ class ProofCount:
             for event, verdict in kept:
                 yield f"{outcome.value}: {described(event, verdict)}"
             more = self.total(outcome) - len(kept)
-            if outcome is Outcome.UNDECIDED and self.with_offset:
-                more -= self.with_offset
-                yield f"{outcome.value}: {self.with_offset} events {_UNDER_OFFSET}"
             if more:
                 yield f"{outcome.value}: {more} more"
+        if self.not_covered:
+            shown = (f"{n} × {kind.value} ({why})" for (why, kind), n in self.not_covered.items())
+            yield f"{Outcome.NOT_COVERED.value}: {', '.join(shown)}"
 
 
 def described(event: Event, verdict: Verdict) -> str:

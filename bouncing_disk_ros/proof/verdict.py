@@ -9,11 +9,15 @@ from flint import arb
 
 
 class Outcome(StrEnum):
-    """PROVED; REFUTED by a rigorous counterexample; UNDECIDED within the rounding of the inputs."""
+    """PROVED; REFUTED by a rigorous counterexample; UNDECIDED within the rounding of the inputs.
+
+    NOT_COVERED: the proof has no rules for such an event.
+    """
 
     PROVED = "proved"
     UNDECIDED = "undecided"
     REFUTED = "refuted"
+    NOT_COVERED = "not covered"
 
 
 class Verdict(NamedTuple):
@@ -41,6 +45,6 @@ def compared(off: arb, allowed: arb | float, what: str) -> Verdict:
 
 def worst(verdicts: list[Verdict]) -> Verdict:
     """One verdict of several parts: the first that is refuted, else undecided, else proved."""
-    order = (Outcome.REFUTED, Outcome.UNDECIDED, Outcome.PROVED)
+    order = (Outcome.REFUTED, Outcome.UNDECIDED, Outcome.NOT_COVERED, Outcome.PROVED)
     first = min(verdicts, key=lambda verdict: order.index(verdict.outcome))
     return first._replace(pieces=sum(verdict.pieces for verdict in verdicts))
