@@ -38,14 +38,18 @@ class Piece(NamedTuple):
     kind: int  # 0 hold, 1 line, 2 cubic, 3 quintic
 
     def at(self, t: Number, order: int = 0) -> Number:
-        """A derivative at t by Hermite's basis functions."""
+        """A derivative at t."""
+        d = self.end - self.begin if self.kind else 1
+        return _power_sum(self.coefficients(), (t - self.begin) / d, order) / d**order
+
+    def coefficients(self) -> list[Number]:
+        """Coefficients over x = (t − begin)/(end − begin), by Hermite's basis functions."""
         p0, v0, a0, p1, v1, a1 = self.values
         if self.kind == 0:
-            return p0 if order == 0 else 0 * p0
-        d = self.end - self.begin
-        x = (t - self.begin) / d
+            return [p0]
         if self.kind == 1:
-            return (p0 + (p1 - p0) * x, (p1 - p0) / d, 0 * d)[order]
+            return [p0, p1 - p0]
+        d = self.end - self.begin
         if self.kind == 2:
             weights: tuple[tuple[int, ...], ...] = (
                 (1, 0, -3, 2),
@@ -60,12 +64,13 @@ class Piece(NamedTuple):
                 *((0, 0, 0, 10, -15, 6), (0, 0, 0, -4, 7, -3), (0, 0, 0, 1, -2, 1)),
             )
             scaled = (p0, v0 * d, a0 * d * d / 2, p1, v1 * d, a1 * d * d / 2)
-        return sum(_power_sum(w, x, order) * v for w, v in zip(weights, scaled, strict=True)) / (
-            d**order
-        )
+        return [
+            sum(w[k] * v for w, v in zip(weights, scaled, strict=True))
+            for k in range(len(weights[0]))
+        ]
 
 
-def _power_sum(weights: Sequence[int], x: Number, order: int) -> Number:
+def _power_sum(weights: Sequence[Number], x: Number, order: int) -> Number:
     c = list(weights)
     for _ in range(order):
         c = [k * value for k, value in enumerate(c)][1:]

@@ -1,0 +1,53 @@
+"""The package against an independent second method (reference.inclusion): all features at once.
+
+Random scripts of g + P/m from 1e-9 to 1e9 m/s², with loads, cross-fades, offset trajectories,
+impulses, parameters, resets and snapshots at any instant, at decimal ones and at those of events.
+`make soak` has 10⁵ of them (soak/test_inclusion_campaign.py).
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from reference import inclusion
+from support.random_runs import Script, random_script
+from support.scripted import compare, is_plain, judge_scripts, play
+
+SCRIPTS = 500
+pytestmark = pytest.mark.timeout(600)  # compiled, on a machine that does much else
+LEAST_COMPARED = 0.95
+"""Of all samples: chaos must not swallow the comparison."""
+
+
+def test_random_scripts_agree_with_the_second_method() -> None:
+    found = judge_scripts(range(SCRIPTS), replay_every=4)
+    assert found.differences == []
+    scripts = filter(is_plain, map(random_script, range(SCRIPTS)))
+    samples = sum(len(script.samples_ns) for script in scripts)
+    assert found.samples > LEAST_COMPARED * samples
+    assert found.impacts > SCRIPTS
+
+
+@pytest.mark.parametrize("column", ["gap", "angle", "loss in sliding", "axial loss of impacts"])
+def test_a_wrong_state_is_found(column: str) -> None:
+    """A change of 1e-8 in one number of a run without chaos."""
+    script = _quiet()
+    played = play(script)
+    assert compare(script, played).differences == []
+    place = ["gap", "relative speed", "angle", "angular velocity", "loss in the brake",
+             "loss in sliding", "axial loss of impacts"].index(column)  # fmt: skip
+    last = int(abs(played.states[:, place]).argmax())
+    played.states[last, place] *= 1.0 + 1e-8
+    assert [one.what.split(" at ")[0] for one in compare(script, played).differences] == [column]
+
+
+def _quiet() -> Script:
+    """The first script with all of these, and no reset."""
+    for seed in range(100):
+        script = random_script(seed)
+        start = script.motion, script.disk, script.initial
+        path = inclusion.integrate(start, script.inputs, script.samples_ns)
+        used = abs(path.states[:, [0, 2, 5, 6]]).max(axis=0) > 0.0
+        if used.all() and not any(one.kind == "reset" for one in script.inputs):
+            return script
+    raise AssertionError("no such script")
