@@ -22,6 +22,8 @@ from bouncing_disk_ros.units import NS
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 _TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+_ENCAPSULATION = 4
+"""Bytes before the fields of a message; the first two say that it is CDR, and its byte order."""
 _PADDED = 1 << 28
 """Texts that would take more bytes as an array of one width are a column of objects."""
 Decode = Callable[[bytes], Any]
@@ -49,14 +51,19 @@ def decoder(form: Form) -> Decode:
     store = get_typestore(Stores.EMPTY)
     try:
         store.register(found.types)
-        store.get_msgdef(kind)
+        made = store.get_msgdef(kind)
     except Exception as error:  # noqa: BLE001 (whatever the library does not understand)
         raise BagError(f"definition of {kind}: cannot be used: {error}") from None
 
+    readers = {b"\0\0": made.deserialize_cdr_be, b"\0\1": made.deserialize_cdr_le}
+
     def decode(data: bytes) -> Any:
         found.check(data)
-        try:
-            return store.deserialize_cdr(data, kind)
+        read = readers.get(data[:2])
+        if read is None or len(data) < _ENCAPSULATION:
+            raise BagError(f"a message of {kind} cannot be decoded: {data[:4].hex()} is no CDR")
+        try:  # rmw_serialize leaves bytes behind a message: those are not looked at
+            return read(data[_ENCAPSULATION:], 0, made.cls, store)[0]
         except Exception as error:  # noqa: BLE001
             raise BagError(f"a message of {kind} cannot be decoded: {error}") from None
 

@@ -181,10 +181,27 @@ def chunk_index(content: Content) -> ChunkPlace:
     return ChunkPlace(start, end, offset, length, size)
 
 
-def place(content: Content) -> tuple[int, int]:
-    """Where an attachment or a metadata record stands, as the index says: offset and length."""
-    offset, length = Fields(content).take(_TWO_EIGHTS)
-    return offset, length
+class RecordPlace(NamedTuple):
+    """Where an attachment or a metadata record stands, as the index says."""
+
+    offset: int
+    length: int
+    name: str
+
+
+def attachment_index(content: Content) -> RecordPlace:
+    """Where an attachment stands."""
+    fields = Fields(content)
+    offset, length = fields.take(_TWO_EIGHTS)
+    fields.take(_TWO_EIGHTS), fields.take(_EIGHT)  # times and size of the data
+    return RecordPlace(offset, length, fields.name())
+
+
+def metadata_index(content: Content) -> RecordPlace:
+    """Where a metadata record stands."""
+    fields = Fields(content)
+    offset, length = fields.take(_TWO_EIGHTS)
+    return RecordPlace(offset, length, fields.name())
 
 
 class AttachmentHead(NamedTuple):

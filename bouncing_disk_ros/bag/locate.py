@@ -22,6 +22,7 @@ class Located:
 
     files: list[Path]
     remarks: list[str] = field(default_factory=list)
+    custom: dict[str, str] = field(default_factory=dict)  # custom data of metadata.yaml
 
 
 def files_of(path: Path) -> Located:
@@ -59,7 +60,7 @@ def _of_folder(folder: Path) -> Located:
             filled.append(file)
     if not filled:  # then the first of them is refused by name
         return found
-    return Located(filled, found.remarks)
+    return Located(filled, found.remarks, found.custom)
 
 
 def _named(folder: Path) -> Located:
@@ -74,7 +75,7 @@ def _named(folder: Path) -> Located:
         more = [file for file in found.files if file not in there]
         remarks += [f"{file.name}: metadata.yaml does not name it; read as well" for file in more]
         if present or more:
-            return Located(sorted([*present, *more], key=_number), remarks)
+            return Located(sorted([*present, *more], key=_number), remarks, said.custom)
     if found.files:
         broken = (folder / metadata.FILE_NAME).exists()
         why = "cannot be used" if broken else "is missing: the recording was not completed"

@@ -6,11 +6,12 @@ at the head of a chunk, which have no checksum, are put right by its messages.
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 import struct
 import zlib
 from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -22,7 +23,7 @@ from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields, metadata
 from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.definitions import Definitions
-from bouncing_disk_ros.bag.file_pieces import Damage, Piece
+from bouncing_disk_ros.bag.file_pieces import Damage, Piece, record_name
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import FORMAT_KEY, NOTE, BagError, checked, signed
 from bouncing_disk_ros.bag.index import MAGIC
@@ -78,13 +79,25 @@ def _recovered(found: Located, folder: Path, watch: Watch) -> Report:
         _File(file, folder / f"{folder.name}_{place}.mcap", report, place == 0, watch)
         for place, file in enumerate(found.files)
     ]
-    notes = {key: value for file in files for key, value in file.notes.items()}
+    notes = _noted(found.custom) | {k: v for file in files for k, v in file.notes.items()}
+    if len(notes) > len({key for file in files for key in file.notes}):
+        report.add(f"notes are those of {metadata.FILE_NAME}, where the files lack them")
     notes["recovered"] = report.summary.partition(": ")[2]
     notes.setdefault(FORMAT_KEY, "1")
     for file in files:
         file.finish(notes)
     metadata.write(folder, _metadata(files, notes))
     return report
+
+
+def _noted(custom: Mapping[str, str]) -> dict[str, str]:
+    """The recorder's notes among the custom data of metadata.yaml; none where they are damaged."""
+    prefix = f"{NOTE}."
+    notes = {key.removeprefix(prefix): custom[key] for key in custom if key.startswith(prefix)}
+    try:
+        return checked(signed(notes))
+    except BagError:
+        return {}
 
 
 def _metadata(files: list[_File], notes: dict[str, str]) -> Metadata:
@@ -112,6 +125,7 @@ class _File:
             self._found.schemas, self._found.channels = self._source.schemas, self._source.channels
         self._plain = bytearray()
         self._lost: list[Damage] = []
+        self._left = dict(self._source.names)  # attachments and notes that have not come yet
         self._stream.write(MAGIC)
         self._write(Header("ros2", "bouncing_disk_ros bag_recover"))
         for opened, piece in self._source.pieces():
@@ -124,6 +138,7 @@ class _File:
 
     # --- copying ----------------------------------------------------------------------------------
     def _take(self, opened: RegularFile, piece: Piece) -> None:
+        self._left.pop(piece.offset, None)
         match piece.opcode:
             case Opcode.CHUNK:
                 self._end_plain()
@@ -143,8 +158,12 @@ class _File:
     def _take_notes(self, piece: Piece) -> None:
         record = fields.metadata(memoryview(piece.record)[HEAD.size :])
         if record.name == NOTE:
-            with contextlib.suppress(BagError):
+            try:
                 self.notes.update(checked(record.metadata))
+            except BagError as error:
+                name = record_name(Opcode.METADATA, NOTE)
+                damage = Damage(piece.offset, piece.length, str(error), holds_messages=False)
+                self._lost.append(replace(damage, record=name))
         elif record.name != "rosbag2":
             self._stream.write(piece.record)
 
@@ -230,6 +249,11 @@ class _File:
         topics = {number: channel.topic for number, channel in self._found.channels.items()}
         for damage in self._lost:
             report.add(loss_text(self._name, damage, topics))
+        lost = self._left | {one.offset: one.record for one in self._lost if one.record}
+        names = dict.fromkeys(lost[at] for at in sorted(lost))
+        if self.notes:  # they stand in the file twice
+            names.pop(record_name(Opcode.METADATA, NOTE), None)
+        report.lost_records += names
         if self._source.indexed:
             report.lost += (self._only_counted(self._source.counts) - saved).total()
             return

@@ -11,6 +11,7 @@ from bouncing_disk_ros.units import NS
 
 MOST_LINES = 200
 """Damages that are listed one by one."""
+_WHOLE = "nothing that was written is lost"
 
 
 @dataclass
@@ -22,6 +23,7 @@ class Report:
     lost: int = 0
     exact: bool = True  # else more may be lost than `lost`
     lines: list[str] = field(default_factory=list)
+    lost_records: list[str] = field(default_factory=list)  # attachments and notes, in words
     unlisted: int = 0  # damages beyond MOST_LINES
 
     def add(self, line: str) -> None:
@@ -34,11 +36,15 @@ class Report:
     @property
     def summary(self) -> str:
         """One line."""
-        lost = f"{self.lost} lost" if self.lost else "nothing that was written is lost"
+        whole = "no message that was written is lost" if self.lost_records else _WHOLE
+        lost = f"{self.lost} lost" if self.lost else whole
         if not self.exact:
             more = "an unknown number of messages, cut off or unreadable, is lost"
             lost = f"{lost}, and {more}" if self.lost else more
-        return f"{self.output}: {self.saved} messages saved, {lost}"
+        records = f"; lost: {', '.join(self.lost_records[:10])}" if self.lost_records else ""
+        if (unnamed := len(self.lost_records) - 10) > 0:
+            records += f" and {unnamed} more"
+        return f"{self.output}: {self.saved} messages saved, {lost}{records}"
 
 
 def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
@@ -51,5 +57,5 @@ def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
         first, last = (time / NS for time in damage.span_ns)
         span = f", received between {first:.3f} and {last:.3f} s"
     counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
-    nothing_known = "what was there" if damage.holds_messages else "no messages"
+    nothing_known = "what was there" if damage.holds_messages else damage.record or "no messages"
     return f"{where}: {damage.reason}: lost {counted or nothing_known}{span}"

@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
 from bouncing_disk_ros.bag.chunk_reader import Inner
-from bouncing_disk_ros.bag.file_pieces import Damage, Piece
+from bouncing_disk_ros.bag.file_pieces import Damage, Piece, record_name
 from bouncing_disk_ros.bag.files import HEAD, PART, RegularFile, Window
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.index import MAGIC
@@ -224,7 +224,21 @@ class Walk:
             reason,
             span_ns=self._span(position),
             holds_messages=opcode == Opcode.CHUNK or not known,
+            record=self._named(opcode, position, length) if known else "",
         )
+
+    def _named(self, opcode: int, position: int, length: int) -> str:
+        """Which attachment or note a damaged record is; '': neither."""
+        if opcode not in (Opcode.ATTACHMENT, Opcode.METADATA):
+            return ""
+        content = self._file.read(position + HEAD.size, min(length, fields.ATTACHMENT_HEAD))
+        name = ""
+        with contextlib.suppress(BagError):
+            if opcode == Opcode.ATTACHMENT:
+                name = fields.attachment(content, length).name
+            else:
+                name = fields.Fields(content).name()
+        return record_name(opcode, name)
 
     def _leads_on(self, position: int) -> bool:
         """Whether another record may begin at a position."""

@@ -39,6 +39,7 @@ class Source:
         self.counts: Counter[int] = Counter()
         self.damages: list[Damage] = []
         self.remarks: list[str] = []
+        self.names: dict[int, str] = {}  # of attachments and notes, by their offsets
         self._attachments: list[tuple[int, int]] = []
         self._metadata: list[tuple[int, int]] = []
         with RegularFile(path) as file:
@@ -63,6 +64,7 @@ class Source:
         self.blocks, self.counts = summary.blocks, Counter(summary.counts)
         self.schemas, self.channels = summary.schemas, summary.channels
         self._attachments, self._metadata = summary.attachments, summary.metadata
+        self.names = summary.names
         return True
 
     # --- by a walk --------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from mcap.records import Channel, Schema
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import fields
 from bouncing_disk_ros.bag.chunk_reader import records
+from bouncing_disk_ros.bag.file_pieces import record_name
 from bouncing_disk_ros.bag.files import HEAD, RegularFile
 from bouncing_disk_ros.bag.formats import BagError
 from bouncing_disk_ros.bag.index import MAGIC
@@ -41,6 +42,7 @@ class Summary:
     counts: dict[int, int] = field(default_factory=dict)  # messages by channel
     attachments: list[tuple[int, int]] = field(default_factory=list)  # offset and length
     metadata: list[tuple[int, int]] = field(default_factory=list)
+    names: dict[int, str] = field(default_factory=dict)  # of both, in words, by their offsets
 
 
 def summary_of(file: RegularFile) -> Summary | None:
@@ -96,11 +98,13 @@ class _Reading:
                     Block(row.offset, row.length, row.start_ns, row.end_ns, row.size)
                 )
             case Opcode.ATTACHMENT_INDEX:
-                found.attachments.append(fields.place(content))
-                self._take_place(found.attachments[-1][1])
+                place = fields.attachment_index(content)
+                found.attachments.append(place[:2])
+                self._take_record(Opcode.ATTACHMENT, place)
             case Opcode.METADATA_INDEX:
-                found.metadata.append(fields.place(content))
-                self._take_place(found.metadata[-1][1])
+                place = fields.metadata_index(content)
+                found.metadata.append(place[:2])
+                self._take_record(Opcode.METADATA, place)
             case _:
                 self._others += 1
                 is_known = opcode == Opcode.SUMMARY_OFFSET or opcode >= 0x80
@@ -117,6 +121,10 @@ class _Reading:
         else:
             channel = fields.channel(content)
             self.found.channels[channel.id] = channel
+
+    def _take_record(self, opcode: Opcode, place: fields.RecordPlace) -> None:
+        self.found.names[place.offset] = record_name(opcode, place.name)
+        self._take_place(place.length)
 
     def _take_place(self, length: int) -> None:
         self._room -= length

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 from importlib.metadata import version
 
@@ -16,7 +15,15 @@ from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.report_text import segment_rows
 from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.plots.report_signature import MARK
-from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
+from bouncing_disk_ros.plots.report_style import (
+    COLOURS,
+    INDEXED,
+    PHASE_TEXTS,
+    PHASE_TICKS,
+    absent,
+    headline,
+    value_range,
+)
 
 MOST_POINTS = 5000
 """Points of a series: browsers stay quick."""
@@ -47,7 +54,7 @@ def report_html(report: Report) -> str:
     """The whole page, plotly.js included."""
     title, subtitle = headline(report)
     figures = "\n".join(
-        _figure(panel, place, report.source.absence())
+        _figure(panel, place, absent(report, panel))
         for place, panel in enumerate(panels(report, MOST_POINTS))
     )
     words = "\n".join(
@@ -67,7 +74,7 @@ def report_html(report: Report) -> str:
 <script>{get_plotlyjs()}</script>
 </head>
 <body>
-<h1>{_marked(title)}</h1>
+<h1>{escape(title)}</h1>
 <p>{_marked(subtitle)}</p>
 <div class="grid">
 {figures}
@@ -87,12 +94,7 @@ part of this file.</p>
 
 def _marked(text: str) -> str:
     """Escaped, with indices marked by _ as HTML sets them: w_A, τ_(n+1)."""
-    safe = escape(text)
-    return re.sub(
-        r"(?<!\w)([^\W\d_])_(?:\(([^)]*)\)|([A-Za-z]+))(?!\w)",
-        lambda m: f"{m[1]}<sub>{m[2] or m[3]}</sub>",
-        safe,
-    )
+    return INDEXED.sub(lambda m: f"{m[1]}<sub>{m[2] or m[3]}</sub>", escape(text))
 
 
 def _segments(report: Report) -> str:
@@ -132,10 +134,12 @@ def _plot(panel: Panel) -> go.Figure:
         figure.update_yaxes(type="log", dtick=1, exponentformat="power")
     if panel.x_range is not None:
         figure.update_xaxes(range=panel.x_range)
+    if (limits := value_range(panel)) is not None:
+        figure.update_yaxes(range=limits)
     figure.update_layout(
         template="none", margin={"l": 10, "r": 10, "t": 30, "b": 10}, hovermode="closest",
         showlegend=len(panel.series) > 1,
-        legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},  # where it covers no ticks
     )  # fmt: skip
     return figure
 

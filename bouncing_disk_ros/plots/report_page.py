@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,15 @@ from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, 
 from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.plots.report_signature import MARK
-from bouncing_disk_ros.plots.report_style import COLOURS, PHASE_TEXTS, PHASE_TICKS, headline
+from bouncing_disk_ros.plots.report_style import (
+    COLOURS,
+    INDEXED,
+    PHASE_TEXTS,
+    PHASE_TICKS,
+    absent,
+    headline,
+    value_range,
+)
 from bouncing_disk_ros.plots.style import new_figure
 
 MOST_POINTS = 50_000
@@ -35,9 +42,9 @@ def report_page(report: Report) -> Figure:
     for place, panel in enumerate(parts):
         alone = place == len(parts) - 1 and place % 2 == 0
         axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
-        _draw(axes, panel, report.source.absence())
+        _draw(axes, panel, absent(report, panel))
     title, subtitle = headline(report)
-    figure.suptitle(f"{_math(title)}\n{_math(subtitle)}", fontsize=12)
+    figure.suptitle(f"{_plain(title)}\n{_math(subtitle)}", fontsize=12)
     return figure
 
 
@@ -47,13 +54,14 @@ def save_page(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=150, metadata={_METADATA[kind]: MARK})
 
 
+def _plain(text: str) -> str:
+    """A name as it is: no sign of it means anything to matplotlib."""
+    return text.replace("$", r"\$")
+
+
 def _math(text: str) -> str:
     """Indices marked by _ as matplotlib sets them: w_A, τ_(n+1)."""
-    return re.sub(
-        r"([^\W\d_])_(?:\(([^)]*)\)|([A-Za-z]+))",
-        lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$",
-        text,
-    )
+    return INDEXED.sub(lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$", _plain(text))
 
 
 def _draw(axes: Any, panel: Panel, absence: str) -> None:
@@ -94,6 +102,10 @@ def _scales(axes: Any, panel: Panel) -> None:
         axes.set_yscale("log")
     if panel.x_range is not None:
         axes.set_xlim(*panel.x_range)
+    if (limits := value_range(panel)) is not None:
+        axes.set_ylim(*limits)
+    if not panel.y_is_log and not panel.y_is_phase:
+        axes.yaxis.get_major_formatter().set_useOffset(False)
     for is_phase, axis, limit in (
         (panel.x_is_phase, axes.xaxis, axes.set_xlim),
         (panel.y_is_phase, axes.yaxis, axes.set_ylim),

@@ -63,14 +63,18 @@ class Replay:
 
 
 def replay(
-    records: Iterable[Record], rows: Iterable[NDArray[np.void]] = (), watch: Watch | None = None
+    records: Iterable[Record],
+    rows: Iterable[NDArray[np.void]] = (),
+    watch: Watch | None = None,
+    until_ns: int = 0,
 ) -> Replay:
     """Replay one run from its records and compare with its rows, up to the first difference.
 
     `records`: those of disk/inputs in the order of their index; the replay begins at the first
     snapshot among them. `rows`: arrays of IMPACT_DTYPE as they were published, in the order of
     their index. Missing rows are counted; after missing records the replay goes on at the next
-    snapshot. It ends at the newest of both. Snapshots in mid-run are compared too.
+    snapshot. It ends at the newest of both, or at `until_ns`, which the run has reached. Snapshots
+    in mid-run are compared too.
 
     Raises InputError for records or rows that cannot be of one run of this package.
     """
@@ -79,7 +83,7 @@ def replay(
         run.take(record)
         if run.found.difference is not None:
             return run.found
-    run.finish()
+    run.finish(until_ns)
     return run.found
 
 
@@ -109,8 +113,8 @@ class _Run:
             self._start(record)
         self.found.records += 1
 
-    def finish(self) -> None:
-        """Replay up to the newest recorded row."""
+    def finish(self, until_ns: int) -> None:
+        """Replay up to the newest recorded row, and to an instant (where it lies behind)."""
         self._recorded.skip_earlier()
         while (rows := self._recorded.current()) is not None and self.found.difference is None:
             if self._simulation is None:
@@ -119,6 +123,8 @@ class _Run:
             self._advance(self._simulation, end_ns(rows), until_row=last_index(rows))
             if self._recorded.current() is rows and self.found.difference is None:
                 self.found.difference = self._recorded.unmatched(self._simulation.rows_total)
+        if self._simulation is not None and self.found.difference is None:
+            self._advance(self._simulation, until_ns)
 
     def _check_order(self, record: Record) -> None:
         """Leave the run at a gap of the index; refuse a record that is out of order."""

@@ -86,7 +86,7 @@ def restitution_of(
         return Estimate(
             math.nan, 0.0, 1.0, 0, _text(["not identifiable: no single impacts", *notes])
         )
-    resolution = _precision(rows) * float(np.max(size[use]))
+    resolution = precision_of(rows) * float(np.max(size[use]))
     return _bounded(_checked(rows[use], y[use], fall[use], resolution, notes), 1.0)
 
 
@@ -113,8 +113,8 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     gripped = gripped / disk.friction_radius
     needed = inertia / disk.friction_radius * np.abs(rows["angular_impact_velocity"])
     left = np.abs(inertia * rows["angular_impact_velocity"] + rows["angular_impulse"])
-    expected = _expected(pushed, -rows["axial_impact_velocity"], _precision(rows))
-    resolution = _precision(rows) * float(np.max(np.abs(needed) + np.abs(gripped)))
+    expected = _expected(pushed, -rows["axial_impact_velocity"], precision_of(rows))
+    resolution = precision_of(rows) * float(np.max(np.abs(needed) + np.abs(gripped)))
     slips = _slipping(gripped, needed, expected, left / disk.friction_radius, resolution)
     if np.sum(slips) < LEAST_ROWS:
         slack = resolution if _scatter(left) <= resolution * disk.friction_radius else math.inf
@@ -246,7 +246,7 @@ def _left_out(rows: NDArray[np.void], use: NDArray[np.bool_]) -> list[str]:
     return [*notes, f"left out {counted(other, 'row')} without a value"] if other else notes
 
 
-def _precision(rows: NDArray[np.void]) -> float:
+def precision_of(rows: NDArray[np.void]) -> float:
     """Relative size of rounding in the rows: that of float32 if all values are float32 numbers."""
     names = ("forcing_phase", "axial_impact_velocity", "axial_velocity", "axial_impulse")
     short = all(np.array_equal(rows[name], rows[name].astype(np.float32)) for name in names)

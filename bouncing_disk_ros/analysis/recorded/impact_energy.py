@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.recorded.run_record import Change, Health
-from bouncing_disk_ros.analysis.recorded.segments import known
-from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.analysis.recorded.run_record import Health
+from bouncing_disk_ros.analysis.recorded.section import single_impacts
+from bouncing_disk_ros.analysis.recorded.spans import INSTANT, Spans, known
+from bouncing_disk_ros.core.model import Disk, Energy
 
 Column = NDArray[np.float64]
+Rows = NDArray[np.void]
 
 
 class ImpactEnergy(NamedTuple):
@@ -36,13 +38,16 @@ def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
 
 
 class LedgerCheck(NamedTuple):
-    """Losses in impacts over one stretch: by the simulator's ledger, and by the rows."""
+    """Losses in impacts between two instants: by the simulator's ledger, and by the rows."""
 
-    begin: float  # simulated s
-    end: float
-    rows: int
+    begin: float  # simulated s: the start, a reset, or a report
+    end: float  # a report
+    disk: Disk
+    first: int  # index of the first row after `begin`
+    last: int  # index of the first row after `end`
+    rows: int  # in between, of those recorded
     summed: int  # rows of several impacts among them
-    missing: int  # rows lost in between
+    missing: int  # rows in between that the record lacks
     start_axial: float  # in the ledger at `begin`, J
     start_friction: float
     ledger_axial: float  # since then, J
@@ -52,53 +57,109 @@ class LedgerCheck(NamedTuple):
     in_summed: float  # about what the impacts in `summed` rows lose axially, J: m w_A²/2 of each
 
 
-def check_ledger(
-    rows: NDArray[np.void],
-    health: Sequence[Health],
-    changes: Sequence[Change],
-    disks: Sequence[tuple[float, Disk]],
-) -> LedgerCheck | None:
-    """Compare over the longest stretch at the end in which the ledger and the disk stay the same.
+class _Mark(NamedTuple):
+    """An instant at which the ledger is known, and the index of the first row after it."""
 
-    The ledger counts from the start or the last reset, and so does the stretch where the rows do;
-    else it begins with the first report after the last change of parameters. None: no reports, no
-    rows, or the disk is unknown.
+    time: float
+    row: int
+    energy: Energy
+
+
+def check_ledger(rows: Rows, health: Sequence[Health], spans: Spans) -> LedgerCheck | None:
+    """Compare over the longest stretch at the end without a reset or a change of parameters.
+
+    Both ends are instants at which the ledger is known, and so is which rows are before them: the
+    start, a reset, or a report with no chatter under way. None: there are no two such instants with
+    rows in between, or the disk is unknown.
     """
-    reset, changed = (_last(changes, what) for what in ("reset", "parameters"))
-    reports = [row for row in health if row.simulated > max(reset, changed) and row.energy]
-    if not reports or not len(rows) or not disks or not known(disks[-1][1]):
+    reports = [row for row in health if row.energy is not None]
+    if not len(rows):
         return None
-    begin, axial, friction = reset, 0.0, 0.0
-    if changed > reset or (reset < 0.0 and rows["index"][0] > 0.0):
-        first = reports[0].energy
-        assert first is not None
-        begin = reports[0].simulated
-        axial, friction = first.loss_impact_axial, first.loss_impact_friction
-    last = reports[-1]
-    assert last.energy is not None
-    # a disk that starts in contact and falls behind has an impact at the very instant of a reset
-    low = np.searchsorted(rows["time"], begin, side="left" if begin == reset else "right")
-    high = np.searchsorted(rows["time"], last.simulated, side="right")
+    for place in range(len(reports) - 1, -1, -1):
+        end = _mark(reports[place], rows)
+        found = _up_to(end, rows, reports[:place], spans) if end else None
+        if found is not None:
+            return found
+    return None
+
+
+def _up_to(end: _Mark, rows: Rows, before: Sequence[Health], spans: Spans) -> LedgerCheck | None:
+    """The longest comparison that ends at a mark."""
+    disk = next((one.disk for one in reversed(spans.segments) if one.begin <= end.time), None)
+    since = spans.unchanged_since(end.time)
+    if disk is None or not known(disk) or not since <= end.time:
+        return None
+    begin = _origin(rows, spans, end.time, since)
+    for report in before if begin is None else ():
+        if report.simulated > since:
+            begin = _mark(report, rows)
+        if begin is not None and begin.row >= int(rows["index"][0]):
+            break
+    return None if begin is None else _compared(rows, disk, begin, end)
+
+
+def _mark(report: Health, rows: Rows) -> _Mark | None:
+    """The report as a mark; None where the next row is not at hand, or a chatter is under way."""
+    assert report.energy is not None
+    if report.rows >= 0:
+        place = int(np.searchsorted(rows["index"], report.rows))
+    elif _is_near(rows, report.simulated):
+        return None
+    else:
+        place = int(np.searchsorted(rows["time"], report.simulated))
+    if place == len(rows) or (report.rows >= 0 and rows["index"][place] != report.rows):
+        return None
+    if not single_impacts(rows[place : place + 1])[0]:
+        return None
+    return _Mark(report.simulated, int(rows["index"][place]), report.energy)
+
+
+def _origin(rows: Rows, spans: Spans, end: float, since: float) -> _Mark | None:
+    """The start or the last reset as a mark.
+
+    None where the parameters changed after it, or where rows after it may be missing.
+    """
+    origin = spans.origin(end)
+    if origin is None or origin < since:
+        return None
+    nothing = Energy(*[0.0] * len(Energy._fields))
+    if origin == 0.0:
+        return _Mark(0.0, 0, nothing) if rows["index"][0] == 0.0 else None
+    place = int(np.searchsorted(rows["time"], origin))
+    if _is_near(rows, origin) or not 0 < place < len(rows):
+        return None
+    before, after = (int(rows["index"][at]) for at in (place - 1, place))
+    return _Mark(origin, after, nothing) if after == before + 1 else None
+
+
+def _is_near(rows: Rows, time: float) -> bool:
+    """Whether an impact is so near an instant that nothing tells which was first."""
+    low, high = np.searchsorted(rows["time"], (time - INSTANT, time + INSTANT))
+    return bool(low < high)
+
+
+def _compared(rows: Rows, disk: Disk, begin: _Mark, end: _Mark) -> LedgerCheck | None:
+    """What the rows between two marks lose, beside the ledger."""
+    low, high = np.searchsorted(rows["index"], (begin.row, end.row))
     part = rows[int(low) : int(high)]
     if not len(part):
         return None
-    found = impact_energy(part, disks[-1][1])
+    found = impact_energy(part, disk)
     fall = part["axial_impact_velocity"][found.summed]
     return LedgerCheck(
-        max(begin, 0.0),
-        last.simulated,
+        begin.time,
+        end.time,
+        disk,
+        begin.row,
+        end.row,
         len(part),
         int(np.sum(found.summed)),
-        int(part["index"][-1] - part["index"][0]) + 1 - len(part),
-        axial,
-        friction,
-        last.energy.loss_impact_axial - axial,
-        last.energy.loss_impact_friction - friction,
+        end.row - begin.row - len(part),
+        begin.energy.loss_impact_axial,
+        begin.energy.loss_impact_friction,
+        end.energy.loss_impact_axial - begin.energy.loss_impact_axial,
+        end.energy.loss_impact_friction - begin.energy.loss_impact_friction,
         float(np.sum(found.axial[~found.summed])),
         float(np.sum(found.friction)),
-        float(np.sum(0.5 * disks[-1][1].mass * fall * fall)),
+        float(np.sum(0.5 * disk.mass * fall * fall)),
     )
-
-
-def _last(changes: Sequence[Change], what: str) -> float:
-    return max((change.time for change in changes if change.what == what), default=-1.0)

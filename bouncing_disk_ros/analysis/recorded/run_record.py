@@ -25,6 +25,7 @@ class State(NamedTuple):
     disk_position: float  # m
     platform_position: float  # m
     angular_velocity: float  # of the disk, rad/s
+    angle: float = math.nan  # of the disk, unwrapped, rad
 
 
 class Health(NamedTuple):
@@ -42,6 +43,7 @@ class Health(NamedTuple):
     refused: int = 0  # inputs, since the start
     asked: str = ""  # real-time factor, in words
     energy: Energy | None = None  # ledger since the start or the last reset, J
+    rows: int = -1  # of impacts, in all, when it was sent: those before it; -1: not known
 
 
 class Change(NamedTuple):
@@ -69,6 +71,11 @@ class RunRecord:
     offsets: list[tuple[int, Offset | None]] = field(default_factory=list)
     """Simulated ns of each acceptance of an offset trajectory, and all accepted then (None: not
     known); before the first entry it is not known either, without any there was none."""
+    known: list[tuple[float, float]] = field(default_factory=list)
+    """From when to when all inputs are known, by a snapshot and the gapless records after it."""
+    clock_set: list[float] = field(default_factory=list)  # when it was paused, or its factor set
+    rounding: float = 1e-9  # of the simulated times of samples, s: their stamps are whole ns
+    untimed: int = 0  # samples and speeds that no stamp puts at a simulated time
 
     def __repr__(self) -> str:
         """What there is, in numbers."""

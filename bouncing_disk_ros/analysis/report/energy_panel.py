@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
-from bouncing_disk_ros.analysis.recorded.segments import known
 from bouncing_disk_ros.analysis.report.panel import Panel, SeriesStyle, envelope, series
 from bouncing_disk_ros.analysis.report.run_report import Report
 
@@ -39,16 +38,15 @@ def energy_panel(report: Report, most: int) -> Panel:
             note = f"{len(keep)} of {len(values)} reports. "
         look = SeriesStyle.WIDE if name.startswith("work") else SeriesStyle.LINE
         drawn.append(series(name, times[keep], values[keep], look, colour))
-    check, disks = report.ledger, report.record.disks
-    if check is not None and disks and known(disks[-1][1]):
-        rows = report.rows
-        end = int(np.searchsorted(rows["time"], check.end, side="right"))
-        rows = rows[end - check.rows : end]
-        losses = impact_energy(rows, disks[-1][1])
+    check = report.ledger
+    if check is not None:
+        first, last = np.searchsorted(report.rows["index"], (check.first, check.last))
+        rows = report.rows[int(first) : int(last)]
+        losses = impact_energy(rows, check.disk)
         at = times[(times >= check.begin) & (times <= check.end)]
         at = at[np.unique(np.linspace(0, len(at) - 1, min(len(at), _RINGS)).astype(int))]
         axial = np.where(losses.summed, 0.0, losses.axial)
-        for name, each, first, colour in (
+        for name, each, start, colour in (
             ("axial", axial, check.start_axial, 1),
             ("friction", losses.friction, check.start_friction, 3),
         ):
@@ -58,11 +56,11 @@ def energy_panel(report: Report, most: int) -> Panel:
                 series(
                     f"{name}, from the impacts",
                     at,
-                    first + summed[until],
+                    start + summed[until],
                     SeriesStyle.RINGS,
                     colour,
                 )
             )
         note += "Rings: losses recomputed from the impacts. "
     return Panel("Energy ledger", "simulated time t (s)", "energy E (J)", drawn, note,
-                 x_range=time_range(report))  # fmt: skip
+                 x_range=time_range(report), topics=("/diagnostics",))  # fmt: skip

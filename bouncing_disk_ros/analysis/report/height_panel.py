@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.recorded_offset import Offsets, axial_offset
-from bouncing_disk_ros.analysis.recorded.segments import Segment, known
+from bouncing_disk_ros.analysis.recorded.spans import Segment, known
+from bouncing_disk_ros.analysis.recorded.steady_tail import flown
 from bouncing_disk_ros.analysis.report.panel import Panel, Series, SeriesStyle, series
 from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.analysis.scales import acceleration
-from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
+from bouncing_disk_ros.core.model import Disk, Motion
 
 PERIODS = 6
 """Periods of the platform that are shown."""
@@ -33,9 +34,10 @@ def height_panel(report: Report, time_label: str) -> Panel:
     drawn: list[Series] = []
     note = ""
     part = report.chosen
-    if part is not None and part.segment.motion is not None:
+    if part is not None and part.segment.motion is not None and part.is_confirmed:
         drawn, note = _series(report, part.segment, part.segment.motion)
-    return Panel(title, time_label, "height x, s (mm)", drawn, note)
+    topics = ("joint_states", "platform/motion")
+    return Panel(title, time_label, "height x, s (mm)", drawn, note, topics=topics)
 
 
 def _series(report: Report, segment: Segment, motion: Motion) -> tuple[list[Series], str]:
@@ -47,7 +49,7 @@ def _series(report: Report, segment: Segment, motion: Motion) -> tuple[list[Seri
     if not enough and known(segment.disk):
         before = rows[rows["time"] < begin][-1:]
         flights = rows[int(np.searchsorted(rows["time"], begin)) - len(before) :]
-        if _is_flight(flights):
+        if len(flights) and np.all(flown(flights, segment.disk)):
             times = np.linspace(max(begin, float(flights["time"][0])), end, _POINTS)
             return _from_impacts(flights, times, motion, segment.disk, report.record.offsets), (
                 "Curves: sine and parabolas from the impacts. "
@@ -74,24 +76,23 @@ def _impacts(rows: NDArray[np.void]) -> list[Series]:
     return [series("impact", rows["time"], 1e3 * rows["axial_position"], colour=1)]
 
 
-def _is_flight(rows: NDArray[np.void]) -> bool:
-    """Whether the disk only flies after and between these impacts, none of them lost."""
-    single = (rows["kind"] == ImpactKind.IMPACT) & (rows["count"] == 1)
-    return len(rows) > 0 and bool(np.all(single)) and bool(np.all(np.diff(rows["index"]) == 1.0))
-
-
 def _from_impacts(
     rows: NDArray[np.void], times: Column, motion: Motion, disk: Disk, offsets: Offsets
 ) -> list[Series]:
     """Heights at some times, each counted from the impact before it."""
+    shown = rows[rows["time"] >= times[0]]
     times = np.sort(np.concatenate((times, rows["time"][rows["time"] > times[0]])))
     last = rows[np.searchsorted(rows["time"], times, side="right") - 1]
     since = times - last["time"]
     phase = last["forcing_phase"] + math.tau * motion.frequency * since
     platform = motion.axial_amplitude * np.sin(phase) + axial_offset(times, offsets)
     flight = last["axial_velocity"] * since - 0.5 * acceleration(disk) * since**2
+    height = last["axial_position"] + flight
+    below = np.flatnonzero((times > rows["time"][-1]) & ~(height > platform))
+    if len(below):  # no impact is recorded there: what follows the flight is not known
+        times, platform, height = (part[: below[0]] for part in (times, platform, height))
     return [
         series("platform s", times, 1e3 * platform, SeriesStyle.LINE, 3),
-        series("disk x", times, 1e3 * (last["axial_position"] + flight), SeriesStyle.LINE, 0),
-        *_impacts(rows[rows["time"] >= times[0]]),
+        series("disk x", times, 1e3 * height, SeriesStyle.LINE, 0),
+        *_impacts(shown),
     ]

@@ -51,6 +51,7 @@ class Panel:
     x_is_phase: bool = False  # 0 to 2π
     y_is_phase: bool = False
     y_is_log: bool = False
+    topics: tuple[str, ...] = ()  # what it is drawn from
 
     @property
     def is_empty(self) -> bool:

@@ -10,7 +10,7 @@ from bouncing_disk_ros.analysis.motor_curves import mean_speed
 from bouncing_disk_ros.analysis.period_one import PeriodOne, period_one
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK
 from bouncing_disk_ros.analysis.recorded.section import return_map_of, section_of, single_impacts
-from bouncing_disk_ros.analysis.recorded.segments import known
+from bouncing_disk_ros.analysis.recorded.spans import known
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.analysis.report.energy_panel import energy_panel, time_range
 from bouncing_disk_ros.analysis.report.height_panel import height_panel
@@ -24,7 +24,8 @@ from bouncing_disk_ros.analysis.report.panel import (
     spread,
     with_gaps,
 )
-from bouncing_disk_ros.analysis.report.run_report import Report, Speeds
+from bouncing_disk_ros.analysis.report.rotor_speeds import Speeds
+from bouncing_disk_ros.analysis.report.run_report import Report
 from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Motion
 
@@ -73,6 +74,8 @@ def _theory(report: Report) -> PeriodOne | None:
     part = report.chosen
     if part is None or part.segment.motion is None or not known(part.segment.disk):
         return None
+    if not part.is_confirmed:
+        return None
     return period_one(part.segment.motion, part.segment.disk)
 
 
@@ -99,7 +102,7 @@ def _speed(
         rows = report.rows[keep]
         drawn.append(series("disk α̇ after impacts", rows["time"], rows["angular_velocity"]))
     if part and part.transient:
-        first = Speeds(record).of(part.segment, report.shown_rows)[0][:1]
+        first = Speeds(record, report.spans).of(part.segment, report.shown_rows)[0][:1]
         drawn += _fitted(part.transient, float(first[0]), part.segment.end) if len(first) else []
     theory = _theory(report)
     if part and part.segment.motion and theory and part.orbit and part.orbit.is_period_one:
@@ -107,7 +110,8 @@ def _speed(
         level = np.full(2, mean_speed(part.segment.motion, part.segment.disk))
         drawn.append(series("eq. 4, period 1", ends, level, SeriesStyle.DASHED, 1))
     return Panel("Rotor speed", TIME, "angular velocity α̇ (rad/s)", drawn, note, spans, marks,
-                 x_range=time_range(report))  # fmt: skip
+                 x_range=time_range(report),
+                 topics=("joint_states", "disk/rotor_speed", "disk/impacts"))  # fmt: skip
 
 
 def _fitted(transient: Transient, first: float, end: float) -> list[Series]:
@@ -142,7 +146,7 @@ def _phases(
             drawn.append(series(name, part["time"][keep], part["forcing_phase"][keep],
                                 colour=colour))  # fmt: skip
     return Panel("Forcing phase of the impacts", TIME, PHASE, drawn, note, spans, marks,
-                 x_range=time_range(report), y_is_phase=True)  # fmt: skip
+                 x_range=time_range(report), y_is_phase=True, topics=("disk/impacts",))  # fmt: skip
 
 
 # --- of the segment shown -------------------------------------------------------------------------
@@ -176,7 +180,7 @@ def _section(report: Report, most: int) -> Panel:
         stable = "stable" if theory.stable else "unstable"
         drawn.append(series(f"period-1 orbit, theory ({stable})", *point, SeriesStyle.CROSSES, 3))
     return Panel(f"Next-collision section{_where(report)}", PHASE, VELOCITY, drawn, note,
-                 x_is_phase=True)  # fmt: skip
+                 x_is_phase=True, topics=("disk/impacts",))  # fmt: skip
 
 
 def _return_map(report: Report, most: int) -> Panel:
@@ -200,7 +204,7 @@ def _return_map(report: Report, most: int) -> Panel:
         ]
     return Panel(f"Return map{_where(report)}", "forcing phase τ_n (rad)",
                  "next forcing phase τ_(n+1) (rad)", drawn, note, x_is_phase=not zoomed,
-                 y_is_phase=not zoomed)  # fmt: skip
+                 y_is_phase=not zoomed, topics=("disk/impacts",))  # fmt: skip
 
 
 # --- of the machine -------------------------------------------------------------------------------
@@ -218,4 +222,5 @@ def _lateness(report: Report, most: int) -> Panel:
                 series(f"lateness {name}", times[keep], values[keep], SeriesStyle.LINE, colour)
             )
     return Panel("Real time: lateness of the simulator's ticks", "wall time since the first "
-                 "report (s)", "lateness (ms)", drawn, note, y_is_log=True)  # fmt: skip
+                 "report (s)", "lateness (ms)", drawn, note, y_is_log=True,
+                 topics=("/diagnostics",))  # fmt: skip

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.analysis.period_one import period_one
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
 from bouncing_disk_ros.analysis.recorded.rise_time import RiseTime
-from bouncing_disk_ros.analysis.recorded.segments import known
+from bouncing_disk_ros.analysis.recorded.spans import known
+from bouncing_disk_ros.analysis.recorded.steady_tail import Mean
 from bouncing_disk_ros.analysis.recorded.transient import FEWEST, Transient, TransientKind
+from bouncing_disk_ros.analysis.report.quality_tables import Pairs, energy, real_time, span_text
 from bouncing_disk_ros.analysis.report.run_report import ABSENT, Report, SegmentReport
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.offset import Offset
-from bouncing_disk_ros.errors import InputError, counted
-from bouncing_disk_ros.parsing import read_json
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.units import NS
 
 
@@ -45,25 +47,29 @@ def _recording(report: Report) -> Pairs:
     single = int((rows["count"] == 1).sum())
     summed = int(rows["count"].sum()) - single
     chatter = f", {summed} of chatters in {counted(len(rows) - single, 'row')}" if summed else ""
-    impacts = f"{single + summed}{chatter}" if len(rows) else f"none {_absent(report)}"
+    impacts = f"disk/impacts is {source.absence('disk/impacts')}"
+    if len(rows):
+        span = span_text(report, float(rows["time"][0]), float(rows["time"][-1]))
+        impacts = f"{single + summed}{chatter}, {span}"
     found = [
         ("bag", f"{source.name}, simulator {source.namespace}{run}"),
-        ("simulated time", _span(report, report.begin, report.end)),
+        ("simulated time", span_text(report, report.begin, report.end)),
         ("impacts", impacts),
     ]
     found += [("version", source.version)] if source.version else []
     found += [(ABSENT, ", ".join(source.missing))] if source.missing else []
+    found += [("without messages", ", ".join(source.empty))] if source.empty else []
     found += [("left out", limit) for limit in source.limits]
     return [*found, *(("damage", remark) for remark in source.remarks)]
 
 
-def _span(report: Report, begin: float, end: float) -> str:
-    """Two simulated times in words."""
-    return f"{begin:.{report.decimals}f} s to {end:.{report.decimals}f} s"
-
-
-def _absent(report: Report) -> str:
-    return f"({ABSENT})" if "disk/impacts" in report.source.missing else "recorded"
+def _why_unknown(report: Report, begin: float, *topics: str) -> str:
+    """Why nothing is known of what topics say at an instant."""
+    if report.record.known and not report.spans.knows_inputs(begin, begin):
+        return "not known: records of disk/inputs are missing here"
+    first, *more = topics
+    beside = f" (without all of {', '.join(more)})" if more else ""
+    return f"not known: {first} is {report.source.absence(first)}{beside}"
 
 
 def _drive(report: Report) -> Pairs:
@@ -73,7 +79,7 @@ def _drive(report: Report) -> Pairs:
     found = [
         (
             "time",
-            f"{_span(report, segment.begin, segment.end)}, begins with {segment.began_by}",
+            f"{span_text(report, segment.begin, segment.end)}, begins with {segment.began_by}",
         )
     ]
     if motion := segment.motion:
@@ -87,14 +93,22 @@ def _drive(report: Report) -> Pairs:
                 ),
             )
         )
+    elif report.record.motions:
+        found.append(("platform", "not known: records of its motion are missing here"))
     else:
-        found.append(("platform", f"platform/motion is {ABSENT}"))
+        found.append(("platform", f"platform/motion is {report.source.absence('platform/motion')}"))
+    if report.chosen.off.impacts:
+        found.append(("not so", str(report.chosen.off)))
+    if report.chosen.rows:
+        part = report.chosen
+        lost = f", {counted(part.lost, 'row')} lost between them" if part.lost else ""
+        found.append(("impacts", f"{part.impacts} in {counted(part.rows, 'row')}{lost}"))
     begin, end = (time * NS for time in segment[:2])
     if moved := sum(begin <= at < end and one != Offset() for at, one in report.record.offsets):
         text = f"{moved} trajector{'y' if moved == 1 else 'ies'} accepted; theory is without them"
         found.append(("offset of the platform", text))
     if not known(segment.disk):
-        return [*found, ("disk", f"its parameters (disk/inputs) are {ABSENT}")]
+        return [*found, ("disk", _why_unknown(report, segment.begin, "disk/inputs"))]
     disk = segment.disk
     loads = f", P {disk.preload:g} N" if disk.preload else ""
     loads += f", T_L {disk.load_torque:g} N·m" if disk.load_torque else ""
@@ -110,7 +124,7 @@ def _drive(report: Report) -> Pairs:
             ),
         )
     )
-    if motion:
+    if motion and report.chosen.is_confirmed:
         found.append(("axial forcing Γ", f"{axial_forcing_of(motion, disk):.6f}"))
     return found
 
@@ -120,12 +134,14 @@ def _orbit(report: Report) -> Pairs:
     if part is None or part.orbit is None:
         return [("orbit found", "unresolved: no impacts")]
     orbit, segment = part.orbit, part.segment
-    found = [("orbit found", f"{orbit.name}, from {counted(part.rows, 'row')} of impacts")]
+    rows = report.shown_rows
+    span = f", {span_text(report, *rows['time'][[0, -1]])}" if len(rows) else ""
+    found = [("orbit found", f"{orbit.name}, from {counted(part.rows, 'row')} of impacts{span}")]
     if orbit.exponent is not None:
         exponent = estimate_text(orbit.exponent, "impacts", " per impact")
         found.append(("Lyapunov exponent", exponent))
     theory = None
-    if segment.motion and known(segment.disk):
+    if segment.motion and part.is_confirmed and known(segment.disk):
         theory = period_one(segment.motion, segment.disk)
     if orbit.is_period_one and theory:
         found += [
@@ -148,29 +164,38 @@ def _orbit(report: Report) -> Pairs:
 
 def _speed(report: Report) -> Pairs:
     part = report.chosen
-    if part is None or part.transient is None or math.isnan(part.settled):
+    if part is None or part.transient is None:
         absent = report.source.absence("disk/impacts", "joint_states")
         return [("rotor speed", f"not known: impacts and joint_states are {absent}")]
-    changes = part.transient.kind is TransientKind.LINEAR and not part.transient.finished
-    still = ", still changing" if changes else ""
-    tail = f"mean of the last {part.tail:.3g} s{still}"
-    found = [("at the end", f"{part.settled:.6f} rad/s, {tail}")]
+    found = [("at the end", mean_text(report, part.settled))]
+    if part.transient.kind is TransientKind.LINEAR and not part.transient.finished:
+        found = [("at the end", f"{found[0][1]}, still changing")]
     found += _theory_rows(part)
     found.append(("transient", transient_text(part.transient)))
     rises = [(place, one.rise) for place, one in enumerate(report.segments, start=1) if one.rise]
     return [*found, *(rise_row(report, place, rise) for place, rise in rises[:MOST_CHANGES])]
 
 
+def mean_text(report: Report, mean: Mean) -> str:
+    """A mean rotor speed with its span."""
+    if math.isnan(mean.value):
+        return "not known: no samples, and impacts with contact, unknown loads or gaps in between"
+    of = f", {counted(mean.periods, 'period')} of the platform" if mean.periods else ""
+    return f"{mean.value:.6f} rad/s, mean from {span_text(report, mean.begin, mean.end)}{of}"
+
+
 def _theory_rows(part: SegmentReport) -> Pairs:
     """The mean speed of the period-1 orbit by eq. 4, less what the loads take between impacts."""
     motion, disk = part.segment.motion, part.segment.disk
-    if motion is None or not known(disk) or not (part.orbit and part.orbit.is_period_one):
+    if motion is None or not part.is_confirmed or not known(disk):
+        return []
+    if not (part.orbit and part.orbit.is_period_one) or math.isnan(part.settled.value):
         return []
     predicted = mean_speed(motion, disk)
     if math.isnan(predicted):
         return []
     name = "eq. 4, ωΦ cos(τ_imp + θ)"
-    text = f"{predicted:.6f} rad/s, difference {part.settled - predicted:+.1e} rad/s"
+    text = f"{predicted:.6f} rad/s, difference {part.settled.value - predicted:+.1e} rad/s"
     if disk.load_torque or disk.brake_torque:
         name = "eq. 4, less the loads"
         text += f"; {no_load_speed(motion, disk):.6f} rad/s without loads"
@@ -185,7 +210,8 @@ def rise_row(report: Report, place: int, rise: RiseTime) -> tuple[str, str]:
     """Rise or stop time of a segment (from 1), or that the segment ends before the change does."""
     slower = abs(rise.final) < abs(rise.initial)
     path = path_text(rise.initial, rise.final)
-    text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}"
+    since = f"after {rise.begin:.{report.decimals}f} s"
+    text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}, {since}"
     if not rise.ended:
         end = report.segments[place - 1].segment.end
         why = "the segment ends"
@@ -212,12 +238,10 @@ def _estimates(report: Report) -> Pairs:
     ]
 
 
-Pairs = list[tuple[str, str]]
-
-
 def estimate_text(estimate: Estimate, of: str, unit: str = "") -> str:
     """A value with its interval, or why there is none."""
     value, low, high, count, note = estimate
+    value = 0.0 if abs(value) < sys.float_info.min else value
     if math.isnan(value):
         bound = ""
         if low > 0.0 and math.isinf(high):
@@ -249,119 +273,3 @@ def transient_text(transient: Transient) -> str:
         case TransientKind.NONE:
             return f"none: {transient.final:.5g} rad/s throughout{note}"
     return f"unresolved{note}"
-
-
-def energy(report: Report) -> Pairs:
-    """The simulator's energy ledger, and what the impacts give."""
-    found: Pairs = []
-    last = next((h for h in reversed(report.record.health) if h.energy), None)
-    if last is None or last.energy is None:
-        found.append(("energy ledger of the simulator", _no_diagnostics(report)))
-    else:
-        e = last.energy
-        found += [
-            (
-                "ledger at",
-                f"{last.simulated:.{report.decimals}f} s, since the start or the last reset",
-            ),
-            ("work of the platform", f"{e.work_axial:.6g} J axial, {e.work_angular:.6g} J angular"),
-            ("work of impulses, parameters", f"{e.work_impulses:.4g} J, {e.work_parameters:.4g} J"),
-            (
-                "loss in impacts",
-                (f"{e.loss_impact_axial:.6g} J axial, {e.loss_impact_friction:.6g} J friction"),
-            ),
-            ("loss in sliding contact", f"{e.loss_sliding:.6g} J"),
-            *([("taken by the brake", f"{e.loss_brake:.6g} J")] if e.loss_brake else []),
-            (
-                "balance residual",
-                (f"{max(h.residual for h in report.record.health):.1e} of the throughput, largest"),
-            ),
-        ]
-    return [*found, *_checked(report)]
-
-
-def _checked(report: Report) -> Pairs:
-    check = report.ledger
-    if check is None:
-        return [
-            (
-                "recomputed from impacts",
-                ("not possible: needs impacts, the disk's parameters and reports on /diagnostics"),
-            )
-        ]
-    rest = f", {counted(check.missing, 'row')} lost" if check.missing else ""
-    summed = ""
-    if check.summed:
-        left = f"{counted(check.summed, 'row')} of chatters left out"
-        summed = f"; {left}: about {check.in_summed:.2g} J axial"
-    return [
-        (
-            "recomputed from",
-            (f"{check.rows} rows, {_span(report, check.begin, check.end)}{rest}{summed}"),
-        ),
-        (
-            "axial loss in them",
-            f"{check.rows_axial:.6g} J, ledger {check.ledger_axial:.6g} J",
-        ),
-        (
-            "friction loss in them",
-            (f"{check.rows_friction:.6g} J, ledger {check.ledger_friction:.6g} J"),
-        ),
-    ]
-
-
-def real_time(report: Report) -> Pairs:
-    """How the simulator kept time, and what was lost on the way."""
-    found: Pairs = []
-    real = report.real_time
-    if real is None:
-        found.append(("real time", _no_diagnostics(report)))
-    else:
-        reached = f"{real.reached:.4f}"
-        if math.isnan(real.reached):
-            reached = f"not known from {real.reports} report{'s' if real.reports > 1 else ''}"
-        p50, p99, largest = (1e3 * value for value in real.lateness)
-        found += [
-            ("real-time factor", f"asked {real.asked}, reached {reached}"),
-            (
-                "lateness of the ticks",
-                (f"p50 {p50:.2f} ms, p99 {p99:.2f} ms, largest {largest:.2f} ms"),
-            ),
-            ("simulated time behind", f"at most {1e3 * real.behind:.1f} ms"),
-            ("samples skipped", str(real.skipped)),
-            ("inputs refused", str(real.refused)),
-        ]
-    found.append(("impacts lost by index", counted(report.record.lost, "row")))
-    lost = [t for t in report.source.topics if t.lost != "0"]
-    found.append(("messages lost by number", "; ".join(f"{t.topic} {t.lost}" for t in lost) or "0"))
-    return [*found, *_noted(report)]
-
-
-def _no_diagnostics(report: Report) -> str:
-    return f"/diagnostics is {report.source.absence('/diagnostics')}"
-
-
-def _noted(report: Report) -> Pairs:
-    notes = report.source.notes or {}
-    if "lost" not in notes:
-        return [("recorder's notes", ABSENT)]
-    try:
-        lost = read_json("lost", notes["lost"]) or "0"
-        dropped = read_json("dropped", notes.get("received_but_not_recorded", "{}")) or "0"
-    except InputError:
-        return [("recorder's notes", "cannot be read")]
-    return [
-        (
-            "recorder's notes",
-            (
-                f"lost on the way {_flat(lost)}, impact rows "
-                f"{notes.get('lost_impact_rows', '?')}, received but not recorded {_flat(dropped)}"
-            ),
-        )
-    ]
-
-
-def _flat(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {number}" for key, number in value.items())
-    return str(value)

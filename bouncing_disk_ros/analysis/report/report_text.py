@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.analysis.recorded.segments import known
+from bouncing_disk_ros.analysis.recorded.spans import known
 from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.run_report import Report, SegmentReport
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
@@ -39,7 +39,7 @@ def segment_rows(report: Report, most: int = MOST_LINES) -> list[tuple[str, ...]
 def _segment_cells(report: Report, place: int, part: SegmentReport) -> tuple[str, ...]:
     segment = part.segment
     axial_forcing = "?"
-    if segment.motion is not None and known(segment.disk):
+    if segment.motion is not None and part.is_confirmed and known(segment.disk):
         axial_forcing = f"{axial_forcing_of(segment.motion, segment.disk):.4f}"
     return (
         str(place + 1),
@@ -49,7 +49,7 @@ def _segment_cells(report: Report, place: int, part: SegmentReport) -> tuple[str
         axial_forcing,
         str(part.impacts),
         part.orbit.name if part.orbit else "not worked out",
-        "" if math.isnan(part.settled) else f"{part.settled:.4f}",
+        "" if math.isnan(part.settled.value) else f"{part.settled.value:.4f}",
     )
 
 

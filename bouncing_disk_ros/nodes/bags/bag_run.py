@@ -18,15 +18,18 @@ from bouncing_disk_ros.analysis.report.run_report import Source, TopicCount
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
 from bouncing_disk_ros.bag.bag_topic import Message
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.bag.loss import UNKNOWN
+from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.nodes.bags.bounded_columns import Bounded, EveryNth, Newest
-from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
+from bouncing_disk_ros.nodes.bags.message_order import Losses, RunOrder, Sign, in_order_of_sending
 from bouncing_disk_ros.nodes.bags.simulators import OPTIONAL, WANTED, choose, is_there
 from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder, record_of
-from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.units import NS
 
 MOST_SAMPLES = 200_000
 """Of joint_states and of disk/rotor_speed at most so many messages are kept, evenly taken."""
+MOST_WAITING = 10_000
+"""So many messages wait at most for another one that shows whether their run goes on."""
 
 
 class ReadOptions(NamedTuple):
@@ -72,6 +75,15 @@ def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> Ru
         return reader.record
 
 
+def ends_of(bag: Bag, namespace: str) -> list[int]:
+    """The last instant (simulated ns) that any message shows of each run with records of inputs."""
+    topics = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
+    reader = BagRun(bag, ReadOptions(namespace, topics=topics))
+    for _ in reader.read():
+        pass
+    return reader.ends
+
+
 class BagRun:
     """Reads a bag once; after `read`, `record` and `source` are the run wished for."""
 
@@ -86,21 +98,37 @@ class BagRun:
         self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
         for name in self._names:
             bag.check_installed(name)
-        self._missing = tuple(sorted(set(names.values()) - {*self._names.values(), *OPTIONAL}))
+        absent = sorted(set(names.values()) - {*self._names.values(), *OPTIONAL})
+        in_bag = {short for name, short in names.items() if name in bag.topics}
+        self._missing = tuple(short for short in absent if short not in in_bag)
+        self._empty = tuple(short for short in absent if short in in_bag)
+        self._order = RunOrder()
         self._losses = Losses()
         self._stopped = ""
         self._cut_off = False  # the run goes on after the times wished for
-        self._runs = self._kept_run = 0
-        self.record = RunRecord(UNKNOWN_DISK)
+        self._kept_run = self._undecided = 0
+        self.record = self._record = RunRecord(UNKNOWN_DISK)
+        self._builder = RunRecordBuilder(self._record, self.namespace)
+        self.ends: list[int] = []  # of the runs with inputs: the last instant, simulated ns
+        self._waiting: list[tuple[str, Any]] = []  # of which the next sign tells the run
         self._bounded = self._bound()
-        self._begin_run()
 
     def _bound(self) -> Bounded:
         options = self._wish
         return Bounded(self.record.chunks, options.begin, options.end, options.most_rows)
 
+    def _end_run(self) -> None:
+        """Note where the run under way ends."""
+        if self._record.inputs or self._record.known:
+            last = (self._record.states, self._record.speeds)
+            times = [float(series[-1][0]) for series in last if series]
+            times += [report.simulated for report in self._record.health[-1:]]
+            times = [time - 2.0 * self._record.rounding for time in times]
+            self.ends.append(math.floor(max(times, default=0.0) * NS))
+
     def _begin_run(self) -> None:
-        self._runs += 1
+        if self._order.run > 1:
+            self._end_run()
         self._record = RunRecord(UNKNOWN_DISK)
         self._record.states = EveryNth[State](MOST_SAMPLES)
         self._record.speeds = EveryNth[tuple[float, float]](MOST_SAMPLES)
@@ -110,9 +138,8 @@ class BagRun:
         self._record.disks = Newest[Any](limits.EVENTS)
         self._record.offsets = Newest[Any](limits.EVENTS)
         self._builder = RunRecordBuilder(self._record, self.namespace)
-        self._latest = {"disk/inputs": -1.0, "disk/impacts": -1.0}
-        if self._wish.run in (0, self._runs):
-            self.record, self._kept_run = self._record, self._runs
+        if self._wish.run in (0, self._order.run):
+            self.record, self._kept_run = self._record, self._order.run
             self._bounded = self._bound()
 
     # --- reading ----------------------------------------------------------------------------------
@@ -129,10 +156,12 @@ class BagRun:
             except BagError as error:
                 self._stop(error)
                 break
-            self._take(self._names[message.topic], content)
+            self._take(self._names[message.topic], message, content)
             yield
-        if not self._kept_run:
-            raise InputError("run", self._wish.run, f"1 to {self._runs}")
+        self._take_waiting()
+        self._end_run()
+        if not self._kept_run and self._wish.run:
+            raise InputError("run", self._wish.run, f"1 to {max(1, self._order.run)}")
         if self._wish.is_cut:
             self._clip()
 
@@ -147,25 +176,37 @@ class BagRun:
     def _stop(self, error: BagError) -> None:
         self._stopped = f"{error}; what follows is not in this report (bag_recover saves it)"
 
-    def _take(self, short: str, content: Any) -> None:
-        if short == "disk/inputs":
-            record = record_of(content)
-            self._note_index(short, record["index"], record["index"])
-            self._builder.take_record(record)
-        else:
-            if short == "disk/impacts" and len(rows := impacts_from_msg(content)):
-                self._note_index(short, *(float(rows["index"][place]) for place in (0, -1)))
-            self._builder.handlers[short](content)
-        if self._record is not self.record:
-            self._record.chunks.clear()
-        elif short == "disk/impacts":
-            self._bounded.tidy()
-
-    def _note_index(self, short: str, first: float, last: float) -> None:
-        """Note first and last running index of a message; one that falls begins another run."""
-        if first <= self._latest[short]:
+    def _take(self, short: str, message: Message, content: Any) -> None:
+        """Take one message into the run to which it belongs."""
+        if self._order.is_repeat(short, message):
+            return
+        record = record_of(content) if short == "disk/inputs" else None
+        is_numbered = 0 < message.sequence < UNKNOWN and short != "/diagnostics"
+        number = message.sequence if is_numbered else 0
+        found = self._builder.counts(short, content, record, is_numbered=is_numbered)
+        if found is None:  # of another node
+            return
+        shown = self._order.take(short, number, found)
+        if shown is Sign.BEGINS:
+            self._undecided += len(self._waiting)
+            self._waiting.clear()
             self._begin_run()
-        self._latest[short] = max(self._latest[short], last)
+        self._waiting.append((short, content if record is None else record))
+        if shown is not Sign.NOTHING or len(self._waiting) > MOST_WAITING:
+            self._take_waiting()
+
+    def _take_waiting(self) -> None:
+        """Take the messages that wait into the run under way."""
+        for short, content in self._waiting:
+            if short == "disk/inputs":
+                self._builder.take_record(content)
+            else:
+                self._builder.handlers[short](content)
+            if self._record is not self.record:
+                self._record.chunks.clear()
+            elif short == "disk/impacts":
+                self._bounded.tidy()
+        self._waiting.clear()
 
     def _clip(self) -> None:
         """Keep what lies in the times wished for; InputError: the run has nothing there."""
@@ -188,18 +229,31 @@ class BagRun:
         bag, found = self._bag, sorted(self._names)
         damage = [*bag.remarks, self._stopped] if self._stopped else bag.remarks
         return Source(
-            str(bag.path), self.namespace, self._kept_run, self._runs,
+            str(bag.path), self.namespace, max(1, self._kept_run), max(1, self._order.run),
             bag.notes.get("version", ""),
             tuple(
-                TopicCount(n, bag.topics[n].count, self._losses.of(n, self._runs)) for n in found
+                TopicCount(n, bag.topics[n].count, self._losses.of(n, self._order.run))
+                for n in found
             ),
-            self._missing, bag.notes, tuple(damage), tuple(self._limits()), self._wish.is_cut,
-            self._cut_off,
+            self._missing, self._empty, bag.notes, tuple(damage), tuple(self._limits()),
+            self._wish.is_cut, self._cut_off,
         )  # fmt: skip
 
     def _limits(self) -> Iterator[str]:
+        begin, end = self._wish.begin, self._wish.end
         if self._wish.is_cut:
-            yield f"all before {self._wish.begin:g} s and from {self._wish.end:g} s on, as asked"
+            sides = ((f"before {begin:g} s", begin), (f"from {end:g} s on", end))
+            left = " and ".join(text for text, time in sides if math.isfinite(time))
+            yield f"all {left}, as asked"
+        if self._undecided:
+            messages = counted(self._undecided, "message")
+            yield f"{messages} between two runs, which may belong to either"
+        if self.record.untimed:
+            samples = counted(self.record.untimed, "sample")
+            yield (
+                f"{samples} without a simulated time: platform/motion, disk/inputs or impacts do "
+                "not give it"
+            )
         if self._bounded.dropped:
             yield (
                 f"the first {self._bounded.dropped} rows of impacts: only the last ones fit in "

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Iterator
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.bag.loss import SequenceLoss
+from bouncing_disk_ros.nodes.shared.run_record_builder import Count
 from bouncing_disk_ros.units import NS
 
 WINDOW_NS = NS
@@ -38,6 +41,62 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
             yield first
     while waiting:
         yield heapq.heappop(waiting)[2]
+
+
+LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
+"""Topics that a recorder may be given a second time, with the numbers and times of the first."""
+_REMEMBERED = 1000
+
+
+class Sign(Enum):
+    """What a message shows of the run under way."""
+
+    BEGINS = "begins"
+    GOES_ON = "goes on"
+    NOTHING = "nothing"
+
+
+class RunOrder:
+    """Which run each message of a simulator belongs to: that under way when it was sent.
+
+    A run begins where a topic begins anew: its publisher's numbers, its running index or its
+    simulated time fall behind those of a message of the same topic and the same run. Where they
+    rise, the run goes on. A message that shows neither is of the run that was under way before and
+    after it; between two runs nobody knows. Messages are to be given in the order of sending.
+    """
+
+    def __init__(self) -> None:
+        self.run = 0  # of the newest message that shows it, from 1
+        self._latest: dict[str, tuple[int, list[float]]] = {}  # run, counts by topic
+        self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
+
+    def is_repeat(self, short: str, message: Message) -> bool:
+        """Whether a latched message has been there before."""
+        if short not in LATCHED:
+            return False
+        seen = self._seen.setdefault(short, OrderedDict())
+        key = message.publish_time_ns or message.log_time_ns, message.sequence, message.data
+        if key in seen:
+            return True
+        seen[key] = None
+        if len(seen) > _REMEMBERED:
+            seen.popitem(last=False)
+        return False
+
+    def take(self, short: str, number: int, counts: Sequence[Count]) -> Sign:
+        """What a message shows; `number`: of its publisher, 0: it has none."""
+        if number:
+            counts = [*counts, Count(number, number, rises=True)]
+        run, latest = self._latest.get(short, (0, []))
+        shown = Sign.NOTHING
+        if self.run == 0:
+            shown = Sign.BEGINS
+        elif run == self.run and counts and latest:
+            falls = any(one.follows_not(last) for one, last in zip(counts, latest, strict=False))
+            shown = Sign.BEGINS if falls else Sign.GOES_ON
+        self.run += shown is Sign.BEGINS
+        self._latest[short] = self.run, [one.last for one in counts]
+        return shown
 
 
 class Losses:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.point_clouds import CloudRows
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.bags.bag_run import ends_of
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.replay_check import Replay, Watch, replay
 from bouncing_disk_ros.run.run_splitting import Run, Runs
@@ -95,6 +97,12 @@ class Recorded:
         """The runs in the bag, one after the other."""
         return Runs(self.records(heard), self.rows(heard))
 
+    def ends(self) -> list[int]:
+        """The last instant (simulated ns) that other topics show of each run; none if remapped."""
+        if not self.inputs.endswith("/" + INPUTS):
+            return []
+        return ends_of(self.bag, self.inputs.removesuffix(INPUTS))
+
     def run(self, number: int) -> Run:
         """The run of this number, from 1; InputError when there is none."""
         count = 0
@@ -144,8 +152,11 @@ def replay_bag(
     recorded: Recorded, heard: Heard = _ignore, watch: Watch | None = None
 ) -> ReplayedBag:
     """Replay every run of a simulator in a bag; InputError without a snapshot to begin at."""
-    runs = recorded.runs(heard)
-    found = [replay(run.records, run.rows, watch) for run in runs]
+    runs, ends = recorded.runs(heard), recorded.ends()
+    found = [
+        replay(run.records, run.rows, watch, until_ns)
+        for run, until_ns in zip(runs, chain(ends, repeat(0)), strict=False)
+    ]
     if not any(run.start_ns is not None for run in found):
         records = sum(run.records for run in found)
         hint = "Record for longer than the simulator's snapshot_period."

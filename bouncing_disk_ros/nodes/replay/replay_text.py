@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 import bouncing_disk_ros
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.nodes.replay.bag_streams import ReplayedBag
 from bouncing_disk_ros.run.replay_check import Gap, Replay
 from bouncing_disk_ros.run.run_pair import SPEED_SECONDS, TwoRuns
@@ -80,10 +83,21 @@ def _speed(shown: Shown) -> str:
 def _parting(runs: TwoRuns) -> str:
     divergence = runs.divergence
     if divergence is None or runs.divergence_time_ns is None:
-        return "  the two never differ: every row is equal"
+        return _alike(runs)
     values = " and ".join(map(_value, (divergence.recorded, divergence.replayed)))
     where = f"{divergence.where}: {divergence.field} {values}"
     return f"  they differ from {runs.divergence_time_ns / NS:.9f} s on, {where}"
+
+
+def _alike(runs: TwoRuns) -> str:
+    """Two runs without a row that differs: then their samples tell, where there are any."""
+    first, second = runs.first.samples, runs.second.samples
+    rows = counted(runs.first.impacts, "impact")
+    differ = np.flatnonzero(first != second)
+    if len(differ):
+        time = first["time_ns"][differ[0]] / NS
+        return f"  they differ, though no impact does ({rows}): by samples from {time:.3f} s on"
+    return f"  the two never differ: {rows} and {counted(len(first), 'sample')} are equal"
 
 
 def _value(value: object) -> str:

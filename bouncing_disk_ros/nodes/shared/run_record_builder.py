@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.analysis.recorded.impact_text import LossCounter
@@ -18,7 +18,7 @@ from bouncing_disk_ros.analysis.recorded.record_validation import (
     checked_rows,
 )
 from bouncing_disk_ros.analysis.recorded.run_record import Change, Health, RunRecord, State
-from bouncing_disk_ros.core.model import Disk, Energy
+from bouncing_disk_ros.core.model import Disk, Energy, MotionInForce
 from bouncing_disk_ros.errors import InputError, shown
 from bouncing_disk_ros.ros.from_messages import (
     impacts_from_msg,
@@ -28,6 +28,7 @@ from bouncing_disk_ros.ros.from_messages import (
     time_to_ns,
 )
 from bouncing_disk_ros.run.input_records import Record, from_json
+from bouncing_disk_ros.run.recorded_motions import RecordedMotions
 from bouncing_disk_ros.run.recorded_trajectories import RecordedTrajectories
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.units import NS
@@ -35,6 +36,7 @@ from bouncing_disk_ros.units import NS
 _SHOWN = 100
 """Letters of a text of another node that are shown, at most."""
 _JOINTS = ("disk_axial", "platform_axial", "disk_rotation")
+_IMPULSE = ("at_ns", "axial_impulse", "angular_impulse")
 _REPORTED = (
     ("real time", "simulated time (s)"),
     ("real time", "lateness p50 (s)"),
@@ -43,6 +45,18 @@ _REPORTED = (
     ("energy", "residual / throughput"),
 )
 """Task and key of the fields of `Health` between its stamp and `running`."""
+
+
+class Count(NamedTuple):
+    """What never falls within a run: its values at the beginning and the end of a message."""
+
+    first: float
+    last: float
+    rises: bool = False  # and is never the same twice
+
+    def follows_not(self, before: float) -> bool:
+        """Whether it has fallen since a value of the message before."""
+        return self.first < before or (self.rises and self.first == before)
 
 
 class RunRecordBuilder:
@@ -57,8 +71,13 @@ class RunRecordBuilder:
         self._prefix = namespace.strip("/")
         self._losses = LossCounter()
         self._trajectories = RecordedTrajectories(record.offsets)
-        self._line: TimeMap | None = None  # between stamps and simulated time
-        self._factor, self._clock_is_simulated = 1.0, False
+        self._motions = RecordedMotions(record.motions)
+        self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
+        self._heard: MotionInForce | None = None  # the newest on platform/motion
+        self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
+        self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
+        self._factor: float | None = None  # None: without inputs; then the impacts show it
+        self._clock_is_simulated = False
         self.handlers: Mapping[str, Callable[[Any], None]] = {
             "disk/inputs": self._on_input,
             "platform/motion": self._on_motion,
@@ -70,13 +89,47 @@ class RunRecordBuilder:
             "/diagnostics": self._on_diagnostics,
         }
 
-    def _through(self, simulated_ns: int, ros_ns: int) -> TimeMap:
-        return TimeMap(simulated_ns, 0, ros_ns, self._factor, self._clock_is_simulated)
+    def counts(
+        self, short: str, msg: Any, record: Record | None, *, is_numbered: bool
+    ) -> list[Count] | None:
+        """What of a message never falls within a run; None: it is of another node."""
+        match short:
+            case "disk/inputs" if record is not None:
+                index, time = record["index"], record["time_ns"]
+                return [Count(index, index, rises=True), Count(time, time)]
+            case "disk/impacts" if len(rows := impacts_from_msg(msg)):
+                first, last = rows[0], rows[-1]
+                return [
+                    Count(float(first["index"]), float(last["index"]), rises=True),
+                    Count(float(first["time"]), float(last["time"])),
+                ]
+            case "platform/motion":
+                motion = msg_to_motion(msg)
+                # the same motion comes again with a new line of stamps; another one begins later
+                alone = not is_numbered and self._index < 0 and motion != self._heard
+                return [Count(motion.begin_ns, motion.begin_ns, rises=alone)]
+            case "/diagnostics":
+                health = self._health_of(msg)
+                return None if health is None else [Count(health.simulated, health.simulated)]
+            case "joint_states":
+                return [] if set(_JOINTS) <= set(msg.name) else None
+        return []
 
-    def _time(self, msg: Any) -> float:
-        """Simulated time of a message's stamp, s."""
-        assert self._line is not None
-        return self._line.to_simulated(time_to_ns(msg.header.stamp)) / NS
+    def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
+        if factor is None:
+            return None
+        line = TimeMap(simulated_ns, 0, ros_ns, factor, self._clock_is_simulated)
+        self.record.rounding = max(self.record.rounding, line.slope / NS)
+        return line
+
+    def _time(self, msg: Any) -> float | None:
+        """Simulated time of a message's stamp, s; None where no line is known."""
+        if self._line is None:
+            self.record.untimed += 1
+            return None
+        now = self._line.to_simulated(time_to_ns(msg.header.stamp))
+        self._motions.reach(now)
+        return now / NS
 
     def _on_motion(self, msg: Any) -> None:
         for point in msg.points:
@@ -85,9 +138,13 @@ class RunRecordBuilder:
                 raise InputError("platform/motion", given, f"{len(msg.joint_names)}, as names")
             checked_numbers("platform/motion", point.positions)
         motion = checked_motion(msg_to_motion(msg))
-        self._line = self._through(motion.begin_ns, time_to_ns(msg.header.stamp))
-        if not self.record.motions or self.record.motions[-1] != motion:
-            self.record.motions.append(motion)
+        self._heard = motion
+        self._anchor = motion.begin_ns, time_to_ns(msg.header.stamp)
+        self._line = self._through(*self._anchor, self._factor)
+        self._motions.reach(motion.begin_ns)
+        motions = self.record.motions
+        if not self.record.known and (not motions or motions[-1] != motion):
+            motions.append(motion)  # else disk/inputs has all of them
 
     def _on_offset(self, _: Any) -> None:
         self._trajectories.note_offset()
@@ -102,23 +159,33 @@ class RunRecordBuilder:
         self._losses.note(rows)
         self.record.lost = self._losses.lost
         self.record.chunks.append(rows)
-        if not self.record.motions:  # else platform/motion says where simulated time stands
-            last_ns = round(float(rows["time"][-1]) * NS)
-            self._line = self._through(last_ns, time_to_ns(msg.header.stamp))
+        self._tie(round(float(rows["time"][-1]) * NS), time_to_ns(msg.header.stamp))
+
+    def _tie(self, last_ns: int, stamp_ns: int) -> None:
+        """What the last impact of a message and its stamp say of the line between both times.
+
+        Each change of the line shows on platform/motion. Without it the impacts give the line, and
+        without disk/inputs they give the factor.
+        """
+        self._motions.reach(last_ns)
+        if self._anchor is None:
+            self._line = self._through(last_ns, stamp_ns, self._factor)
+        elif self._factor is None and (passed := stamp_ns - self._anchor[1]) > 0:
+            self._line = self._through(last_ns, stamp_ns, (last_ns - self._anchor[0]) / passed)
 
     def _on_speed(self, msg: Any) -> None:
-        if self._line is not None:
+        if (time := self._time(msg)) is not None:
             speed = checked_number("disk/rotor_speed", msg_to_speed(msg)[1])
-            self.record.speeds.append((self._time(msg), speed))
+            self.record.speeds.append((time, speed))
 
     def _on_joints(self, msg: Any) -> None:
         joints = msg_to_joints(msg)
-        if self._line is None or not set(_JOINTS) <= joints.keys():
+        if not set(_JOINTS) <= joints.keys() or (time := self._time(msg)) is None:
             return
         disk, platform, rotation = (joints[name] for name in _JOINTS)
-        values = disk[0], platform[0], rotation[1]
+        values = disk[0], platform[0], rotation[1], rotation[0]
         checked_numbers("joint_states", values)
-        self.record.states.append(State(self._time(msg), *values))
+        self.record.states.append(State(time, *values))
 
     # --- inputs -----------------------------------------------------------------------------------
     def _on_input(self, msg: Any) -> None:
@@ -127,27 +194,72 @@ class RunRecordBuilder:
     def take_record(self, record: Record) -> None:
         """Take a checked record of disk/inputs."""
         kind, time = record["kind"], record["time_ns"] / NS
+        if self._index >= 0 and record["index"] > self._index + 1:
+            self._forget()
+        self._index = record["index"]
         self.record.inputs += kind not in ("snapshot", "pause")
+        self._motions.reach(record["time_ns"])
         match kind:
             case "snapshot":
-                self._take_values(record["parameters"])
-                self._take_disk(time, record["parameters"])
-                self._trajectories.take_snapshot(record)
+                self._take_snapshot(time, record)
+            case "motion":
+                self._motions.take_motion(record)
             case "parameters":
-                self._take_values(record["values"])
-                if self._take_disk(time, record["disk"]):
-                    self.record.changes.append(Change(time, kind, _shown(record["values"])))
+                self._take_parameters(time, record)
             case "impulse":
-                detail = f"{record['axial_impulse']:g} N·s, {record['angular_impulse']:g} N·m·s"
-                self.record.changes.append(Change(record["at_ns"] / NS, "impulse", detail))
+                self._take_impulse(*(record[name] for name in _IMPULSE))
             case "trajectory":
                 self._trajectories.take_trajectory(record)
+            case "pause":
+                self._break_line(time)
             case "reset":
-                self.record.changes.append(Change(time, kind))
-                self._trajectories.take_reset(record["time_ns"])
+                self._take_reset(time, record)
+        self._last = time
+
+    def _forget(self) -> None:
+        """Records are missing: nothing is known up to the next snapshot."""
+        if self._motions.is_known:
+            self._motions.forget()
+            self.record.known[-1] = self.record.known[-1][0], self._last
+
+    def _take_snapshot(self, time: float, record: Record) -> None:
+        self._take_values(record["parameters"])
+        self._take_disk(time, record["parameters"])
+        self._trajectories.take_snapshot(record)
+        if not self._motions.is_known:
+            if not self.record.known:
+                self.record.motions.clear()  # those of platform/motion, which may lack some
+            for impulse in self._motions.take_snapshot(record):
+                self._take_impulse(*impulse)
+            self.record.known.append((time, math.inf))
+
+    def _take_parameters(self, time: float, record: Record) -> None:
+        self._take_values(record["values"])
+        if "real_time_factor" in record["values"]:
+            self._break_line(time)
+        if self._take_disk(time, record["disk"]):
+            self.record.changes.append(Change(time, "parameters", _shown(record["values"])))
+
+    def _break_line(self, time: float) -> None:
+        """Stamps and simulated time part: platform/motion or the next impact shows the new line."""
+        self.record.clock_set.append(time)
+        if self._anchor is None:
+            self._line = None
+
+    def _take_impulse(self, at_ns: int, axial: float, angular: float) -> None:
+        detail = f"{axial:g} N·s, {angular:g} N·m·s"
+        self.record.changes.append(Change(at_ns / NS, "impulse", detail))
+
+    def _take_reset(self, time: float, record: Record) -> None:
+        """Take a reset: impulses that lie ahead never act."""
+        acted = [one for one in self.record.changes if one.time <= time]
+        self.record.changes[:] = [*acted, Change(time, "reset")]
+        self._motions.take_reset(record)
+        self._trajectories.take_reset(record["time_ns"])
 
     def _take_values(self, values: Mapping[str, Any]) -> None:
-        self._factor = float(values.get("real_time_factor", self._factor))
+        if "real_time_factor" in values:
+            self._factor = float(values["real_time_factor"])
         self._clock_is_simulated = bool(values.get("publish_clock", self._clock_is_simulated))
 
     def _take_disk(self, time: float, values: Mapping[str, Any]) -> bool:
@@ -161,15 +273,18 @@ class RunRecordBuilder:
 
     # --- diagnostics ------------------------------------------------------------------------------
     def _on_diagnostics(self, msg: Any) -> None:
+        if (health := self._health_of(msg)) is not None:
+            self.record.health.append(health)
+
+    def _health_of(self, msg: Any) -> Health | None:
+        """The report of the simulator in a message; None: there is none."""
         tasks, words = {}, ""
         for status in msg.status:
             node, _, task = status.name.partition(": ")
             if node.rpartition("/")[0] == self._prefix:
                 tasks[task] = {value.key: value.value for value in status.values}
                 words = status.message if task == "real time" else words
-        health = _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
-        if health is not None:
-            self.record.health.append(health)
+        return _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
 
 
 def record_of(msg: Any) -> Record:
@@ -185,6 +300,7 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
         ledger = [_joules(energy, name) for name in Energy._fields]
         behind = float(clock.get("behind (s)", "nan"))
         counts = int(clock.get("samples skipped", 0)), int(inputs.get("refused", 0))
+        rows = int(tasks.get("impacts", {}).get("rows", -1))
     except (KeyError, ValueError):
         return None
     sized = [value for value in (*reported, *ledger, behind) if not math.isnan(value)]
@@ -194,7 +310,7 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
     simulated, p50, p99, largest, residual = reported
     return Health(
         stamp, simulated, p50, p99, largest, residual, words.startswith("running"), behind,
-        *counts, asked if asked.isprintable() else "?", Energy(*ledger),
+        *counts, asked if asked.isprintable() else "?", Energy(*ledger), rows,
     )  # fmt: skip
 
 

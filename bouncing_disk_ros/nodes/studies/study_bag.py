@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
-from bouncing_disk_ros.analysis.recorded.segments import (
+from bouncing_disk_ros.analysis.recorded.spans import (
     Segment,
     known,
     segments_of,
@@ -98,10 +98,10 @@ def steady_segments(record: RunRecord, path: str) -> list[Segment]:
     times += [time for time, _ in record.speeds[-1:]] + [time for time, _ in record.disks[-1:]]
     times += [motion.begin_ns / NS for motion in record.motions]
     end = math.nextafter(max(times, default=0.0), math.inf)
-    found = segments_of(0.0, end, record.motions, record.changes, record.disks)
+    found = segments_of(record, 0.0, end)
     steady = [one for one in found if one.motion is not None and known(one.disk)]
     if not steady:
-        allowed = "a bag with platform/motion and disk/inputs of a steady motion"
+        allowed = "a bag with disk/inputs of a steady motion"
         raise InputError("bag", path, allowed, "Give the options themselves instead.")
     return steady
 

@@ -165,6 +165,30 @@ def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
         assert f"{report.lost} lost" in run.notes["recovered"]
 
 
+@pytest.mark.parametrize("has_index", [True, False])
+def test_recovery_names_attachments_and_notes_that_are_lost(
+    tmp_path: Path, sent: list[Sent], has_index: bool
+) -> None:
+    """They have no messages, but they were written; metadata.yaml has the notes once more."""
+    folder = make(tmp_path / "run", sent, chunk_size=CHUNK)
+    file = folder / "run_0.mcap"
+    notes = [at for at, name in Source(file).names.items() if name == "note bouncing_disk_ros"]
+    damaged = bytearray(file.read_bytes())
+    damaged[damaged.index(b"friction: 0.6")] ^= 1
+    for note in notes:
+        damaged[damaged.index(b"1", note + 40)] ^= 1
+    file.write_bytes(bytes(damaged if has_index else damaged[:-20]))
+    report = bag.recover(folder)
+    assert report.lost == 0
+    assert "no message that was written is lost; lost: " in report.summary
+    assert set(report.lost_records) == {"attachment parameters.yaml", "note bouncing_disk_ros"}
+    assert any("lost attachment parameters.yaml" in line for line in report.lines)
+    assert "notes are those of metadata.yaml, where the files lack them" in report.lines
+    with bag.open(report.output) as run:
+        assert run.attachments == {}
+        assert run.notes["version"] == "1.2.3"
+
+
 def test_the_command_recovers(
     tmp_path: Path, whole: bytes, capsys: pytest.CaptureFixture[str]
 ) -> None:

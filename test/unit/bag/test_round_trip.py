@@ -15,7 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import JointState, PointCloud2
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag import schema
@@ -278,3 +278,18 @@ def test_each_file_names_the_time_of_its_last_message(folder: Path, sent: list[S
         assert summary.statistics.message_end_time == times[-1]
         ends.append(times[-1])
     assert max(ends) == sent[-1].log_time_ns
+
+
+@pytest.mark.parametrize("behind", [4, 12, 100])
+def test_bytes_behind_a_message_are_not_looked_at(tmp_path: Path, behind: int) -> None:
+    """Serialisation by rmw leaves some where a sequence is empty: joint states without efforts."""
+    state = JointState(name=["a"], position=[1.5], velocity=[0.5])
+    data = serialize_message(state)
+    with bag.Writer(tmp_path / "run") as writer:
+        writer.add_topic("/joint_states", TYPES["/joint_states"], [QOS])
+        writer.write("/joint_states", data + bytes(range(1, behind + 1)), START_NS)
+    with bag.open(tmp_path / "run") as run:
+        ((_, found),) = run.decoded("/joint_states")
+        assert found.position.tolist() == [1.5]
+        assert found.effort.tolist() == []
+        assert run.columns("/joint_states", ["velocity"])["velocity"].tolist() == [[0.5]]

@@ -15,6 +15,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, RunRecord
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
+from bouncing_disk_ros.nodes.bags.simulators import WANTED
 from bouncing_disk_ros.plots.report_html import report_html
 from bouncing_disk_ros.plots.report_page import report_page, save_page
 from bouncing_disk_ros.plots.report_signature import MARK
@@ -93,8 +94,11 @@ def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
     assert text == report_html(report)  # no dates, no random names
 
 
+ALL = (*WANTED, "/diagnostics")
+
+
 def test_a_report_on_nothing_says_what_is_absent() -> None:
-    page = Page(report_html(report_of(RunRecord(UNKNOWN_DISK), Source("empty"))))
+    page = Page(report_html(report_of(RunRecord(UNKNOWN_DISK), Source("empty", missing=ALL))))
     assert page.plots == []
     assert page.words.count("not in this bag") >= len(PANELS)
 

@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.analysis.recorded.estimate import Estimate
-from bouncing_disk_ros.analysis.recorded.segments import Segment
-from bouncing_disk_ros.analysis.recorded.steady_tail import mean_in_flight, tail_begin
+from bouncing_disk_ros.analysis.recorded.spans import Segment
+from bouncing_disk_ros.analysis.recorded.steady_tail import (
+    angle_of_means,
+    mean_in_flight,
+    mean_of_angle,
+    tail_begin,
+)
 from bouncing_disk_ros.analysis.recorded.transient import Transient, TransientKind
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Motion
 
@@ -54,6 +59,7 @@ def test_between_impacts_a_load_takes_speed_on_a_line() -> None:
     """After each impact 3 rad/s; a brake takes 1 rad/s until the next one, or stops the rotor."""
     rows = np.zeros(4, IMPACT_DTYPE)
     rows["index"], rows["time"], rows["angular_velocity"] = np.arange(4), [0.0, 1.0, 2.0, 3.0], 3.0
+    rows["axial_velocity"], rows["count"] = 5.0, 1  # back after a second, with g = 10 m/s²
     rows["angular_impulse"] = DISK.inertia * 1.0
     assert mean_in_flight(rows, DISK) == 3.0
     braked = DISK._replace(brake_torque=DISK.inertia * 1.0)
@@ -62,3 +68,19 @@ def test_between_impacts_a_load_takes_speed_on_a_line() -> None:
     assert math.isnan(mean_in_flight(rows, braked))
     rows["index"][3] = 4.0
     assert math.isnan(mean_in_flight(rows, DISK)), "a row was lost"
+    rows["index"][3], rows["axial_velocity"][1] = 3.0, 0.0
+    assert math.isnan(mean_in_flight(rows, DISK)), "the second impact led into contact"
+
+
+def test_means_are_angle_over_time() -> None:
+    times = np.arange(0.0, 10.0, 0.1)
+    angles = 2.0 * times + 0.3 * np.sin(math.tau * times / 0.7)
+    whole = mean_of_angle(times, angles, 7.0, 0.7)
+    assert whole.value == pytest.approx(2.0, abs=1e-9)
+    assert whole.end - whole.begin == pytest.approx(4 * 0.7)
+    other = mean_of_angle(times, angles, 7.0, 0.0)
+    assert other.value == pytest.approx((angles[99] - angles[70]) / 2.9)
+    assert math.isnan(mean_of_angle(times[:1], angles[:1], 0.0, 0.0).value)
+    # each mean is since the message before; one is missing at 3 s
+    at, turned = angle_of_means(np.array([1.0, 2.0, 4.0, 5.0, 6.0]), np.array([9, 9, 9, 2.0, 4.0]))
+    assert (at.tolist(), turned.tolist()) == ([4.0, 5.0, 6.0], [0.0, 2.0, 6.0])

@@ -131,9 +131,9 @@ def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
     assert run.record.rows["time"].max() < 6.0
     assert [report.simulated for report in run.record.health] == [3.0, 4.0, 5.0]
     assert run.source.limits == ("all before 3 s and from 6 s on, as asked",)
-    assert run.source.absence("/diagnostics") == "no messages within these times"
+    assert run.source.absence("/diagnostics") == "without messages within these times"
     assert run.source.absence("disk/phase") == "not in this bag"  # of a topic that is missing
-    assert read(folder).source.absence("/diagnostics") == "not in this bag"
+    assert read(folder).source.absence("/diagnostics") == "without messages of this run"
 
 
 @pytest.mark.parametrize("without", [(), ("joint_states", "disk/rotor_speed", "/diagnostics")])
@@ -192,8 +192,9 @@ def test_slow_motion_has_simulated_times(tmp_path: Path) -> None:
         made = RecordedRun(writer, real_time_factor=0.5)
         made.run(4.0)
     record = read(tmp_path / "run").record
-    # the writer's stamps run with simulated time: read as stamps of slow motion, times are halved
-    assert record.states[-1].time == pytest.approx(2.0)
+    assert record.states[-1].time == pytest.approx(4.0)
+    stamps = [report.stamp for report in record.health]
+    assert stamps[-1] - stamps[0] == pytest.approx(6.0), "three simulated seconds"
 
 
 def test_changes_are_heard(tmp_path: Path) -> None:

@@ -86,6 +86,6 @@ def test_what_a_study_cannot_use_is_said_with_the_way_out(tmp_path: Path) -> Non
         read_bag(str(folder), None, WANTED)
     light = {name: WANTED[name] for name in ("axial_forcing", "restitution")}
     assert read_bag(str(folder), None, light).values["axial_forcing"] == pytest.approx(0.45)
-    unknown = period_one_bag(tmp_path / "other", 1.0, without=("platform/motion",))
+    unknown = period_one_bag(tmp_path / "other", 1.0, without=("disk/inputs",))
     with pytest.raises(InputError, match="Give the options themselves instead"):
         read_bag(str(unknown), None, WANTED)

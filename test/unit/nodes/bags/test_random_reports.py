@@ -1,0 +1,20 @@
+"""Every number and sentence of reports on runs drawn at random, against the runs themselves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from reference.cases import examples
+from support import random_reports
+
+AT_ONCE = 10
+
+
+@pytest.mark.parametrize("first", range(0, examples(50), AT_ONCE))
+def test_a_report_says_what_the_run_did(first: int, tmp_path: Path) -> None:
+    made = 0
+    for seed in range(first, first + AT_ONCE):
+        made += random_reports.check(seed, tmp_path / f"run_{seed}")
+    assert made >= AT_ONCE // 2, "too few bags are worth a report"
