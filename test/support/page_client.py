@@ -18,7 +18,7 @@ from bokeh.document.events import MessageSentEvent, ModelChangedEvent
 from bokeh.events import ButtonClick
 from bokeh.protocol import Protocol
 from bokeh.protocol.receiver import Receiver
-from tornado.httpclient import AsyncHTTPClient, HTTPRequest
+from tornado.httpclient import AsyncHTTPClient, HTTPRequest, HTTPResponse
 from tornado.websocket import websocket_connect
 
 from support.page_link import model
@@ -30,6 +30,11 @@ def token_of(page: bytes) -> str:
     found = re.search(r'"token":"([^"]+)"', page.decode())
     assert found is not None
     return found[1]
+
+
+def cookie_of(page: HTTPResponse) -> str:
+    """The cookie that a page brings, for its other requests."""
+    return page.headers["Set-Cookie"].split(";")[0]
 
 
 class PageClient:
@@ -54,9 +59,8 @@ class PageClient:
         page = await http.fetch(HTTPRequest(url, request_timeout=PATIENCE))
         http.close()
         place = urlsplit(url)
-        request = HTTPRequest(
-            f"ws://{place.netloc}/ws", headers={"Origin": f"http://{place.netloc}"}
-        )
+        headers = {"Origin": f"http://{place.netloc}", "Cookie": cookie_of(page)}
+        request = HTTPRequest(f"ws://{place.netloc}/ws", headers=headers)
         token = token_of(page.body)
         self._socket: Any = await websocket_connect(request, subprotocols=["bokeh", token])
         await self._next()  # ACK

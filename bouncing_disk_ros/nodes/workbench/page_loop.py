@@ -62,7 +62,6 @@ def serve(
         webbrowser.open(server.url)
 
     def look() -> None:
-
         link.tick()
         look_after()
         if stop.asked:

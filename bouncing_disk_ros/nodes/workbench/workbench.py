@@ -26,10 +26,10 @@ Starts a simulator unless one runs. Without ROS it simulates by itself. Ctrl-C e
 _EXAMPLE = "ros2 run bouncing_disk_ros workbench --ros-args -p preset:=pizza_multiple_toss"
 
 _SPECS = (
-    Spec("address", "localhost", "", "interface to listen on; other than localhost, everybody who "
-         "has the address with its token can command the run"),
+    Spec("address", "localhost", "", "interface to listen on; whoever has the printed address can "
+         "command the run: it holds a token"),
     Spec("port", 5006, "", "port of the page; 0: any that is free", low=0, high=65535),
-    Spec("origins", "", "", "further hosts (host:port) whose pages may open a session: those of a "
+    Spec("origins", "", "", "further hosts (host:port) under which the page is reached: those of a "
          "proxy", listed=True),
     Spec("open_browser", True, "", "open the page in a browser where there is a display"),
     Spec("bag", "", "", "show this recorded run, with a time slider, instead of a live one"),

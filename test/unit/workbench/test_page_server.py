@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import re
 import socket
+import time
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest, HTTPResponse
-from tornado.websocket import websocket_connect
+from tornado.websocket import WebSocketClosedError, websocket_connect
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.workbench import page_guard
 from bouncing_disk_ros.workbench.page import Pages
-from bouncing_disk_ros.workbench.page_server import COOKIE, PageServer
-from support.page_client import token_of
+from bouncing_disk_ros.workbench.page_guard import COOKIE
+from bouncing_disk_ros.workbench.page_server import PageServer
+from support.page_client import cookie_of, token_of
 from support.page_link import ListLink
 
 Run = Callable[[Coroutine[Any, Any, Any]], Any]
@@ -64,14 +68,30 @@ def status(run: Run, url: str, **options: Any) -> int:
         return int(run(get(url, **options)).code)
     except HTTPClientError as error:
         return int(error.code)
+    except ValueError:  # a request that this client does not send
+        return 400
 
 
-async def open_session(server: PageServer, token: str, origin: str | None, cookie: str = "") -> Any:
-    """Open a websocket as a page does; the first message, None where it is closed instead."""
-    headers = {} if origin is None else {"Origin": origin}
-    headers |= {"Cookie": cookie} if cookie else {}
+def visit(run: Run, server: PageServer) -> tuple[str, str]:
+    """Open the page: the token of its session, and its cookie."""
+    page = run(get(server.url))
+    return token_of(page.body), cookie_of(page)
+
+
+async def connect(
+    server: PageServer, token: str, cookie: str = "", origin: str | None = None, **more: str
+) -> Any:
+    """Open a websocket as a page does; its connection."""
+    headers = {"Origin": origin or f"http://127.0.0.1:{server.port}", "Cookie": cookie, **more}
     request = HTTPRequest(f"ws://127.0.0.1:{server.port}/ws", headers=headers)
-    connection = await websocket_connect(request, subprotocols=["bokeh", token])
+    return await websocket_connect(request, subprotocols=["bokeh", token])
+
+
+async def open_session(
+    server: PageServer, token: str, cookie: str = "", origin: str | None = None, **more: str
+) -> Any:
+    """The first message of a websocket, None where it is closed instead."""
+    connection = await connect(server, token, cookie, origin, **more)
     first = await connection.read_message()
     connection.close()
     return None if first is None else json.loads(first)
@@ -81,13 +101,12 @@ def test_the_page_is_served_to_several_browsers(
     run: Run, serve: Callable[..., PageServer], pages: Pages
 ) -> None:
     server = serve()
-    assert server.url == f"http://localhost:{server.port}/"
-    bodies = [run(get(server.url)).body for _ in range(2)]
+    assert server.url == f"http://localhost:{server.port}/?token={server.token}"
+    visits = [visit(run, server) for _ in range(2)]
     assert len(pages.open) == 2
-    tokens = {token_of(body) for body in bodies}
-    assert len(tokens) == 2
-    for token in tokens:
-        first = run(open_session(server, token, f"http://localhost:{server.port}"))
+    assert len({token for token, _ in visits}) == 2
+    for token, cookie in visits:
+        first = run(open_session(server, token, cookie, f"http://localhost:{server.port}"))
         assert first["msgtype"] == "ACK"
 
 
@@ -98,55 +117,182 @@ def test_the_page_brings_all_it_needs_from_its_own_server(
     monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
     monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
     server = serve()
-    body = run(get(server.url)).body.decode()
+    page = run(get(server.url))
+    body = page.body.decode()
     sources = re.findall(r'(?:src|href)="([^"]+)"', body)
     assert sources
     assert {urlsplit(source).netloc for source in sources} <= {"", f"localhost:{server.port}"}
-    token = token_of(body.encode())
+    for source in sources:
+        whole = urljoin(f"http://localhost:{server.port}/", source)
+        assert status(run, whole) == 403, "without the token"
+        assert status(run, whole, headers={"Cookie": cookie_of(page)}) == 200
+    token = token_of(page.body)
     with pytest.raises(HTTPClientError, match="403"):
-        run(open_session(server, token, "http://elsewhere.example"))
+        run(open_session(server, token, cookie_of(page), "http://elsewhere.example"))
 
 
 def test_a_page_from_elsewhere_opens_no_session(run: Run, serve: Callable[..., PageServer]) -> None:
     server = serve()
-    token = token_of(run(get(server.url)).body)
+    token, cookie = visit(run, server)
     others = ("elsewhere.example", "localhost:1", "127.0.0.1.example", f"x.localhost:{server.port}")
     for origin in ("null", *(f"http://{other}" for other in others)):
         with pytest.raises(HTTPClientError, match="403"):
-            run(open_session(server, token, origin))
+            run(open_session(server, token, cookie, origin))
 
 
-def test_a_made_up_token_opens_no_session(run: Run, serve: Callable[..., PageServer]) -> None:
+def test_a_name_that_was_pointed_here_gets_nothing(
+    run: Run, serve: Callable[..., PageServer]
+) -> None:
+    """DNS rebinding: the page of a foreign name, whose requests come to this server."""
     server = serve()
-    assert run(open_session(server, "made-up", f"http://localhost:{server.port}")) is None
+    token, cookie = visit(run, server)
+    name = f"elsewhere.example:{server.port}"
+    for host in (name, "elsewhere.example", "", f"localhost:{server.port}.example", "localhost"):
+        for path in ("/", f"/?token={server.token}", "/static/js/bokeh.min.js", "/favicon.ico"):
+            url = f"http://127.0.0.1:{server.port}{path}"
+            given = {"Host": host, "Cookie": cookie}
+            assert status(run, url, headers=given) in (400, 403), (host, path)
+        with pytest.raises(HTTPClientError, match=r"40[03]"):
+            run(open_session(server, token, cookie, f"http://{host}", Host=host))
+
+
+def test_a_made_up_session_is_not_opened(run: Run, serve: Callable[..., PageServer]) -> None:
+    server = serve()
+    _, cookie = visit(run, server)
+    assert run(open_session(server, "made-up", cookie)) is None
 
 
 def test_no_file_is_served_but_its_own(run: Run, serve: Callable[..., PageServer]) -> None:
-    base = f"http://localhost:{serve().port}"
-    for path in ("/etc/passwd", "/static/../../etc/passwd", "/static/%2e%2e/%2e%2e/x", "/..%2fx"):
-        assert status(run, base + path) in (403, 404), path
+    server = serve()
+    base = f"http://localhost:{server.port}"
+    own = ("/etc/passwd", "/static/../../etc/passwd", "/static/%2e%2e/%2e%2e/x", "/..%2fx")
+    for path in (*own, "/autoload.js", "/metadata", "/static/"):
+        assert status(run, f"{base}{path}?token={server.token}") in (403, 404), path
 
 
-def test_another_interface_needs_the_token_in_the_address(
-    run: Run, serve: Callable[..., PageServer]
+@pytest.mark.parametrize("address", ["localhost", ALL])
+def test_each_request_needs_the_token(
+    run: Run, serve: Callable[..., PageServer], address: str
 ) -> None:
-    server = serve(ALL)
+    server = serve(address)
     local = f"http://127.0.0.1:{server.port}/"
     assert server.token in server.url
     assert len(server.token) >= 32
-    assert status(run, local) == 403
-    assert status(run, f"{local}?token={server.token[:-1]}") == 403
+    for given in ("", f"?token={server.token[:-1]}", "?token=%ff%fe", "?token="):
+        assert status(run, local + given) == 403
     page = run(get(f"{local}?token={server.token}"))
     assert page.code == 200
-    cookie = page.headers["Set-Cookie"].split(";")[0]
-    assert cookie == f"{COOKIE}={server.token}"
+    cookie = cookie_of(page)
+    assert cookie == f"{COOKIE}_{server.port}={server.token}"
     assert "HttpOnly" in page.headers["Set-Cookie"]
     assert "SameSite=Strict" in page.headers["Set-Cookie"]
-    token, origin = token_of(page.body), f"http://127.0.0.1:{server.port}"
-    assert run(open_session(server, token, origin, cookie))["msgtype"] == "ACK"
-    assert run(open_session(server, token, origin)) is None, "without the token"
+    assert page.headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+    assert page.headers["Referrer-Policy"] == "no-referrer"
+    token = token_of(page.body)
+    assert run(open_session(server, token, cookie))["msgtype"] == "ACK"
+    for wrong in ("", cookie[:-1], f"{COOKIE}_{server.port}=\xff"):
+        with pytest.raises(HTTPClientError, match="403"):
+            run(open_session(server, token, wrong))
     with pytest.raises(HTTPClientError, match="403"):
-        run(open_session(server, token, "http://elsewhere.example", cookie))
+        run(open_session(server, token, cookie, "http://elsewhere.example"))
+
+
+def test_pages_and_connections_are_bounded(
+    run: Run, serve: Callable[..., PageServer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page_guard, "MOST_PAGES", 3)
+    monkeypatch.setattr(page_guard, "MOST_CONNECTIONS", 8)
+    server = serve()
+    visits = [visit(run, server) for _ in range(3)]
+    assert status(run, server.url) == 503
+    assert status(run, server.url, headers={"Cookie": visits[0][1]}) == 503
+
+    async def open_many() -> None:
+        token, cookie = visits[0]
+        opened = [await connect(server, token, cookie) for _ in range(3)]
+        with pytest.raises(HTTPClientError, match="503"):
+            await connect(server, token, cookie)
+        opened.pop().close()
+        while server.application.sockets > 2:
+            await asyncio.sleep(0.01)
+        opened.append(await connect(server, token, cookie))
+        idle = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(12)]
+        closed = [await asyncio.wait_for(reader.read(1), 30.0) for reader, _ in idle[8:]]
+        assert closed == [b""] * 4
+        for one in opened:
+            one.close()
+        for _, writer in idle:
+            writer.close()
+
+    run(open_many())
+
+
+PATCH = '{"msgid": "1", "msgtype": "PATCH-DOC"}'
+CHANGED = '{"events": [{"kind": "ModelChanged", "model": {"id": "SECRET"}, "attr": "a", "new": 1}]}'
+JUNK: dict[str, list[str | bytes]] = {
+    "no JSON": ["{"],
+    "binary": [b"\x00\xff" * 1000],
+    "no header": ["{}", "{}", "{}"],
+    "a list": ["[]", "[]", "[]"],
+    "deep": ["[" * 200_000],
+    "long": ["x" * (page_guard.MESSAGE_BYTES + 1)],
+    "unknown": ['{"msgid": "1", "msgtype": "SECRET"}', "{}", "{}"],
+    "odd patch": [PATCH, "{}", '{"events": [{"kind": "SECRET"}]}'],
+    "no model": [PATCH, "{}", CHANGED],
+    "buffers": [PATCH.replace("}", ', "num_buffers": 1000000000}'), "{}", "{}"],
+}
+
+
+def test_junk_ends_its_socket_and_is_not_in_the_log(
+    run: Run, serve: Callable[..., PageServer], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The same again and again on one socket: a line a second, which holds nothing of it."""
+    server = serve()
+    token, cookie = visit(run, server)
+
+    async def flood(fragments: list[str | bytes]) -> None:
+        socket = await connect(server, token, cookie)
+        await socket.read_message()
+        with contextlib.suppress(WebSocketClosedError):
+            for fragment in fragments * 30:
+                await socket.write_message(fragment, binary=isinstance(fragment, bytes))
+        socket.close()
+        while server.application.sockets:
+            await asyncio.sleep(0.01)
+
+    begin = time.monotonic()
+    for fragments in JUNK.values():
+        run(flood(fragments))
+    lines = capfd.readouterr().err.splitlines()
+    assert 1 <= len(lines) <= 2 + time.monotonic() - begin
+    assert max(map(len, lines)) < 200
+    assert "SECRET" not in "".join(lines)
+    assert run(open_session(server, token, cookie))["msgtype"] == "ACK"
+
+
+def test_a_page_is_heard_at_a_bounded_rate(
+    run: Run, serve: Callable[..., PageServer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page_guard, "BURST", 20.0)
+    monkeypatch.setattr(page_guard, "FRAGMENTS_PER_SECOND", 100.0)
+    server = serve()
+    token, cookie = visit(run, server)
+    wanted = 20  # questions of three fragments: 40 of 60 wait for a hundredth of a second each
+
+    async def ask() -> float:
+        socket = await connect(server, token, cookie)
+        await socket.read_message()
+        begin = time.monotonic()
+        for number in range(wanted):
+            for fragment in (f'{{"msgid": "{number}", "msgtype": "SERVER-INFO-REQ"}}', "{}", "{}"):
+                await socket.write_message(fragment)
+        answers = 0
+        while answers < wanted:
+            answers += b"SERVER-INFO-REPLY" in (await socket.read_message()).encode()
+        socket.close()
+        return time.monotonic() - begin
+
+    assert run(ask()) > 0.35
 
 
 def test_a_port_in_use_is_one_clear_line(serve: Callable[..., PageServer]) -> None:
@@ -173,6 +319,7 @@ def test_further_origins_are_hosts(serve: Callable[..., PageServer], origin: str
 
 def test_a_proxy_may_be_allowed(run: Run, serve: Callable[..., PageServer]) -> None:
     server = serve(origins=["Bench.Example:443"])
-    token = token_of(run(get(server.url)).body)
-    first = run(open_session(server, token, "https://bench.example:443"))
-    assert first["msgtype"] == "ACK"
+    token, cookie = visit(run, server)
+    for host in ("bench.example", "bench.example:443"):
+        first = run(open_session(server, token, cookie, "https://bench.example:443", Host=host))
+        assert first["msgtype"] == "ACK"
