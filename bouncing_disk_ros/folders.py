@@ -7,6 +7,7 @@ to a private temporary one.
 from __future__ import annotations
 
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from pathlib import Path
 from bouncing_disk_ros.errors import InputError
 
 PACKAGE = "bouncing_disk_ros"
+_OTHERS_WRITE = 0o022
 INDEX = "share/ament_index/resource_index"
 
 
@@ -70,6 +72,25 @@ def made_writable(folder: Path) -> bool:
             return True
     except OSError:
         return False
+
+
+def made_private(folder: Path) -> bool:
+    """Whether files can be made in `folder`, and nobody else can have put any there.
+
+    It is created for this user alone. A folder of another user, one that others may write to, and a
+    link are refused. (The folder above it is closed to the group: many a umask leaves it open.)
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        above = folder.parent.stat()
+        if above.st_uid == os.getuid() and above.st_mode & _OTHERS_WRITE:
+            folder.parent.chmod(above.st_mode & 0o755)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return False
+    ours = above.st_uid == status.st_uid == os.getuid() and stat.S_ISDIR(status.st_mode)
+    return ours and not status.st_mode & _OTHERS_WRITE and made_writable(folder)
 
 
 def base_folders(variable: str, under_home: str) -> Iterator[Path]:

@@ -22,7 +22,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from bouncing_disk_ros.folders import PACKAGE, base_folders, made_writable
+from bouncing_disk_ros.folders import PACKAGE, base_folders, made_private
 
 KERNEL_FOLDERS = ("core", "collision_map", "juggling/kernels")
 """The packages that hold all compiled functions."""
@@ -39,7 +39,7 @@ _PHYSICS: tuple[Shares, ...] = (
     (("core.stepper",),),  # calls what the first two have compiled
 )
 _OFFSETS: tuple[Shares, ...] = (
-    (("core.offset_event_kernels",), ("core.offset_input_kernels",)),
+    (("core.offset_event_kernels",), ("core.offset_input_kernels", "core.offset_extremes")),
     (("core.offset_kernels",),),
 )
 _STUDIES: Shares = (
@@ -78,10 +78,11 @@ def kernel_digest() -> str:
 def numba_cache_directory() -> Path | None:
     """Return the folder for numba's compiled kernels of these very sources; None: none can be made.
 
-    In $XDG_CACHE_HOME, else ~/.cache, else a folder of this user among the temporary ones.
+    In $XDG_CACHE_HOME, else ~/.cache, else a folder of this user among the temporary ones. numba
+    runs what it finds there: a folder that others own or may write to is passed over.
     """
     for base in base_folders("XDG_CACHE_HOME", ".cache"):
-        if made_writable(folder := base / f"numba-{kernel_digest()}"):
+        if made_private(folder := base / f"numba-{kernel_digest()}"):
             return folder
     return None
 

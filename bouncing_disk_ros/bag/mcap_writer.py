@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import time
@@ -91,6 +92,21 @@ class McapFile:
     def note(self, name: str, values: Mapping[str, str]) -> None:
         """Add a metadata record."""
         self._writer.add_metadata(name, dict(values))
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file still stands where it was begun: not deleted, moved or replaced."""
+        try:
+            return os.path.samestat(os.fstat(self._stream.file.fileno()), self.path.lstat())
+        except OSError:
+            return False
+
+    def check_room(self) -> None:
+        """OSError where messages wait to be written and the disk is full."""
+        disk = os.fstatvfs(self._stream.file.fileno())
+        free = disk.f_bavail if os.geteuid() else disk.f_bfree
+        if self.due < math.inf and disk.f_blocks and not free:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def close_chunk(self) -> None:
         """Compress and write what is held in the open chunk."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -16,6 +17,8 @@ from bouncing_disk_ros.bag.writer_options import WriteError, write_error
 
 PATIENCE = 0.1
 """Seconds after which the thread looks at the age of the open chunk."""
+CHECK_SECONDS = 0.4
+"""How often it looks whether the bag is still in its place, and its disk not full."""
 
 
 class _Item(NamedTuple):
@@ -89,7 +92,11 @@ class Recording:
 
     # --- the thread that writes -------------------------------------------------------------------
     def _run(self) -> None:
+        check_at = 0.0
         while True:
+            if (now := time.monotonic()) >= check_at:
+                self._guarded(self.writer.check)
+                check_at = now + CHECK_SECONDS
             try:
                 item = self._queue.get(timeout=PATIENCE)
             except queue.Empty:

@@ -10,6 +10,7 @@ One thread at a time; `recording.Recording` puts a queue before it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +25,7 @@ from bouncing_disk_ros.bag.latched import Latched
 from bouncing_disk_ros.bag.mcap_writer import McapFile
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
 from bouncing_disk_ros.bag.schema import schema_of
-from bouncing_disk_ros.bag.writer_options import Options, WriteError, write_error
+from bouncing_disk_ros.bag.writer_options import DISPLACED, Options, WriteError, write_error
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.units import NS
 
@@ -55,7 +56,8 @@ class Writer:
         self._channels: dict[str, int] = {}
         self._file: McapFile | None = None
         self._splits = self.options.max_size > 0 or self.options.max_duration > 0
-        self._finished_size, self._closed = 0, False
+        self._finished_size, self._head = 0, 0
+        self._closed, self._in_place = False, True
         try:
             self.folder.mkdir(parents=True)
             self._begin_file()
@@ -111,8 +113,9 @@ class Writer:
         sent = log_time_ns if publish_time_ns is None else publish_time_ns
         number = sequence & 0xFFFFFFFF
         try:
-            if self._latched and file.start_ns is None:
+            if file.start_ns is None:
                 self._repeat_latched(file, log_time_ns)
+                self._head = file.size if self.options.max_size else 0
             is_written = file.write(self._channels[topic], log_time_ns, data, sent, number)
         except OSError as error:
             raise self.fail(error) from None
@@ -134,6 +137,14 @@ class Writer:
         if time.monotonic() >= self._open_file().due:
             self._guarded(lambda: self._open_file().close_chunk())
             self._bound_index()
+
+    def check(self) -> None:
+        """WriteError where the file was deleted, moved or replaced, or its disk is full."""
+        file = self._file
+        if file is not None and not file.is_in_place:
+            raise self.fail(FileNotFoundError(errno.ENOENT, f"{file.path.name} {DISPLACED}"))
+        if file is not None:
+            self._guarded(file.check_room)
 
     def _bound_index(self) -> None:
         """Go on in a new file when the index of this one has become large."""
@@ -168,7 +179,8 @@ class Writer:
         if file.start_ns is not None:
             limit = self.options.max_duration
             too_long = limit > 0 and log_time_ns - file.start_ns >= limit * NS
-            if too_long or 0 < self.options.max_size <= file.size:
+            # no file of a head alone, whatever was attached since the size was chosen
+            if too_long or 0 < max(self.options.max_size, 2 * self._head) <= file.size:
                 self.split()
         return self._open_file()
 
@@ -220,9 +232,13 @@ class Writer:
 
     def fail(self, error: Exception) -> WriteError:
         """Close the bag after an error, so that what it holds can be read; the line to report."""
-        if not self._closed:
+        if not self._closed and self._file is not None and not self._file.is_in_place:
+            self._end_displaced(self._file)
+        elif not self._closed:
             self._end_early("the disk took no more" if isinstance(error, OSError) else repr(error))
-        return write_error(self.folder, error, self.lost_on_disk.total())
+        self._in_place &= all((self.folder / row.path).exists() for row, _ in self._finished)
+        lost = self.lost_on_disk.total()
+        return write_error(self.folder, error, lost, is_there=self._in_place)
 
     def _end_early(self, why: str) -> None:
         file, self._closed = self._file, True
@@ -236,6 +252,16 @@ class Writer:
         if file is not None:
             self._keep(file)
         self.lost_on_disk = self._given - sum((Counter(n) for _, n in self._finished), Counter())
+
+    def _end_displaced(self, file: McapFile) -> None:
+        """Complete the open file wherever it is now; nothing is written in its place."""
+        self._closed, self._in_place = True, False
+        with contextlib.suppress(Exception):
+            file.close_chunk()
+            file.abandon(self._last_notes(file))
+        kept = [counts for row, counts in self._finished if (self.folder / row.path).exists()]
+        self._keep(file)
+        self.lost_on_disk = self._given - sum(map(Counter, kept), Counter())
 
     def _write_metadata(self, *unfinished: McapFile) -> None:
         files = [*self._finished, *(file.filled for file in unfinished)]

@@ -37,12 +37,21 @@ class Options:
             raise InputError("compression", self.compression, ", ".join(COMPRESSIONS))
 
 
-def write_error(folder: Path, error: Exception, lost: int) -> WriteError:
-    """The line for the user: why nothing more can be written, and how much is lost by it."""
+DISPLACED = "was deleted, moved or replaced"
+
+
+def write_error(folder: Path, error: Exception, lost: int, *, is_there: bool = True) -> WriteError:
+    """The line for the user: why nothing more can be written, and how much is lost by it.
+
+    `is_there`: whether all files of the bag are in their place.
+    """
     if isinstance(error, OSError):
         why = error.strerror or str(error)
     else:
         why = f"an error of the recorder itself, {type(error).__name__}: {error}"
     what = f"; {lost} messages that were received are not in it" if lost else ""
     why = f"recording ended: {why}{what}"
-    return WriteError(f"{folder}: {why}. The bag can be read up to that point")
+    rest = "The bag can be read up to that point"
+    if not is_there:
+        rest = "A bag that was moved can be read where it is now"
+    return WriteError(f"{folder}: {why}. {rest}")

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: leave at once while starting, end in order later. Imports no rclpy."""
+"""SIGINT, SIGTERM, SIGHUP: leave at once while starting, end in order later; without rclpy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,17 @@ from types import FrameType
 from bouncing_disk_ros.errors import ExitCode
 
 
+def ending_signals() -> list[signal.Signals]:
+    """The signals that end a process in order; SIGHUP not where nohup has it ignored."""
+    found = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        found.append(signal.SIGHUP)
+    return found
+
+
 def interrupt_on_signals() -> None:
-    """Let SIGINT and SIGTERM raise KeyboardInterrupt, also where a shell had them ignored."""
-    for number in (signal.SIGINT, signal.SIGTERM):
+    """Let these signals raise KeyboardInterrupt, also where a shell had SIGINT ignored."""
+    for number in ending_signals():
         signal.signal(number, signal.default_int_handler)
 
 
@@ -42,7 +50,7 @@ def ending_at_once(name: str) -> Iterator[None]:
         os.write(2, f"{name}: interrupted\n".encode())
         os._exit(int(ExitCode.INTERRUPTED))
 
-    numbers = (signal.SIGINT, signal.SIGTERM)
+    numbers = ending_signals()
     before = [signal.signal(number, end) for number in numbers]
     try:
         with _without_cycle_search():
@@ -53,7 +61,7 @@ def ending_at_once(name: str) -> Iterator[None]:
 
 
 class Stop:
-    """Takes over both signals of the process; `asked` turns true on the first.
+    """Takes over the ending signals of the process; `asked` turns true on the first.
 
     Install it before the slow imports. A signal then unwinds with exit code `code` until `running`
     is set, when a loop looks at `asked`. Within `importing` there is nothing to unwind: the process
@@ -67,8 +75,8 @@ class Stop:
         self.running = False
 
     def install(self) -> Stop:
-        """Take over SIGINT and SIGTERM."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        """Take over SIGINT, SIGTERM and SIGHUP."""
+        for number in ending_signals():
             signal.signal(number, self._ask)
         return self
 

@@ -89,6 +89,19 @@ def test_bytes_are_recorded_whatever_they_say(
                 assert data in (given, given + bytes(-len(given) % 4))
 
 
+def test_impacts_are_printed_whatever_comes_before_them(start: Starter, talker: Talker) -> None:
+    process = start("echo_impacts", "--ros-args", "-p", "count:=1")
+    clouds = talker.publisher("/disk/impacts", PointCloud2)
+    wait_until(lambda: clouds.get_subscription_count() > 0)
+    for message in (*CLOUDS, cloud(7.0)):
+        clouds.publish(message)
+    assert process.wait() == 0, process.output
+    assert process.stdout.splitlines()[-1].split()[0] == "7"
+    assert "Traceback" not in process.output
+    assert all(line.startswith("echo_impacts: refused: ") for line in process.complaints)
+    assert 1 <= len(process.complaints) <= len(CLOUDS)
+
+
 # --- nodes that answer anything -------------------------------------------------------------------
 class Liar:
     """A node that publishes disk/inputs and answers for its parameters as it is told."""
@@ -188,13 +201,17 @@ def test_an_answer_on_its_way_at_the_end_is_waited_for(
         assert {"parameters/late.yaml", "preset/swum.yaml"} <= run.attachments.keys()
 
 
-def test_a_named_preset_must_be_one(start: Starter, tmp_path: Path) -> None:
-    parameters = f"presets:={tmp_path}/none.yaml"
-    code, process = start.finish("recorder", f"{tmp_path}/run", "--ros-args", "-p", parameters)
-    assert code == 2
-    (line,) = process.stderr.splitlines()
-    assert line.startswith("recorder: preset: got")
-    assert not (tmp_path / "run").exists()
+def test_what_cannot_be_recorded_so_is_refused(start: Starter, tmp_path: Path) -> None:
+    """A preset that is none; a size below what the head of each file takes."""
+    for parameter, told in (
+        (f"presets:={tmp_path}/none.yaml", "preset: got"),
+        ("max_size:=0.002", "max_size: got '0.002 MB', allowed: 0 for one file, or at least 0.0"),
+    ):
+        code, process = start.finish("recorder", f"{tmp_path}/run", "--ros-args", "-p", parameter)
+        assert code == 2
+        (line,) = process.stderr.splitlines()
+        assert line.startswith(f"recorder: {told}")
+        assert not (tmp_path / "run").exists()
 
 
 # --- the end --------------------------------------------------------------------------------------
@@ -246,6 +263,6 @@ def test_own_diagnostics_are_not_recorded_and_do_not_count(
         publisher.publish(DiagnosticArray())
     talker.spin_until(lambda: len(heard) > before + 10)
     publisher.wait_for_all_acked()
-    assert process.end(signal.SIGINT) == 0
+    assert process.end(signal.SIGHUP) == 0, "as by SIGTERM: the terminal was closed"
     assert "10 recorded, lost on the way: 0" in process.stdout
     wait_until(lambda: not process.running)

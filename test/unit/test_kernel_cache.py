@@ -64,6 +64,41 @@ def test_a_temporary_folder_that_others_prepared_is_not_trusted(
     assert kernel_cache.numba_cache_directory() is None
 
 
+@pytest.mark.parametrize("kind", ["open to others", "open to the group", "link", "of another"])
+def test_a_folder_that_others_own_or_may_write_to_is_passed_over(
+    clean: pytest.MonkeyPatch, tmp_path: Path, kind: str
+) -> None:
+    """numba runs what it finds there."""
+    first = kernel_cache.numba_cache_directory()
+    assert first is not None
+    if kind == "of another":
+        getuid = os.getuid
+        clean.setattr(os, "getuid", lambda: getuid() + 1)
+    elif kind == "link":
+        first.rename(tmp_path / "elsewhere")
+        first.symlink_to(tmp_path / "elsewhere")
+    else:
+        first.chmod(0o777 if kind == "open to others" else 0o775)
+    assert kernel_cache.numba_cache_directory() != first
+
+
+def test_folders_for_kernels_are_closed_to_others(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whatever the umask; the one above, of an earlier version, is closed to the group."""
+    above = tmp_path / "home" / ".cache" / "bouncing_disk_ros"
+    above.mkdir(parents=True)
+    above.chmod(0o775)
+    before = os.umask(0)
+    try:
+        found = kernel_cache.numba_cache_directory()
+    finally:
+        os.umask(before)
+    assert found is not None
+    assert found.parent == above
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (above, found)] == [0o755, 0o700]
+
+
 def test_without_any_lasting_folder_one_warning_and_a_passing_one(
     no_home: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from uuid import uuid4
 
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.analysis.recorded import impact_text
@@ -17,6 +18,7 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.refusal_log import RefusalLog
 from bouncing_disk_ros.topics import TOPICS
 
 PAGE = 40
@@ -39,9 +41,10 @@ class ImpactPrinter(Node):
         self._error: Exception | None = None
         self._last = time.monotonic()
         self._losses = impact_text.LossCounter()
+        self._refusals = RefusalLog(_remark)
         topic = TOPICS["disk/impacts"]
         self._subscription = self.create_subscription(
-            PointCloud2, topic.name, self._on_impacts, profile_of(topic)
+            PointCloud2, topic.name, self._on_impacts, profile_of(topic), raw=True
         )
 
     def print_all(self, stop: Stop) -> int:
@@ -72,12 +75,15 @@ class ImpactPrinter(Node):
         domain = f"ROS_DOMAIN_ID {self.context.get_domain_id()}"
         print(f"echo_impacts: waiting for {topic} in {domain}: {why}", file=sys.stderr, flush=True)
 
-    def _on_impacts(self, cloud: PointCloud2) -> None:
+    def _on_impacts(self, data: bytes) -> None:
         if self._finished or self._error is not None:
             return
+        self._refusals.flush()
         try:
-            self._print(cloud)
-        except (InputError, OSError) as error:  # raised where the node's work ends in order
+            self._print(_cloud(data))
+        except InputError as error:  # a cloud that is none of a simulator: the next one may be
+            self._refusals.note(error)
+        except OSError as error:  # raised where the node's work ends in order
             self._error = error
 
     def _print(self, cloud: PointCloud2) -> None:
@@ -87,7 +93,7 @@ class ImpactPrinter(Node):
         self._last = time.monotonic()
         remark = self._losses.note(rows)
         if remark:
-            print(f"echo_impacts: {remark}", file=sys.stderr, flush=True)
+            _remark(remark)
         if self._count:
             rows = rows[: self._count - self.printed]
         lines: list[str] = []
@@ -98,3 +104,16 @@ class ImpactPrinter(Node):
             self.printed += 1
         print("\n".join(lines), flush=True)
         self._finished = self._once or (self._count > 0 and self.printed >= self._count)
+
+
+def _cloud(data: bytes) -> PointCloud2:
+    """The message of these bytes, or InputError: rclpy would end the node."""
+    try:
+        return deserialize_message(data, PointCloud2)
+    except Exception:  # noqa: BLE001 (rclpy raises several private types)
+        given = f"{len(data)} bytes"
+        raise InputError("cloud", given, "a message of sensor_msgs/msg/PointCloud2") from None
+
+
+def _remark(line: str) -> None:
+    print(f"echo_impacts: {line}", file=sys.stderr, flush=True)

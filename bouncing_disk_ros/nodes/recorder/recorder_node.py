@@ -31,6 +31,7 @@ from bouncing_disk_ros.nodes.recorder.recorder_options import (
     MB,
     OPTIONS,
     Selection,
+    check_size,
     default_folder,
     preset_files,
     writer_options,
@@ -66,7 +67,10 @@ class Recorder(Node):
         self._selection = Selection(self._values, self.resolve_topic_name)
         folder = Path(output or str(self._values["output"]) or default_folder()).expanduser()
         version = str(bouncing_disk_ros.__version__)
-        writer = bag.Writer(folder, writer_options(self._values), version=version)
+        choice = writer_options(self._values)
+        self._mine = own_parameters(self.get_fully_qualified_name(), self._values)
+        check_size(self._selection, len(self._mine) + len(versions(version)), choice)
+        writer = bag.Writer(folder, choice, version=version)
         self._recording = Recording(writer, round(float(self._values["queue_size"]) * MB))
         self._status = RecorderStatus(self._recording, self._topics)
         self._refusals = RefusalLog(self.get_logger().warning)
@@ -79,8 +83,7 @@ class Recorder(Node):
 
     def _set_up(self, version: str) -> None:
         self._attach("versions.yaml", YAML, versions(version))
-        mine = own_parameters(self.get_fully_qualified_name(), self._values)
-        self._attach("recorder.yaml", YAML, mine)
+        self._attach("recorder.yaml", YAML, self._mine)
         for name, topic in self._selection.known.items():  # recorded from their first message on
             self._hear(name, topic.type)
         inputs = self.resolve_topic_name("disk/inputs")

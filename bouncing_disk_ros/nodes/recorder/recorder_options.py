@@ -61,6 +61,20 @@ def writer_options(values: Mapping[str, Value]) -> Options:
     )
 
 
+def check_size(selection: Selection, attached: int, options: Options) -> None:
+    """InputError where a file of `max_size` would have no room for messages.
+
+    `attached`: bytes of the files that the recorder attaches itself.
+    """
+    from bouncing_disk_ros.bag.schema import schema_of
+
+    texts = (schema_of(kind).text for kind in {topic.type for topic in selection.known.values()})
+    head = attached + sum(len(text.encode()) for text in texts)
+    if 0 < options.max_size < head:
+        allowed = f"0 for one file, or at least {head / MB:.3f} MB, which the head of each takes"
+        raise InputError("max_size", f"{options.max_size / MB:g} MB", allowed)
+
+
 def default_folder() -> str:
     """A name of its own for each second."""
     return time.strftime("bag_%Y-%m-%d_%H-%M-%S")

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import threading
+import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -81,6 +86,82 @@ def test_an_error_of_the_thread_that_writes_ends_in_a_bag(tmp_path: Path, breaks
     assert len(found) == recording.recorded["/a"] >= 15
     accepted = 21 if breaks == "a message" else 20
     assert recording.unrecorded["/a"] == accepted + 1 - len(found)
+
+
+@pytest.mark.parametrize("what", ["deleted", "moved", "replaced"])
+def test_a_bag_that_is_gone_is_told_at_once_and_not_called_readable(
+    tmp_path: Path, what: str
+) -> None:
+    """Also while nothing is written; nothing is put in its place."""
+    folder, ended = tmp_path / "run", threading.Event()
+    recording = Recording(bag.Writer(folder), 10**9)
+    recording.do(lambda: recording.writer.add_topic("/a", "std_msgs/msg/String"))
+    for number in range(20):
+        assert recording.put("/a", bytes(400), number, number, number)
+    written = threading.Event()
+    recording.do(written.set)
+    assert written.wait(60.0)
+    begin = time.monotonic()
+    if what == "deleted":
+        shutil.rmtree(folder)
+    else:
+        folder.rename(tmp_path / "elsewhere")
+    if what == "replaced":
+        folder.mkdir()
+        (folder / "run_0.mcap").write_text("mine")
+    while recording.error is None and time.monotonic() < begin + 60.0:
+        ended.wait(0.01)
+    line = str(recording.error)
+    assert "run_0.mcap was deleted, moved or replaced; 20 messages that were received are" in line
+    assert "can be read up to that point" not in line
+    recording.close()
+    assert recording.recorded.total() == 0
+    assert recording.unrecorded["/a"] == 20
+    there = sorted(str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*.*"))
+    if what == "replaced":
+        assert there == ["elsewhere/run_0.mcap", "run/run_0.mcap"]
+        assert (folder / "run_0.mcap").read_text() == "mine"
+    if what != "deleted":  # whole, but for metadata.yaml
+        with bag.open(tmp_path / "elsewhere" / "run_0.mcap") as run:
+            assert run.message_count == 20
+
+
+def test_a_full_disk_is_told_while_a_chunk_waits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not only when it is closed: it may be kept for an hour."""
+    real, full = os.fstatvfs, threading.Event()
+
+    def measured(descriptor: int) -> Any:
+        found = real(descriptor)
+        free = 0 if full.is_set() else found.f_bfree
+        return SimpleNamespace(f_blocks=found.f_blocks, f_bfree=free, f_bavail=free)
+
+    monkeypatch.setattr(os, "fstatvfs", measured)
+    recording = Recording(bag.Writer(tmp_path / "run", bag.Options(chunk_period=3600.0)), 10**9)
+    recording.do(lambda: recording.writer.add_topic("/a", "std_msgs/msg/String"))
+    full.set()
+    assert recording.put("/a", bytes(400), 0, 0, 0)
+    end = time.monotonic() + 60.0
+    while recording.error is None and time.monotonic() < end:
+        threading.Event().wait(0.01)
+    recording.close()
+    assert "No space left on device" in str(recording.error)
+
+
+def test_no_file_holds_a_head_alone(tmp_path: Path) -> None:
+    """However small the size is, and whatever is attached later."""
+    sent = list(messages(200))
+    with bag.Writer(tmp_path / "run", bag.Options(chunk_size=100, max_size=1)) as writer:
+        for topic, kind in TYPES.items():
+            writer.add_topic(topic, kind)
+        writer.attach("large", "text/plain", bytes(10_000))
+        for row in sent:
+            writer.write(row.topic, row.data, *row[1:4])
+    sizes = [file.stat().st_size for file in (tmp_path / "run").glob("*.mcap")]
+    assert 1 <= len(sizes) <= 10
+    with bag.open(tmp_path / "run") as run:
+        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
 
 
 def test_a_large_index_is_closed_with_its_file(tmp_path: Path) -> None:
