@@ -79,6 +79,12 @@ COMMAND_BYTES = _limit(
 )
 COMMAND_NAMES = _limit("joint_names of platform/command", 4, "names", "refused")
 COMMAND_POINTS = _limit("points of platform/command", 1000, "points", "refused")
+TURNS_BYTES = _limit(
+    "messages of command topics that wait for their turn, where reading them takes long",
+    10,
+    "MiB",
+    "refused, unread",
+)
 INPUTS_AHEAD = _limit(
     "accepted inputs whose instant is not resolved yet, or pending impulses",
     1000,

@@ -8,12 +8,13 @@ held. All is immutable: a splice makes a new lane and leaves the old one.
 
 from __future__ import annotations
 
-import itertools
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
+
+from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _NEVER = 2**63 - 1  # layout.NEVER, which needs numba: tools without kernels read trajectories
 _GIGA = 10**9
@@ -141,45 +142,6 @@ def coefficients(segment: Segment) -> Coefficients:
     )
 
 
-# --- extremes -------------------------------------------------------------------------------------
-def _value(c: Sequence[float], x: float) -> float:
-    total = 0.0
-    for coefficient in reversed(c):
-        total = total * x + coefficient
-    return total
-
-
-def _zeros(c: Sequence[float]) -> list[float]:
-    """Where a polynomial changes its sign in (0, 1): between the zeros of its derivative."""
-    if len(c) < 2:
-        return []
-    slopes = [k * value for k, value in enumerate(c)][1:]
-    places = [0.0, *_zeros(slopes), 1.0]
-    found = []
-    for low, high in itertools.pairwise(places):
-        below = _value(c, low)
-        if below * _value(c, high) >= 0.0:
-            continue
-        for _ in range(80):
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            if (_value(c, middle) > 0.0) == (below > 0.0):
-                low = middle
-            else:
-                high = middle
-        found.append(0.5 * (low + high))
-    return found
-
-
-def largest(c: Sequence[Fraction]) -> float:
-    """Largest absolute value of a polynomial on [0, 1]: at an end or where its slope is 0."""
-    exact = [float(value) for value in c]
-    slopes = [float(value) for value in derivative(c)]
-    inner = [abs(_value(exact, x)) for x in _zeros(slopes)]
-    return max([abs(exact[0]), abs(float(sum(c, Fraction(0)))), *inner])
-
-
 _PASCAL = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1), (1, 5, 10, 10, 5, 1))
 
 
@@ -191,6 +153,15 @@ def highest(c: Sequence[Fraction]) -> float:
         for row in _PASCAL[: len(c)]
     )
     return float(max(sums))
+
+
+@cache
+def _compiled_extremes() -> Callable[[Sequence[Segment]], Extremes]:
+    """Extremes of segments: a compiled function, of which tools without kernels know nothing."""
+    compile_offset_kernels()
+    from bouncing_disk_ros.core.offset_extremes import extremes
+
+    return extremes
 
 
 # --- lanes ----------------------------------------------------------------------------------------
@@ -211,18 +182,7 @@ class Plan(NamedTuple):
 
     def extremes(self) -> Extremes:
         """Of all its segments; not of the jump of velocity where it takes over."""
-        parts = [_extremes(segment) for segment in self.segments]
-        before = (segment.end_velocity for segment in self.segments[:-1])
-        after = (segment.begin_velocity for segment in self.segments[1:])
-        jumps = [abs(w - v) for v, w in zip(before, after, strict=True)]
-        position, velocity, acceleration = (max(values) for values in zip(*parts, strict=True))
-        return Extremes(position, velocity, acceleration, max(jumps, default=0.0))
-
-
-def _extremes(segment: Segment) -> tuple[float, float, float]:
-    c, t = coefficients(segment), float(segment.duration)
-    first = derivative(c)
-    return largest(c), largest(first) / t, largest(derivative(first)) / (t * t)
+        return _compiled_extremes()(self.segments)
 
 
 def hold(begin_ns: int, position: float) -> Segment:

@@ -12,6 +12,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bench.table import Aim, Row, row
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
+from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
 from support.processes import Starter
@@ -70,6 +71,7 @@ def measure_cost() -> list[Row]:
     """From the middleware's take to the counted refusal, in the node itself."""
     simulator = SteppedSimulator(start_paused=False)
     try:
+        simulator.node.commands.turns = WorkTurns(lambda: None, spent=lambda: 0)
         handlers = {
             one.topic: one.on_message for one in simulator.node.commands.subscriptions.values()
         }

@@ -16,6 +16,7 @@ from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.units import NS
 
 WALL_NS = 1_700_000_000 * NS
@@ -30,6 +31,9 @@ class NoNode:
 
     def get_publishers_info_by_topic(self, _topic: str) -> list[Any]:
         return []
+
+    def create_timer(self, _period: float, _callback: Any, **_: Any) -> Any:
+        return SimpleNamespace(cancel=lambda: None)
 
     def get_logger(self) -> Any:
         return SimpleNamespace(debug=lambda _line: None)
@@ -47,6 +51,7 @@ class CommandedSession:
         self.session = Session(parameters.complete(values), self.records.append)
         node = cast("Node", NoNode())
         self.commands = Commands(node, self)
+        self.commands.turns = WorkTurns(lambda: None, spent=lambda: 0)  # all acts at once
 
     def open_session(self, _field: str) -> tuple[Session, Instant]:
         times = TimeMap(0, 0, WALL_NS, 1.0, False)

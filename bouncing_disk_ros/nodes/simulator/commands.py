@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
@@ -40,6 +41,7 @@ from bouncing_disk_ros.run.trajectory_validation import (
     schedule_trajectory,
     validate_trajectory,
 )
+from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
 from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Qos
 from bouncing_disk_ros.units import NS
 
@@ -78,6 +80,10 @@ class Commands:
         """
         self._node, self._target, self._keeps_all = node, target, keep_all
         self.subscriptions: dict[str, NumberedSubscription] = {}
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._turn = node.create_timer(PERIOD_NS / NS, self._on_turn, clock=steady)
+        self._turn.cancel()
+        self.turns = WorkTurns(self._wake)
         self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
         trajectory = "platform/joint_trajectory"
         self._subscribe(JointTrajectory, trajectory, trajectory_from_bytes, self.trajectory)
@@ -96,7 +102,7 @@ class Commands:
         def take(data: bytes) -> bool:
             gates = self._target.gates
             if gates is None:
-                return act(data)
+                return self._in_turn(topic, data, lambda: act(data))
             try:
                 gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
             except InputError as error:
@@ -124,6 +130,26 @@ class Commands:
         self._keeps_all = keep
         for name, subscription in self.subscriptions.items():
             subscription.set_qos(self._qos(name))
+
+    def _in_turn(self, topic: str, data: bytes, act: Callable[[], bool]) -> bool:
+        try:
+            return self.turns.take(topic, len(data), act)
+        except InputError as error:
+            self._target.refuse(error)
+            return False
+
+    def _wake(self) -> None:
+        if self._turn.is_canceled():
+            self._turn.reset()
+
+    def _on_turn(self) -> None:
+        if not self.turns.turn():
+            self._turn.cancel()
+
+    def drop_waiting(self) -> None:
+        """Refuse what waits for its turn: a reset came after it."""
+        for field in self.turns.drop():
+            self._target.refuse(InputError(field, "an input before the reset", "inputs after it"))
 
     # --- requests: False when refused -------------------------------------------------------------
     def programme(self, request: ProgrammeRequest) -> bool:

@@ -312,7 +312,12 @@ class SimulatorNode(LifecycleNode):
         return self._answer("~/step", response, lambda: self._current("~/step").step())
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer("~/reset", response, lambda: self._current("~/reset").reset())
+        def reset() -> str:
+            answer = self._current("~/reset").reset()
+            self.commands.drop_waiting()
+            return answer
+
+        return self._answer("~/reset", response, reset)
 
     def _answer(self, field: str, response: Any, action: Callable[[], str]) -> Any:
         try:

@@ -6,10 +6,11 @@ import json
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mpf, workdps
+from mpmath import im, mpf, polyroots, re, workdps
 
 from bouncing_disk_ros.core import offset
 from bouncing_disk_ros.core.layout import MOTION_DTYPE, NEVER, OFFSET_DTYPE
@@ -24,10 +25,11 @@ from bouncing_disk_ros.core.offset import (
     OffsetState,
     Segment,
     coefficients,
+    derivative,
     highest,
     hold,
-    largest,
 )
+from bouncing_disk_ros.core.offset_extremes import extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import examples
 from reference.offset_path import Point, Trajectory, pieces
@@ -88,7 +90,7 @@ def test_a_segment_is_its_formula_to_rounding() -> None:
     rng = np.random.default_rng(1)
     for _ in range(200):
         segment = random_segment(rng)
-        scale = largest(coefficients(segment))
+        scale = extremes([segment]).position
         for ns in rng.integers(segment.begin_ns, segment.end_ns + 1, 3).tolist():
             wanted = reference(segment, ns, 0)
             assert abs(Fraction(segment.at(ns).position) - wanted) <= Fraction(scale) * 2**-53
@@ -125,25 +127,59 @@ def test_a_run_shows_the_formula_within_2e_15(begin: int) -> None:
         for at in sorted((begin + rng.integers(1, SECOND // 2, 6)).tolist()):
             simulation.advance(at)
             segment = simulation.offset.axial.segment_at(at)
-            scale = largest(coefficients(segment))
+            scale = extremes([segment]).position
             piece = max((p for p in found if p.begin <= mpf(at) / SECOND), key=lambda p: p.begin)
             wanted = piece.at(mpf(at) / SECOND)
             assert abs(simulation.sample().platform_position - wanted) <= 2e-15 * max(scale, 1e-300)
 
 
-def test_extremes_are_exact() -> None:
-    """Against a dense grid, whose largest value is short of the extreme by the square of a step."""
+def exact_extremes(segment: Segment) -> list[Any]:
+    """Largest position, velocity and acceleration by the zeros of polynomials in 40 digits."""
+    found, c = [], coefficients(segment)
+    for order in range(3):
+        slopes = [mpf(v.numerator) / v.denominator for v in derivative(c)]
+        while len(slopes) > 1 and slopes[-1] == 0:
+            slopes.pop()
+        roots = polyroots(slopes[::-1], maxsteps=500, extraprec=400) if len(slopes) > 1 else []
+        places = [re(x) for x in roots if abs(im(x)) < mpf(10) ** -15 and 0 < re(x) < 1]
+        values = [
+            sum(mpf(v.numerator) / v.denominator * x**i for i, v in enumerate(c))
+            for x in (mpf(0), mpf(1), *places)
+        ]
+        unit = segment.duration**order
+        found.append(max(map(abs, values)) * unit.denominator / unit.numerator)
+        c = derivative(c)
+    return found
+
+
+@pytest.mark.usefixtures("forty_digits")
+def test_extremes_are_exact_to_rounding() -> None:
+    """Half an ulp: 1.1e-16. A whole trajectory has the largest of its segments."""
     rng = np.random.default_rng(3)
-    for _ in range(50):
-        c = coefficients(random_segment(rng))
-        x = np.linspace(0.0, 1.0, 4001)
-        values = np.polyval([float(v) for v in reversed(c)], x)
-        top = float(np.max(np.abs(values)))
-        found = largest(c)
-        slack = sum(abs(float(v)) for v in c)
-        assert top <= found * (1 + 1e-12)
-        assert found <= top + 20 * slack * (0.5 / 4000) ** 2
-        assert highest(c) >= np.max(values) - 1e-12 * slack
+    segments = [random_segment(rng) for _ in range(examples(60))]
+    flat = OffsetState(0.0, 1.0)  # a velocity that touches 0 at x = 1/2, as its slope does
+    segments.append(Segment(0, SECOND, flat, OffsetState(1 / 3, 1.0), CUBIC))
+    wanted = [exact_extremes(segment) for segment in segments]
+    for segment, three in zip(segments, wanted, strict=True):
+        for found, value in zip(extremes([segment]), three, strict=False):
+            assert abs(found - value) <= 1.2e-16 * value
+        for v in np.linspace(0.0, 1.0, 5):
+            c = [float(one) for one in coefficients(segment)]
+            assert highest(coefficients(segment)) >= np.polyval(c[::-1], v) - 1e-12 * max(
+                map(abs, c)
+            )
+    together = extremes(segments)
+    for found, values in zip(together, zip(*wanted, strict=True), strict=False):
+        assert abs(found - max(values)) <= 1.2e-16 * max(values)
+
+
+def test_extremes_at_the_knots_are_what_is_stated() -> None:
+    """Not a bit more: a limit may be what a trajectory states."""
+    lane = Lane().spliced(7, [line(SECOND + 7, 0.3), cubic(2 * SECOND, 0.1, 0.7)])
+    found = lane.newest_extremes()
+    assert (found.position, found.jump) == (0.3, 0.7)
+    top = Knot(3 * SECOND, OffsetState(1.3, 0.0, -7.1), QUINTIC)
+    assert Lane().spliced(0, [top]).newest_extremes().position == 1.3
 
 
 # --- splices --------------------------------------------------------------------------------------

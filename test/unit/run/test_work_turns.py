@@ -1,0 +1,78 @@
+"""Work in turns: at once while it is little, in order, so much at a time."""
+
+from __future__ import annotations
+
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.limits import TURNS_BYTES
+from bouncing_disk_ros.run.work_turns import PERIOD_NS, SHARE, TURN_NS, WorkTurns
+
+
+class Clocks:
+    """A clock on the wall and one of the processor; each piece of work costs `cost` ns of both."""
+
+    def __init__(self, cost: int) -> None:
+        self.now, self.cost = 0, cost
+        self.done: list[int] = []
+        self.woken = 0
+        self.turns = WorkTurns(self.wake, lambda: self.now, lambda: self.now)
+
+    def wake(self) -> None:
+        self.woken += 1
+
+    def work(self, number: int) -> bool:
+        self.now += self.cost
+        self.done.append(number)
+        return number % 2 == 0
+
+    def take(self, number: int, size: int = 100) -> bool:
+        return self.turns.take("topic", size, lambda: self.work(number))
+
+
+def test_little_work_is_done_at_once() -> None:
+    clocks = Clocks(TURN_NS // 10)
+    for number in range(100):
+        assert clocks.take(number) == (number % 2 == 0)
+        clocks.now += TURN_NS // 10
+    assert clocks.done == list(range(100))
+    assert clocks.woken == 0
+
+
+def test_much_work_is_done_in_order_and_leaves_half_of_the_time() -> None:
+    clocks = Clocks(TURN_NS // 4)
+    for number in range(100):
+        assert clocks.take(number) or len(clocks.done) == number + 1
+    assert 4 <= len(clocks.done) <= 8
+    begin = clocks.now
+    while clocks.turns.turn():
+        busy = clocks.now
+        assert clocks.take(100 + len(clocks.done)), "behind all that waits"
+        clocks.turns._waiting.pop()
+        clocks.now = max(clocks.now, busy) + PERIOD_NS
+    assert clocks.done == list(range(100))
+    spent = 100 * clocks.cost
+    assert clocks.now - begin >= 0.9 * (1 / SHARE - 1) * spent
+
+
+def test_one_turn_ends_with_the_piece_that_exceeds_it() -> None:
+    clocks = Clocks(7 * TURN_NS)
+    for number in range(4):
+        clocks.take(number)
+    assert clocks.done == [0]
+    clocks.now += 100 * TURN_NS
+    assert clocks.turns.turn()
+    assert clocks.done == [0, 1]
+
+
+def test_what_waits_is_bounded_and_can_be_dropped() -> None:
+    clocks = Clocks(9 * TURN_NS)
+    clocks.take(0)
+    for number in range(10):
+        assert clocks.take(number, TURNS_BYTES // 10)
+    with pytest.raises(InputError, match=r"that wait for their turn.*Send less at a time"):
+        clocks.take(99, TURNS_BYTES // 10)
+    assert clocks.turns.drop() == ["topic"] * 10
+    assert clocks.turns.waiting == 0
+    assert not clocks.turns.turn()
+    assert clocks.done == [0]
