@@ -1,4 +1,4 @@
-"""What a refused input costs the simulator's loop, and how late a flood of them makes it."""
+"""What inputs cost the simulator's loop: refused ones, the dearest valid ones, floods of both."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bench.table import Aim, Row, row
+from bouncing_disk_ros.core.offset import QUINTIC, Knot, Lane, OffsetState
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.testing import SteppedSimulator
-from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
+from bouncing_disk_ros.units import NS
+from support.commanded import CommandedSession
 from support.processes import Starter
 from support.ros_peer import Peer
 from support.wrong_commands import NAN, old, trajectory, wrench
@@ -52,6 +57,91 @@ CASES: list[tuple[str, str, Any, Aim | None]] = [
     (f"the last of {COMMAND_POINTS} points with NaN", "platform/command",
      long_programme(COMMAND_POINTS), None),
 ]  # fmt: skip
+
+
+def motions() -> JointTrajectory:
+    """A programme as long as may be: all four names."""
+    msg = long_programme(COMMAND_POINTS)
+    msg.points[-1].positions[0] = 0.1
+    return msg
+
+
+def quintics(points: int, names: list[str]) -> JointTrajectory:
+    """A trajectory of random quintics, no two alike."""
+    rng = np.random.default_rng(1)
+    msg = JointTrajectory(joint_names=names)
+    for number in range(points):
+        values = (1e-3 * rng.normal(size=(3, len(names)))).tolist()
+        point = JointTrajectoryPoint(
+            positions=values[0], velocities=values[1], accelerations=values[2]
+        )
+        point.time_from_start.sec = number + 1
+        msg.points.append(point)
+    return msg
+
+
+DEAREST: list[tuple[str, str, Any]] = [
+    ("a value", "platform/frequency", Float64(data=50.0)),
+    ("an impulse", "disk/impulse", wrench("z", 1e-9)),
+    (f"{COMMAND_POINTS} motions", "platform/command", motions()),
+    (f"{COMMAND_POINTS} knots of a joint", "platform/joint_trajectory",
+     quintics(COMMAND_POINTS, [OFFSET_JOINTS[0]])),
+    ("450 knots of both joints", "platform/joint_trajectory", quintics(450, [*OFFSET_JOINTS])),
+]  # fmt: skip
+"""The dearest valid message of each topic."""
+
+
+def measure_dearest() -> list[Row]:
+    """Processor time of the dearest valid messages, in all and for each byte."""
+    rows = []
+    for name, topic, msg in DEAREST:
+        data, found = bytes(serialize_message(msg)), []
+        for _ in range(ROUNDS):
+            commanded = CommandedSession()
+            commanded.take(topic, data)
+            begin = time.thread_time()
+            assert commanded.take(topic, data), commanded.last
+            found.append((time.thread_time() - begin) * 1e6)
+        rows.append(row("inputs", f"{topic}, {name}", "µs", found))
+        each = [value * 1e3 / len(data) for value in found]
+        rows.append(row("inputs", f"{topic}, {name}, for each byte", "ns", each))
+    lane = Lane().spliced(0, [
+        Knot((number + 1) * NS, OffsetState(point.positions[0], point.velocities[0],
+                                            point.accelerations[0]), QUINTIC)
+        for number, point in enumerate(quintics(COMMAND_POINTS, [OFFSET_JOINTS[0]]).points)
+    ])  # fmt: skip
+    lane.newest_extremes()
+    found = []
+    for _ in range(ROUNDS):
+        begin = time.thread_time()
+        lane.newest_extremes()
+        found.append((time.thread_time() - begin) * 1e3)
+    rows.append(row("inputs", f"extremes of {COMMAND_POINTS} quintics", "ms", found, Aim(1.0)))
+    return rows
+
+
+def measure_answers(start: Starter) -> list[Row]:
+    """Time until a service answers while a hundred of the dearest trajectories wait."""
+    peer = Peer()
+    process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+    try:
+        peer.call(Trigger, "reset")
+        publisher = peer.publisher("platform/joint_trajectory")
+        message, waits = quintics(450, [*OFFSET_JOINTS]), []
+        publisher.publish(message)
+        peer.next_diagnostics()
+        for _ in range(SECONDS):
+            for _ in range(100):
+                publisher.publish(message)
+            begin = time.monotonic()
+            peer.call(SetBool, "pause", SetBool.Request(data=False))
+            waits.append((time.monotonic() - begin) * 1e3)
+            peer.next_diagnostics()
+    finally:
+        peer.close()
+    assert process.end() == 0, process.output
+    what = "an answer behind 100 messages of 450 knots"
+    return [row("inputs", what, "ms", waits, Aim(at_most=200.0))]
 
 
 def per_call(take: Callable[[bytes, dict[str, Any]], None], data: bytes, calls: int) -> list[float]:
@@ -122,5 +212,5 @@ def measure_flood(start: Starter) -> list[Row]:
 
 def measure(start: Starter) -> list[Row]:
     """Cost and flood."""
-    rows = measure_cost()
-    return rows + measure_flood(start)
+    rows = measure_cost() + measure_dearest()
+    return rows + measure_answers(start) + measure_flood(start)
