@@ -37,9 +37,10 @@ def test_flipped_bits_give_the_same_numbers_or_a_refusal(
         copy = shutil.copytree(path, tmp_path / f"{seed}.zarr")
         where = (flip if seed % 3 else disturb)(copy, seed)
         opened, again = attempt(study, copy, expected)
+        assert not (seed % 3 and opened == "same"), f"{where}: a flip that nobody saw"
         assert again == "same" or opened == again.replace("output:", "path:"), (where, again)
         seen.append((opened == "same", again == "same"))
-    assert {(False, True), (False, False)} == set(seen), "a change that nobody saw"
+    assert {(False, True), (False, False)} <= set(seen)
 
 
 @pytest.mark.parametrize("name", HOSTILE)
