@@ -81,6 +81,7 @@ _BIFURCATION = (
          high=1_000_000),
     Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
          high=12),
+    Spec("marks", "", "", "values of the axis that the picture marks with a, b, c …"),
 )  # fmt: skip
 _PARAMETER_MAP = (
     Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "

@@ -13,6 +13,8 @@ from bouncing_disk_ros import basins, bifurcation, figures, fixed_point, period_
 
 def main(restitution: float = 0.3, size: int = 60) -> None:
     """Compute both, print what they hold, draw them."""
+    if not 0.0 < restitution < 1.0:
+        sys.exit(f"RESTITUTION: got {restitution:g}, allowed: between 0 and 1")
     # begin=0.0: the period-1 orbit is followed from where it begins at this restitution
     begin = 1.005 * (1.0 - restitution) / (1.0 + restitution)
     first = period_doublings(fixed_point(begin, restitution), "axial_forcing", limit=2.0, count=1)

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: phases of impact over a parameter, mean speed and exponent beneath.
+"""Bifurcation diagrams: phases of impact over a parameter, speeds and exponent beneath.
 
 The phases are drawn as a density: each column is one value of the parameter, and the darkness of a
 cell shows how many of its impacts fell there, so that bands and orbits of many impacts keep their
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.analysis.dynamics.continuation import Doubling, existence_limit
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.analysis.phases import wrap_to_pi
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.plots.style import (
     BLACK,
@@ -37,6 +38,9 @@ Array = NDArray[np.float64]
 _ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
 INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
 CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
+LOWER_INK = LinearSegmentedColormap.from_list("lower", ["#f0cfe1", PURPLE, "#3d0a26"])
+UPPER_INK = LinearSegmentedColormap.from_list("upper", ["#c6eadf", GREEN, "#00261b"])
+_ON_THE_ORBIT = 1e-6  # rad: nearer to period 1, an impact belongs to no branch
 _DECADES = 20.0  # Γ_T over more than this is drawn on a scale of logarithms
 _BINS = 72  # of the circle, to find where it is emptiest
 
@@ -50,8 +54,12 @@ def bifurcation_figure(
     *,
     followed: bool | None = None,
     onset: float = math.nan,
+    marks: Sequence[float] = (),
 ) -> Figure:
-    """Bifurcation diagram in three panels, as Fig. 3 of the paper, with the theory of period 1.
+    """Bifurcation diagram as Fig. 3 of the paper, with the theory of period 1, and the exponent.
+
+    Panels: (a) phase and (c) speed of the impacts, (b) mean speed of the disk. The branches of (c)
+    are those of (a) below and above the period-1 orbit.
 
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
@@ -60,9 +68,9 @@ def bifurcation_figure(
     followed first comes to contact (nan: nowhere).
     """
     followed = branch.mean_speed.shape[1] == 1 if followed is None else followed
-    figure = new_figure(9.0, 9.0)
-    panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.0, 1.0])
-    top, middle, bottom = panels
+    figure = new_figure(9.0, 11.0)
+    panels = figure.subplots(4, 1, sharex=True, height_ratios=[2.4, 1.0, 1.4, 1.0])
+    top, middle, hits, bottom = panels
     low, high = phases or phase_range(branch)
     with_contact = branch.contacts > 0.0
     _phases(top, _only(branch, ~with_contact), low, high, INK)
@@ -71,9 +79,11 @@ def bifurcation_figure(
         _legend_of_contact(top, with_contact, followed)
     _frame_phases(top, low, high)
     _speed(middle, branch, with_contact, followed)
+    _impact_speeds(hits, branch, section, axis)
     _exponent(bottom, branch, followed)
     _theory(top, middle, branch, section, axis, low)
     _mark(panels, doublings, onset)
+    _letters(panels, marks)
     # above the panel: within it, it would cover a branch at some restitutions
     top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
     if followed and len(middle.get_legend_handles_labels()[0]) > 1:
@@ -113,13 +123,17 @@ def phase_range(branch: Branch) -> tuple[float, float]:
 
 def density(branch: Branch, low: float, high: float, rows: int = _ROWS) -> Array:
     """Share of the impacts at each value (columns, n) in each cell of τ (rows) from low to high."""
-    counts = np.zeros((rows, len(branch.values)))
-    tau = low + np.mod(branch.forcing_phase - low, math.tau)
-    for column, here in enumerate(tau):
-        here = here[np.isfinite(here) & (here <= high)]
+    return _shares(low + np.mod(branch.forcing_phase - low, math.tau), low, high, rows)
+
+
+def _shares(places: Array, low: float, high: float, rows: int) -> Array:
+    """Share of the numbers (n, ...) of each of n columns in each cell (rows) from low to high."""
+    counts = np.zeros((rows, len(places)))
+    for column, here in enumerate(places):
+        here = here[np.isfinite(here) & (here >= low) & (here <= high)]
         cells = np.minimum(((here - low) / (high - low) * rows).astype(int), rows - 1)
         np.add.at(counts[:, column], cells, 1.0)
-    return counts / math.prod(branch.forcing_phase.shape[1:])
+    return counts / math.prod(places.shape[1:])
 
 
 def edges_of(values: Array) -> Array:
@@ -139,15 +153,22 @@ def _only(branch: Branch, chosen: NDArray[np.bool_]) -> Branch:
 
 
 def _phases(axes: Any, branch: Branch, low: float, high: float, ink: Colormap) -> None:
+    _raster(axes, branch, density(branch, low, high), (low, high), ink)
+
+
+def _raster(
+    axes: Any, branch: Branch, shares: Array, ends: tuple[float, float], ink: Colormap
+) -> None:
+    """Draw the shares of cells (rows, n) between two ends, over the values of a branch."""
     order = np.argsort(branch.values)
-    shares = density(branch, low, high)[:, order]
+    shares = shares[:, order]
     together = math.ceil(len(order) / _COLUMNS)  # neighbours in one column
     starts = np.arange(0, len(order), together)
     shares = np.add.reduceat(shares, starts, axis=1) / np.diff(starts, append=len(order))
     least = 1.0 / math.prod(branch.forcing_phase.shape[1:])
     edges = edges_of(branch.values[order])[[*starts, len(order)]]
     axes.pcolormesh(
-        edges, np.linspace(low, high, _ROWS + 1),
+        edges, np.linspace(*ends, _ROWS + 1),
         np.ma.masked_equal(shares, 0.0), cmap=ink, norm=LogNorm(min(least, 0.1), 1.0),
         rasterized=True, zorder=2.5,
     )  # fmt: skip
@@ -178,6 +199,30 @@ def _speed(axes: Any, branch: Branch, with_contact: NDArray[np.bool_], followed:
     axes.set_ylabel("mean speed α̇ / (ωΦ)")
 
 
+def _impact_speeds(axes: Any, branch: Branch, section: NextCollisionMap, axis: str) -> None:
+    """|w_A| of the impacts, those before and after the period-1 orbit's phase in two inks."""
+    speed = -branch.axial_impact_velocity
+    known = np.isfinite(speed)
+    top = 1.05 * (float(speed[known].max()) if known.any() else 1.0)
+    phase, _ = _period_one(branch.values, section, axis)
+    apart = wrap_to_pi(branch.forcing_phase - phase[:, None, None])
+    inks = (
+        (apart < -_ON_THE_ORBIT, LOWER_INK, "impacts earlier than period 1: the lower branch"),
+        (apart > _ON_THE_ORBIT, UPPER_INK, "impacts later than period 1: the upper branch"),
+        (~(np.abs(apart) > _ON_THE_ORBIT), INK, "on the period-1 orbit, or where there is none"),
+    )
+    for chosen, ink, label in inks:
+        if not (chosen & known).any():
+            continue
+        shares = _shares(np.where(chosen, speed, math.nan), 0.0, top, _ROWS)
+        _raster(axes, branch, shares, (0.0, top), ink)
+        axes.plot([], [], "s", color=ink(0.5), ms=5, label=label)
+    axes.set_ylim(0.0, top)
+    axes.set_ylabel("impact speed\n|w_A| (πg/ω)")
+    if known.any():
+        axes.legend(loc="lower left", fontsize=8)
+
+
 def _exponent(axes: Any, branch: Branch, followed: bool) -> None:
     """Finite exponents; values with contact as marks at the lower border."""
     axes.axhline(0.0, color="black", lw=0.8)
@@ -198,13 +243,7 @@ def _theory(
 ) -> None:
     """The period-1 orbit, stable or not: cos τ = (1 − ε)/((1 + ε)Γ), speed cos(τ + θ) (eq. 4)."""
     values = np.linspace(branch.values.min(), branch.values.max(), 400)
-    sections = sections_along(section, axis, values)
-    ratio = [
-        existence_limit(s.restitution) / s.axial_forcing if s.axial_forcing > 0 else 2.0
-        for s in sections
-    ]
-    phase = np.arccos(np.where(np.array(ratio) <= 1.0, ratio, math.nan))
-    lag = np.array([s.phase_lag for s in sections])
+    phase, lag = _period_one(values, section, axis)
     shown = low + np.mod(phase - low, math.tau)
     style = {"color": BLACK, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
     top.plot(values, shown, **style, label="period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)")
@@ -212,6 +251,17 @@ def _theory(
         middle.plot(
             values, np.cos(phase + lag), **style, label="period 1, theory: cos(τ + θ) (eq. 4)"
         )
+
+
+def _period_one(values: Array, section: NextCollisionMap, axis: str) -> tuple[Array, Array]:
+    """τ of the period-1 orbit, nan where there is none, and θ at each value (n,)."""
+    sections = sections_along(section, axis, values)
+    ratio = [
+        existence_limit(s.restitution) / s.axial_forcing if s.axial_forcing > 0 else 2.0
+        for s in sections
+    ]
+    phase = np.arccos(np.where(np.array(ratio) <= 1.0, ratio, math.nan))
+    return phase, np.array([s.phase_lag for s in sections])
 
 
 def _legend_of_contact(axes: Any, with_contact: NDArray[np.bool_], followed: bool) -> None:
@@ -235,6 +285,17 @@ def _mark(panels: Sequence[Any], doublings: Sequence[Doubling], onset: float) ->
     if not math.isnan(onset):
         label = f"first contact at {onset:.6f}: another attractor from here on"
         panels[0].plot([], [], color=PURPLE, lw=1.4, label=label)
+
+
+def _letters(panels: Sequence[Any], marks: Sequence[float]) -> None:
+    """Name the panels of the paper's Fig. 3, and mark values in the first."""
+    for letter, axes in zip("abc", panels, strict=False):
+        axes.text(-0.1, 1.0, f"({letter})", transform=axes.transAxes, va="top", fontsize=11)
+    top, box = panels[0], {"fc": "white", "ec": "none", "pad": 1}
+    for letter, value in zip("abcdefghijklmnopqrstuvwxyz", marks, strict=False):
+        place = {"xycoords": top.get_xaxis_transform(), "ha": "center", "bbox": box}
+        top.axvline(value, color=BLACK, lw=0.6, ls=":", zorder=1.2)
+        top.annotate(letter, (value, 0.02), fontsize=11, fontweight="bold", **place)
 
 
 def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool) -> str:

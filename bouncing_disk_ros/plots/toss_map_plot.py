@@ -69,23 +69,26 @@ def _map(
 ) -> None:
     title, unit, colours, step = _MEASURES[name]
     x, y, z = lags / math.pi, angles / math.pi, values.T
-    top = float(np.nanmax(np.abs(z)))
+    known = np.isfinite(z)
+    top = float(np.abs(z[known]).max(initial=0.0)) or 1.0  # nothing turns, or nothing leaves
     norm = None if name == "efficiency" else TwoSlopeNorm(0.0, -top, top)
     axes.set_facecolor(_STAYS)
     image = axes.pcolormesh(x, y, z, cmap=colours, norm=norm, shading="nearest", rasterized=True)
     levels = step * np.arange(-math.floor(top / step), math.floor(top / step) + 1)
     line = "white" if name == "efficiency" else "black"
-    lines = axes.contour(x, y, z, levels=levels, colors=line, linewidths=0.6, alpha=0.8)
-    named = [v for v in levels if round(v / step) % 2 == 0 and 0.0 < abs(v) < 0.75 * top]
-    axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
+    if known.any() and np.ptp(z[known]) > 0.0:
+        lines = axes.contour(x, y, z, levels=levels, colors=line, linewidths=0.6, alpha=0.8)
+        named = [v for v in lines.levels if round(v / step) % 2 == 0 and 0.0 < abs(v) < 0.75 * top]
+        axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
     caption = title if unit == "1" else f"{title} ({unit})"
     figure.colorbar(image, ax=axes, label=caption, pad=0.015)
     axes.set_title(f"({letter}) {title}", loc="left", fontsize=10)
     mark_in_pi(axes.xaxis, 0.5)
     mark_in_pi(axes.yaxis, 0.125)
-    empty = np.isnan(z[:, z.shape[1] // 2])
-    if empty[-1] and y[-1] - y[~empty][-1] > 0.02:
-        middle = 0.5 * (y[-1] + y[~empty][-1])
+    column = known[:, z.shape[1] // 2]
+    begin = float(y[column][-1]) if column.any() else float(y[0])
+    if not column[-1] and (y[-1] - begin > 0.02 or not column.any()):
+        middle = 0.5 * (y[-1] + begin)
         text = r"the disk never leaves: $\Gamma \leq 1/\pi$"
         axes.text(0.5 * (x[0] + x[-1]), middle, text, ha="center", va="center", fontsize=8)
 
@@ -93,7 +96,8 @@ def _map(
 def _mark(axes: Any, best: Extreme) -> None:
     """A cross at the extreme and at its mirror images."""
     _, unit, *_ = _MEASURES[best.measure]
-    size = abs(getattr(best, best.measure))
+    size = getattr(best, best.measure)
+    size = size if best.measure == "efficiency" else abs(size)
     unit = "" if unit == "1" else f" {unit}"
     lag = best.phase_lag / math.pi
     lag = 0.0 if abs(lag) < 5e-5 else lag

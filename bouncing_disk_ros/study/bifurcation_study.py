@@ -36,6 +36,7 @@ from bouncing_disk_ros.analysis.dynamics.next_collision import (
 )
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
+from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
@@ -76,10 +77,20 @@ class Bifurcation(Study):
             raise InputError("kept", given["kept"], f"at most measured = {given['measured']}")
         for end in ("begin", "end"):
             self._check_end(end)
+        self.marks = self._marks()
         self._starts = self._spread()
         self.sequential = not self._starts
         if self.sequential:
             self._start()
+
+    def _marks(self) -> list[float]:
+        """The values to mark, within the axis."""
+        text = str(self.parameters["marks"])
+        marks = angles_of("marks", text) if text.strip() else []
+        low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
+        if not all(low <= mark <= high for mark in marks):
+            raise InputError("marks", text, f"values from {low:g} to {high:g}, those of the axis")
+        return marks
 
     @property
     def _follows_period_one(self) -> bool:

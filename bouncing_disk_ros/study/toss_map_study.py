@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import ClassVar
@@ -16,7 +17,13 @@ from bouncing_disk_ros.analysis.toss.extremes import (
     extreme,
     ridge,
 )
-from bouncing_disk_ros.analysis.toss.tosses import CODES, TossSetting, check_setting, toss
+from bouncing_disk_ros.analysis.toss.tosses import (
+    CODES,
+    LOWEST,
+    TossSetting,
+    check_setting,
+    toss,
+)
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS, Value
@@ -115,5 +122,8 @@ class TossMap(Study):
         ]
 
     def ridge(self) -> Ridge | None:
-        """θ = −τ_sep, for a disk that starts at rest."""
-        return None if float(self.parameters["initial_angular_velocity"]) else ridge(self.setting)
+        """θ = −τ_sep, for a disk at rest at the lowest point that friction turns."""
+        given = self.parameters
+        starts = float(given["initial_angular_velocity"]), float(given["initial_forcing_phase"])
+        still = starts[0] == 0.0 and math.remainder(starts[1] - LOWEST, math.tau) == 0.0
+        return ridge(self.setting) if still and self.setting.disk.friction > 0.0 else None

@@ -27,7 +27,7 @@ from bouncing_disk_ros.collision_map.single_toss import TOSS_STUCK
 from bouncing_disk_ros.errors import InputError
 
 MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
-"""What may be made largest; of the speeds, the magnitude."""
+"""What may be made largest; of the speeds, the magnitude: they may turn either way."""
 _LAGS, _ANGLES = 181, 91  # coarse grid: θ = 0 is on it
 _LAG_WINDOW = 2.0 * math.tau / (_LAGS - 1)  # rad to each side: two pixels
 _ANGLE_WINDOW = math.pi / (_ANGLES - 1)
@@ -58,9 +58,12 @@ class Ridge(NamedTuple):
 def bounded_measures(setting: TossSetting, angular_velocity: float) -> tuple[str, ...]:
     """The measures that have a largest value, of MEASURES.
 
-    A disk that turns without the platform, by its initial speed (rad/s) or by a load torque, has a
-    speed ratio without bound as φ_L falls to 0.
+    Without friction none has: the platform turns no disk. A disk that turns without the platform,
+    by its initial speed (rad/s) or by a load torque, has a speed ratio without bound as φ_L falls
+    to 0.
     """
+    if setting.disk.friction == 0.0:
+        return ()
     if angular_velocity == 0.0 and setting.disk.load_torque == 0.0:
         return MEASURES
     return tuple(name for name in MEASURES if name != "speed_ratio")
@@ -74,7 +77,7 @@ def extreme(
     angular_velocity: float = 0.0,
     forcing_phase: float = LOWEST,
 ) -> Extreme:
-    """The toss with the largest magnitude of a measure, over θ and φ_L or along one θ (rad).
+    """The toss with the largest efficiency or magnitude of a speed, over θ and φ_L or along one θ.
 
     A coarse grid finds the hill; golden sections (over φ_L, within it over θ) climb it. A hill
     narrower than the grid's 2° of θ and 1° of φ_L may be missed. Of mirror
@@ -85,6 +88,8 @@ def extreme(
         raise InputError("measure", measure, "one of " + ", ".join(MEASURES))
     if measure not in bounded_measures(setting, angular_velocity):
         allowed = "airborne_speed or efficiency for a disk that turns without the platform"
+        if setting.disk.friction == 0.0:
+            raise InputError("friction", 0.0, "> 0", "Without it no toss turns the disk.")
         raise InputError("measure", measure, allowed, "The ratio has no bound as φ_L falls to 0.")
 
     def tosses(lag: float | Floats, angle: float | Floats) -> Toss:
@@ -93,11 +98,14 @@ def extreme(
         )
 
     def height(lag: float, angle: float) -> float:
-        return abs(float(getattr(tosses(lag, angle), measure)))
+        return float(sized(getattr(tosses(lag, angle), measure)))
+
+    def sized(values: Floats) -> Floats:
+        return values if measure == "efficiency" else np.abs(values)
 
     lags = np.linspace(-math.pi, math.pi, _LAGS) if phase_lag is None else np.array([phase_lag])
     angles = np.linspace(0.0, 0.5 * math.pi, _ANGLES)
-    grid = np.abs(getattr(tosses(lags[:, None], angles[None, :]), measure))
+    grid = sized(getattr(tosses(lags[:, None], angles[None, :]), measure))
     if np.isnan(grid).all():
         hint = "The arc amplitude or the frequency is too small."
         raise InputError("setting", setting, "one that throws the disk", hint)
@@ -136,7 +144,7 @@ def _climb(
 def _summit(grid: Floats, lags: Floats) -> tuple[int, int]:
     """Row and column of the largest value; of equal ones, that with θ nearest to 0."""
     top = np.nanmax(grid)
-    rows, columns = np.nonzero(grid >= top * (1.0 - 1e-9))
+    rows, columns = np.nonzero(grid >= top - 1e-9 * abs(top))
     nearest = int(np.argmin(np.abs(lags[rows])))
     return int(rows[nearest]), int(columns[nearest])
 

@@ -45,9 +45,11 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.bifurcation_study import branch_of
 
     branch, section = branch_of(result), study.section()
-    marks = (study.axis, study.doublings)
+    along = (study.axis, study.doublings)
     onset = float(result["contact_onset"]) if "contact_onset" in result else math.nan
-    figure = bifurcation_figure(branch, section, *marks, followed=study.sequential, onset=onset)
+    figure = bifurcation_figure(
+        branch, section, *along, followed=study.sequential, onset=onset, marks=study.marks
+    )
     return {"bifurcation": figure}
 
 

@@ -70,8 +70,11 @@ def test_edges_lie_half_way() -> None:
 def test_the_figure_says_what_it_shows(
     upward: Branch, doublings: list[Doubling], tmp_path: Path
 ) -> None:
-    figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings)
-    top, middle, bottom = figure.axes
+    figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings, marks=[0.34, 0.45])
+    top, middle, hits, bottom = figure.axes
+    assert hits.get_ylabel() == "impact speed\n|w_A| (πg/ω)"
+    assert [text.get_text() for text in top.texts] == ["(a)", "a", "b"]
+    assert [axes.texts[0].get_text() for axes in (middle, hits)] == ["(b)", "(c)"]
     assert bottom.get_xlabel() == "axial forcing Γ"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
     assert middle.get_ylabel() == "mean speed α̇ / (ωΦ)"
@@ -105,7 +108,7 @@ def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:
     figure = bifurcation_figure(branch, section, "axial_forcing")
     title = "Attractor followed downward in Γ; ε = 0.5, θ = −0.4, no friction"
     assert figure.get_suptitle() == title
-    legend = figure.axes[2].get_legend()
+    legend = figure.axes[-1].get_legend()
     assert legend is not None
     assert legend.texts[0].get_text() == "with contact: −∞"
     figure.savefig(tmp_path / "figure.png")
@@ -122,7 +125,7 @@ def test_each_parameter_has_its_axis(axis: str, values: list[float], tmp_path: P
     starts = [MapState(1.0, -0.01), MapState(0.7, -1.33)]
     branch = from_starts(section, axis, np.array(values), starts, measured=100, kept=50)
     figure = bifurcation_figure(branch, section, axis)
-    assert figure.axes[2].get_xlabel().startswith(axis.replace("_", " "))
+    assert figure.axes[-1].get_xlabel().startswith(axis.replace("_", " "))
     assert (figure.axes[0].get_xscale() == "log") == (axis == "angular_forcing")
     figure.savefig(tmp_path / "figure.png")
 

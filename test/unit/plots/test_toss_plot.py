@@ -20,6 +20,8 @@ from bouncing_disk_ros.analysis.toss.path import (
     toss_trajectory,
 )
 from bouncing_disk_ros.analysis.toss.tosses import toss
+from bouncing_disk_ros.nodes.studies import toss_map
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.plots.style import in_pi
 from bouncing_disk_ros.plots.toss_map_plot import maps_figure
 from bouncing_disk_ros.plots.toss_plot import (
@@ -27,6 +29,8 @@ from bouncing_disk_ros.plots.toss_plot import (
     toss_title,
     trajectories_figure,
 )
+from bouncing_disk_ros.study import named, run
+from bouncing_disk_ros.study.toss_map_study import TossMap
 
 FASTEST = Extreme("airborne_speed", 0.0, 0.2456 * math.pi, 27.18, 0.99, 0.344)
 SIDEWAYS = Extreme("efficiency", 0.3, 0.2 * math.pi, 20.0, 0.9, 0.2)
@@ -102,6 +106,30 @@ def test_maps_without_marks(tmp_path: Path) -> None:
     figure = maps_figure(lags, angles, toss(lags[:, None], angles))
     assert all(axes.get_legend() is None for axes in figure.axes)
     saved(figure, tmp_path)
+
+
+@pytest.mark.parametrize("given", [{"friction": 0.0}, {"initial_angular_velocity": -30.0}, {}])
+def test_any_map_can_be_drawn(tmp_path: Path, given: dict[str, Value]) -> None:
+    """Nothing turns; two points a side; the extremes are those of η itself, not of |η|."""
+    study = named("toss_map", phase_lag_count=2, amplitude_angle_count=2, **given)
+    assert isinstance(study, TossMap)
+    result = run(study, tmp_path / "map.zarr")
+    assert result is not None
+    assert set(toss_map.make_view().pictures(study, result)) == {"toss_map", "trajectories"}
+    best = {one.measure: one for one in study.extremes}
+    if "friction" in given:
+        assert not best
+        assert study.ridge() is None
+    elif given:
+        assert best["efficiency"].efficiency == pytest.approx(0.4984, abs=1e-4)
+        assert toss_map.lines(result)[-1].endswith("η = 0.4984")
+
+
+def test_the_line_of_speed_ratio_1_is_that_of_a_start_at_the_lowest_point() -> None:
+    for phase, there in ((1.5 * math.pi, True), (-0.5 * math.pi, True), (0.0, False)):
+        study = named("toss_map", initial_forcing_phase=phase)
+        assert isinstance(study, TossMap)
+        assert (study.ridge() is not None) == there
 
 
 def test_trajectories(tmp_path: Path) -> None:
