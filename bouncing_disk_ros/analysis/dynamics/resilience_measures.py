@@ -21,6 +21,8 @@ from bouncing_disk_ros.analysis.dynamics.fatal_changes import (
 )
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.orbit_instants import impact_limits, instants_of
+from bouncing_disk_ros.collision_map.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
+from bouncing_disk_ros.collision_map.inverse_map import iterate_forwards
 
 Array = NDArray[np.float64]
 
@@ -88,7 +90,27 @@ def label_window(section: NextCollisionMap, starts: WindowStarts, lowest: float)
             known = known._replace(found=(*known.found, *missed))
             again = _labels(known, section, *left.T.copy())
             labels.label[open_], labels.impacts[open_], labels.time[open_] = again
+    _go_on_after_contact(known, section, starts, labels)
     return Labelled(known, labels, starts.side, len(missed))
+
+
+def _go_on_after_contact(
+    known: Attractors, section: NextCollisionMap, starts: WindowStarts, labels: Basins
+) -> None:
+    """Where contact leads to a periodic attractor: the times up to there, in place."""
+    after = known.after_contact
+    held = np.flatnonzero(labels.label == IN_CONTACT)
+    if not len(held) or after < 0 or known.found[after].kind is not AttractorKind.PERIODIC:
+        return
+    platform = float(section.axial_forcing), float(section.restitution)
+    states = np.stack((starts.tau[held], starts.w[held]), axis=1)
+    iterate_forwards(states, labels.impacts[held].astype(np.int64), *platform)
+    next_one = np.empty((1, 4))
+    for i, (tau, w) in zip(held, states, strict=True):
+        axial_orbit(tau, w, *platform, 1, next_one)
+        labels.time[i] += next_one[0, ORBIT_DELAY]
+    tau, w = (next_one[:, column].copy() for column in (ORBIT_TAU, ORBIT_W))  # the same for all
+    labels.time[held] += label_starts(known, section, tau, w).time[0]
 
 
 def _labels(known: Attractors, section: NextCollisionMap, tau: Array, w: Array) -> Basins:

@@ -1,0 +1,22 @@
+"""Studies at random options beside single runs of the simulator, which know nothing of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reference.cases import examples
+from support.studied import ATTACKS
+
+DRAWS = {"basins": 2, "parameter_map": 3, "resilience": 1, "toss_map": 1, "toss_paths": 2}
+"""So many of each, for they take up to a second of CPU."""
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [(name, k) for name in ATTACKS for k in range(examples(DRAWS[name]))]
+)
+def test_a_study_agrees_with_the_simulator(name: str, seed: int, tmp_path: Path) -> None:
+    said = ATTACKS[name](np.random.default_rng(seed), tmp_path)
+    assert not said, "\n".join(said)

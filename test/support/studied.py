@@ -1,0 +1,463 @@
+"""Studies beside single runs of the simulator at random options: what differs, in words.
+
+The runs are read here in the simplest way: rows of impacts and samples, none of what the studies
+use. A start near a boundary goes where roundings take it: it counts only if runs from all around it
+(NEAR) agree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from bouncing_disk_ros import simulate
+from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.study import named, run
+
+Options = dict[str, Any]
+NEAR = 1e-10
+"""Distance (rad) of the starts that must agree."""
+ON = 1e-3
+"""Distance (rad, πg/ω) of impacts from the orbit they are on; the studies' own is 1e-4."""
+PERIOD_NS = math.tau * 1e9
+EVENTS = 400_000
+"""Events of one run: a chatter near ε = 1 may have more, and is not compared."""
+
+
+class Start(NamedTuple):
+    """An impact, and the disk's speed before it: units 1/ω, πg/ω, ωΦ."""
+
+    tau: float
+    w: float
+    speed: float = 0.0
+
+
+class Seen(NamedTuple):
+    """A run of the simulator from an impact."""
+
+    times: np.ndarray  # rad since the start, of single impacts
+    tau: np.ndarray
+    w: np.ndarray
+    tails: np.ndarray  # times at which chatters ended in contact
+    ends_in_contact: bool
+    turned: np.ndarray  # angle of the disk after each whole period, Φ
+    whole: bool  # False: its events ran out
+
+
+def seen(given: Mapping[str, float], start: Start, periods: int) -> Seen:
+    """Run from just before an impact; given: axial_forcing, restitution and the two of rotation."""
+    forcing = given["axial_forcing"]
+    # ω = 1, πg = 1, Φ = 1, a_e = a_g = 1: Γ_T = 1/μ
+    friction = 1.0 / given.get("angular_forcing", math.inf)
+    one = Simulation(
+        Motion(forcing, 1.0, 1.0 / math.tau, given.get("phase_lag", 0.0)),
+        Disk(1.0, given["restitution"], friction, 1.0, 1.0, 1.0 / math.pi),
+        InitialState(0.0, start.w + forcing * math.cos(start.tau), start.speed, 0.0, start.tau),
+    )
+    rows, angles = [], [0.0]
+    budget, whole = EVENTS, True
+    for k in range(1, periods + 1):
+        part, behind = one.advance(round(k * PERIOD_NS), budget)
+        rows.append(part)
+        budget -= len(part) + 20
+        if behind or budget <= 0:
+            whole = False
+            break
+        angles.append(one.sample().unwrapped_angle)
+    all_rows = np.concatenate(rows)
+    single = all_rows[all_rows["kind"] == ImpactKind.IMPACT][1:]  # without that of the start
+    tails = all_rows[all_rows["kind"] == ImpactKind.CHATTER_TAIL]
+    return Seen(
+        single["time"].copy(), single["forcing_phase"].copy(),
+        single["axial_impact_velocity"].copy(), tails["time"].copy(),
+        one.sample().phase is not Phase.FLIGHT, np.array(angles), whole,
+    )  # fmt: skip
+
+
+def apart(run_: Seen, k: int, points: np.ndarray) -> np.ndarray:
+    """Distances (m,) of impact k from points (m, 2)."""
+    phase = np.abs(np.remainder(run_.tau[k] - points[:, 0] + math.pi, math.tau) - math.pi)
+    return np.maximum(phase, np.abs(run_.w[k] - points[:, 1]))
+
+
+def on_orbit_since(run_: Seen, points: np.ndarray, near: float) -> int:
+    """Index of the first impact from which on all lie on a periodic orbit, in its order."""
+    k = len(run_.times) - 1
+    expected = int(np.argmin(apart(run_, k, points))) if k >= 0 else 0
+    while k >= 0 and apart(run_, k, points)[expected] <= near:
+        k, expected = k - 1, (expected - 1) % len(points)
+    return k + 1
+
+
+def ends_as(run_: Seen, kind: str, points: np.ndarray, cycles: int) -> bool:
+    """Whether the end of a run is an attractor of this kind with these points (m, 2)."""
+    end = run_.turned.size - 1.0
+    late = math.tau * (end - max(40.0, 4.0 * cycles))
+    if kind == "chattering" and len(run_.times) and not len(run_.tails):  # ε = 0 has no chatter
+        return all(float(apart(run_, k, points).min()) < ON for k in range(-len(points), 0))
+    if kind == "chattering" and not cycles:
+        return bool(np.any(run_.tails > 0.3 * math.tau * end))
+    if kind == "rest":
+        return run_.ends_in_contact and not np.any(run_.times > math.tau * (end - 10.0))
+    if kind == "chattering":
+        return bool(np.any(run_.tails > late))
+    if np.any(run_.tails > late):
+        return False
+    if kind == "periodic":
+        return on_orbit_since(run_, points, ON) <= len(run_.times) - 2 * len(points) - 4
+    tail = np.flatnonzero(run_.times > late)[-50:]
+    scale = 0.05 * max(1.0, float(-points[:, 1].min()))
+    return all(float(apart(run_, int(k), points).min()) < scale for k in tail)
+
+
+class Known(NamedTuple):
+    """An attractor of a result."""
+
+    kind: str
+    points: np.ndarray
+    cycles: int
+
+
+def known_of(result: xr.Dataset) -> list[Known]:
+    """The attractors of a result of basins."""
+    owner = result["point_attractor"].values
+    after = result.attrs["parameter_velocity"] == "after"
+    scale = float(result.attrs["parameter_restitution"]) if after else 1.0
+    points = np.stack(
+        (result["point_forcing_phase"].values, result["point_velocity"].values / scale), axis=1
+    )
+    kinds, cycles = (result[f"attractor_{n}"].values for n in ("kind", "cycles"))
+    return [Known(str(kind), points[owner == i], int(cycles[i])) for i, kind in enumerate(kinds)]
+
+
+def agreed(given: Mapping[str, float], start: Start, periods: int, known: Known) -> bool | None:
+    """Whether runs around a start end on an attractor; None: they differ, or ran out."""
+    ends = set()
+    for shift in (0.0, NEAR, -NEAR):
+        one = seen(given, start._replace(tau=start.tau + shift), periods)
+        if not one.whole:
+            return None
+        ends.add(ends_as(one, *known))
+    return ends.pop() if len(ends) == 1 else None
+
+
+def platform_of(rng: np.random.Generator) -> Options:
+    """Γ from 0.05 to 5 and ε from 0 to 0.95, for short runs; half of them near the paper."""
+    if rng.random() < 0.5:
+        return {"axial_forcing": float(rng.uniform(0.2, 0.8)),
+                "restitution": float(rng.uniform(0.1, 0.8))}  # fmt: skip
+    return {"axial_forcing": float(10.0 ** rng.uniform(-1.3, 0.7)),
+            "restitution": float(rng.choice([0.0, rng.uniform(0.0, 0.95)]))}  # fmt: skip
+
+
+def rotation_of(rng: np.random.Generator) -> Options:
+    return {"phase_lag": float(rng.uniform(-4.0, 4.0)),
+            "angular_forcing": float(10.0 ** rng.uniform(-1.0, 1.6))}  # fmt: skip
+
+
+def computed(name: str, path: Path, **options: Any) -> xr.Dataset:
+    """A study's result in full."""
+    found = run(named(name, **options), path / "r.zarr", workers=1)
+    assert found is not None
+    return found.load()
+
+
+def mean_speed(one: Seen, cycles: int) -> float:
+    """Mean of α̇/(ωΦ) over the last whole repetitions of so many periods."""
+    return float(one.turned[-1] - one.turned[-1 - cycles]) / (math.tau * cycles)
+
+
+def attack_basins(rng: np.random.Generator, path: Path) -> list[str]:
+    """Labels, times and mean speeds of some starts."""
+    platform, rotation = platform_of(rng), rotation_of(rng)
+    after = bool(rng.random() < 0.3) and platform["restitution"] > 0.0
+    begin = float(rng.uniform(-7.0, 5.0))
+    options = {
+        **platform, **rotation, "width": 4, "height": 3, "angular_velocities": "0.5",
+        "velocity": "after" if after else "before", "velocity_begin": -float(rng.uniform(1.0, 6.0)),
+        "phase_begin": begin, "phase_end": begin + float(rng.uniform(0.5, 7.0)),
+    }  # fmt: skip
+    result = computed("basins", path, **options)
+    known = known_of(result)
+    given = {**platform, **rotation}
+    said = []
+    for i, j in rng.permutation([(i, j) for i in range(3) for j in range(4)])[:4]:
+        label = int(result["label"].values[i, j])
+        if label < 0:
+            continue
+        w = float(result["velocity"].values[i]) / (platform["restitution"] if after else 1.0)
+        start = Start(float(result["forcing_phase"].values[j]) % math.tau, w, 0.5)
+        own, time = known[label], float(result["time"].values[i, j]) / math.tau
+        periods = math.ceil((0.0 if math.isnan(time) else time) + 150 + 8 * own.cycles)
+        periods += 8 * len(own.points) if own.kind == "chattering" else 0
+        if periods > 4000:
+            continue
+        where = f"basins({options}) at [{i}, {j}]"
+        agrees = agreed(given, start, periods, own)
+        if agrees is False:
+            said.append(f"{where}: not {own.kind} {len(own.points)}")
+        if agrees:
+            said += [f"{where}: {one}" for one in _numbers_of_start(
+                result, (int(i), int(j)), own, partial(seen, given, start), periods)]  # fmt: skip
+    return said
+
+
+def _numbers_of_start(
+    result: xr.Dataset, place: tuple[int, int], own: Known, follow: Callable[[int], Seen],
+    periods: int,
+) -> list[str]:  # fmt: skip
+    """Time, impacts and mean speed of a start, beside its run."""
+    said = []
+    one = follow(periods)
+    time, speed = float(result["time"].values[place]), float(result["mean_speed"].values[0][place])
+    # without a bounce contact leaves no row of its own
+    if own.kind == "periodic" and not len(one.tails) and result.attrs["parameter_restitution"]:
+        k = on_orbit_since(one, own.points, 1e-4) + 7
+        if int(result["impacts"].values[place]) != k + 1 or abs(one.times[k] - time) > 1e-3:
+            said.append(f"time {time}, {one.times[k]} seen")
+    if own.kind in ("periodic", "chattering") and own.cycles:
+        found = mean_speed(one, own.cycles)
+        if abs(found - speed) > 1e-6:  # friction may be slow
+            found = mean_speed(follow(20 * periods), own.cycles)
+        if abs(found - speed) > 1e-6:
+            said.append(f"mean speed {speed}, {found} seen")
+    if own.kind == "rest" and not math.isnan(speed):
+        said.append(f"mean speed {speed} at rest")
+    return said
+
+
+def name_of(result: xr.Dataset, slot: int) -> Known:
+    """An attractor of a result of resilience."""
+    tau, w = (result[f"point_{n}"].values[0, slot] for n in ("forcing_phase", "velocity"))
+    there = np.isfinite(tau)
+    kind = ("rest", "chattering", "periodic", "chaotic")[int(result["kind"].values[0, slot])]
+    cycles = int(result["cycles"].values[0, slot])
+    return Known(kind, np.stack((tau[there], w[there]), axis=1), cycles)
+
+
+def attack_resilience(rng: np.random.Generator, path: Path) -> list[str]:
+    """Shares, times and fatal impulses of the periodic attractors of a coarse window."""
+    platform = platform_of(rng)
+    low = -float(rng.uniform(1.0, 5.0))
+    n = 3
+    options = {
+        "along": "axial_forcing", "begin": platform["axial_forcing"], "count": 1,
+        "end": platform["axial_forcing"], "restitution": platform["restitution"], "samples": n,
+        "velocity_begin": low, "instants": 1, "resolution": 0.3, "largest_impulse": 1.0,
+        "after": "20 200", "periods": 300.0,
+    }  # fmt: skip
+    result = computed("resilience", path, **options)
+    if float(result["unresolved"].values[0]) > 0.0:
+        return []
+    starts = [Start(math.tau * (j + 0.5) / n, low * (1.0 - (i + 0.5) / n))
+              for i in range(n) for j in range(n)]  # fmt: skip
+    said = []
+    for slot in range(result.sizes["attractor"]):
+        if int(result["kind"].values[0, slot]) != 2:
+            continue
+        own = name_of(result, slot)
+        slow = float(result["slow_time"].values[0, slot])
+        if len(own.points) > 30 or slow > 1000.0:
+            continue
+        periods = math.ceil(1.3 * (0.0 if math.isnan(slow) else slow) + 100 + 8 * own.cycles)
+        mine = [agreed(platform, start, periods, own) for start in starts]
+        if None not in mine:
+            said += _shares_and_times(result, slot, own, platform, starts, mine, periods)
+        said += _fatal(result, slot, own, platform)
+    return [f"resilience({options}): {one}" for one in said]
+
+
+def _shares_and_times(
+    result: xr.Dataset, slot: int, own: Known, platform: Options, starts: list[Start],
+    mine: list[bool | None], periods: int,
+) -> list[str]:  # fmt: skip
+    said, n = [], len(starts)
+    if abs(float(result["share"].values[0, slot]) - sum(map(bool, mine)) / n) > 1e-9:
+        return [f"share {float(result['share'].values[0, slot])}, {sum(map(bool, mine)) / n} seen"]
+    times = []
+    for start, one in zip(starts, mine, strict=True):
+        if one:
+            whole = seen(platform, start, periods)
+            times.append(whole.times[on_orbit_since(whole, own.points, 1e-4) + 7] / math.tau)
+    for name, part in (("median_time", 0.5), ("slow_time", 0.95)):
+        value = float(result[name].values[0, slot])
+        if times and abs(value - float(np.quantile(times, part))) > 1e-3:
+            said.append(f"{name} {value}, {float(np.quantile(times, part))} seen")
+    for k, limit in enumerate(result["after"].values):
+        share = np.count_nonzero(np.array(times) <= limit) / n
+        if abs(float(result["share_in_time"].values[0, slot, k]) - share) > 1e-9:
+            said.append(f"share after {limit} periods not {share}")
+    return said
+
+
+def _fatal(result: xr.Dataset, slot: int, own: Known, platform: Options) -> list[str]:
+    """Impulses in the middle of a repetition: those below a fatal one are survived."""
+    said = []
+    for k, sense in enumerate((1.0, -1.0)):
+        size = float(result["fatal_impulse"].values[0, slot, k, 0])
+        if math.isnan(size) or size < 0.02:
+            continue
+        parts = np.array([0.3, 0.6, 0.9]) * min(size, 1.0)
+        for impulse in parts.tolist():
+            one = Simulation(
+                Motion(platform["axial_forcing"], 0.0, 1.0 / math.tau, 0.0),
+                Disk(1.0, platform["restitution"], 0.0, 1.0, 1.0, 1.0 / math.pi),
+                InitialState(0.0, float(own.points[0, 1] + platform["axial_forcing"]
+                             * math.cos(own.points[0, 0])), 0.0, 0.0, float(own.points[0, 0])),
+            )  # fmt: skip
+            one.apply_impulse(round(0.5 * own.cycles * PERIOD_NS), sense * impulse, 0.0)
+            rows, behind = one.advance(round(330.0 * PERIOD_NS), EVENTS)
+            single = rows[rows["kind"] == ImpactKind.IMPACT]
+            end = Seen(single["time"], single["forcing_phase"], single["axial_impact_velocity"],
+                       np.empty(0), False, np.zeros(331), not behind)  # fmt: skip
+            if end.whole and len(own.points) < 8 and not ends_as(end, *own):
+                said.append(f"lost by an impulse of {sense * impulse}, below {size}")
+    return said
+
+
+def attack_parameter_map(rng: np.random.Generator, path: Path) -> list[str]:
+    """Kind, period, cycles, contacts and mean speed of one start at one point."""
+    platform, rotation = platform_of(rng), rotation_of(rng)
+    start = Start(float(rng.uniform(0.0, math.tau)), -float(rng.uniform(0.1, 4.0)))
+    # the study begins without slip
+    start = start._replace(speed=math.cos(start.tau + rotation["phase_lag"]))
+    options = {
+        **rotation, "start": "given", "initial_phase": start.tau, "initial_velocity": start.w,
+        "settling": 3000, "x_axis": "axial_forcing", "y_axis": "restitution", "x_count": 1,
+        "x_begin": platform["axial_forcing"], "x_end": platform["axial_forcing"], "y_count": 1,
+        "y_begin": platform["restitution"], "y_end": platform["restitution"],
+    }  # fmt: skip
+    result = computed("parameter_map", path, **options)
+    kind = int(result["kind"].values[0, 0])
+    cycles, period = (int(result[n].values[0, 0]) for n in ("cycles", "period"))
+    # contact that repeats late or, without a bounce, leaves no row of its own
+    if kind < 0 or (kind == 1 and not (cycles and platform["restitution"])):
+        return []
+    given = {**platform, **rotation}
+    ends = []
+    for shift in (0.0, NEAR, -NEAR):
+        one = seen(given, start._replace(tau=start.tau + shift), 400 + 8 * cycles)
+        if not one.whole:
+            return []
+        ends.append(_sort_of(one, cycles, period))
+    if len(set(ends)) > 1:
+        return []
+    said = [] if ends[0] == kind else [f"kind {kind}, {ends[0]} seen"]
+    if not said and kind in (1, 2) and cycles:
+        speed = float(result["mean_speed"].values[0, 0])
+        found = mean_speed(seen(given, start, 3000 + 8 * cycles), cycles)
+        # of the last 1000 impacts, which are no whole number of repetitions
+        if abs(found - speed) > 2.0 * max(period, 1) / 1000.0:
+            said.append(f"mean speed {speed}, {found} seen")
+    return [f"parameter_map({options}): {one}" for one in said]
+
+
+def _sort_of(one: Seen, cycles: int, period: int) -> int:
+    """Kind of the end of a run, as a study numbers them."""
+    end = math.tau * (one.turned.size - 1.0)
+    if not np.any(one.times > 0.9 * end) and not np.any(one.tails > 0.9 * end):
+        return 0
+    if np.any(one.tails > 0.3 * end):
+        return 1
+    points = np.stack((one.tau, one.w), axis=1)
+    for n in range(1, 65):
+        if len(points) > 3 * n and all(
+            apart(one, len(points) - 1 - k, points[[len(points) - 1 - k - n]])[0] < ON
+            for k in range(2 * n)
+        ):
+            return 2 if n == period or not period else -2
+    return 3
+
+
+def attack_toss_map(rng: np.random.Generator, path: Path) -> list[str]:
+    """Delay, airborne speed, ratio and efficiency of single tosses."""
+    given = {
+        "gravity": float(10.0 ** rng.uniform(-1.0, 2.0)), "mass": float(rng.uniform(0.1, 2.0)),
+        "frequency": float(10.0 ** rng.uniform(-0.5, 1.5)),
+        "friction": float(rng.choice([0.0, rng.uniform(0.05, 2.0)])),
+        "friction_radius": float(rng.uniform(0.05, 0.3)),
+        "gyration_radius": float(rng.uniform(0.05, 0.3)),
+        "preload": float(rng.choice([0.0, rng.uniform(0.0, 3.0)])),
+        "load_torque": float(rng.choice([0.0, rng.uniform(-0.1, 0.1)])),
+    }  # fmt: skip
+    pull = given["gravity"] + given["preload"] / given["mass"]
+    omega = math.tau * given["frequency"]
+    arc = float(rng.uniform(1.1, 4.0)) * pull / omega**2
+    lag, angle = float(rng.uniform(-3.0, 3.0)), float(rng.uniform(0.05, 1.5))
+    speed = float(rng.choice([0.0, rng.uniform(-20.0, 20.0)]))
+    options = {
+        **given, "arc_amplitude": arc, "phase_lag_begin": lag, "phase_lag_end": lag + 0.1,
+        "phase_lag_count": 2, "amplitude_angle_begin": angle, "amplitude_angle_end": angle + 0.05,
+        "amplitude_angle_count": 2, "initial_angular_velocity": speed,
+    }  # fmt: skip
+    result = computed("toss_map", path, **options)
+    delay = float(result["delay"].values[0, 0])
+    if not 0.0 < delay < 100.0 / given["frequency"]:
+        return []
+    about: Options = dict(
+        **given, axial_amplitude=arc * math.cos(angle), phase_lag=lag,
+        angular_amplitude=arc * math.sin(angle) / given["friction_radius"],
+        initial_angular_velocity=speed, restitution=0.5,
+    )  # fmt: skip
+    step = round(1e-6 * delay * 1e9) + 1
+    before, after = (
+        simulate(round(delay * 1e9 + side * step) * 1e-9, **about, sample_rate=1e9 / round(
+            delay * 1e9 + side * step)) for side in (-1, 1)
+    )  # fmt: skip
+    said = []
+    flies = [int(one.samples["phase"][-1]) == Phase.FLIGHT for one in (before, after)]
+    if flies != [False, True]:
+        return [f"toss_map({options}): leaves at {delay}: {flies}"]
+    final = float(after.samples["angular_velocity"][-1])
+    scale = max(1.0, abs(final), about["angular_amplitude"] * omega)
+    airborne = float(result["airborne_speed"].values[0, 0])
+    if abs(final - airborne) > 1e-5 * scale:
+        said.append(f"airborne speed {airborne}, {final} seen")
+    ratio = float(result["speed_ratio"].values[0, 0])
+    if abs(ratio - final / (about["angular_amplitude"] * omega)) > 1e-5 * scale:
+        said.append(f"speed ratio {ratio}")
+    gain = 0.5 * given["mass"] * given["gyration_radius"] ** 2 * (final**2 - speed**2)
+    efficiency = float(result["efficiency"].values[0, 0])
+    if after.input_work > 1e-3 * given["mass"] * pull * arc and not math.isclose(
+        efficiency, gain / after.input_work, rel_tol=1e-4, abs_tol=1e-4
+    ):
+        said.append(f"efficiency {efficiency}, {gain / after.input_work} seen")
+    return [f"toss_map({options}): {one}" for one in said]
+
+
+def attack_toss_paths(rng: np.random.Generator, path: Path) -> list[str]:
+    """The path of the hand is that of the platform."""
+    arc, frequency = float(rng.uniform(0.1, 0.5)), float(rng.uniform(1.0, 5.0))
+    lag, angle = float(rng.uniform(-3.0, 3.0)), float(rng.uniform(0.1, 1.4))
+    radius = float(rng.uniform(0.05, 0.3))
+    result = computed("toss_paths", path, arc_amplitude=arc, frequency=frequency, points=17,
+                      phase_lags=f"{lag:.17g}", amplitude_angles=f"{angle:.17g}",
+                      friction_radius=radius)  # fmt: skip
+    run_ = simulate(
+        1.0 / frequency, axial_amplitude=arc * math.cos(angle), frequency=frequency, phase_lag=lag,
+        angular_amplitude=arc * math.sin(angle) / radius, friction_radius=radius, gravity=10.0,
+        sample_rate=16.0 * frequency,
+    )  # fmt: skip
+    samples = run_.samples[:16]
+    for name, scale in (("platform_angle", radius), ("platform_position", 1.0)):
+        field = "arc" if name == "platform_angle" else "axial_position"
+        if np.max(np.abs(samples[name] * scale - result[field].values[0, :16])) > 1e-7:
+            return [f"toss_paths: {field} at lag {lag}, angle {angle}"]
+    return []
+
+
+ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
+    "basins": attack_basins,
+    "resilience": attack_resilience,
+    "parameter_map": attack_parameter_map,
+    "toss_map": attack_toss_map,
+    "toss_paths": attack_toss_paths,
+}
+"""Study -> what differs at one draw of its options, nothing if all agrees."""
