@@ -1,4 +1,4 @@
-"""Every number and sentence of reports on 2000 runs drawn at random, against the runs themselves."""
+"""Every number and sentence of reports on 2000 random runs, against the runs themselves."""
 
 from __future__ import annotations
 
