@@ -7,7 +7,9 @@
     trajectory:                                 # optional: offsets on top of the motion
       - {time: 0.5, platform_axial: [0.02, 0.1]}
 
-Times are seconds of simulated time after the start. A point has any of axial_amplitude (m),
+Times are seconds of simulated time after the start. Instead of a number, a value of the motion may
+be {times: 1.734}, so many times that of the motion in force at the start, and a time of points and
+align may be {periods: 400}, so many of its periods. A point has any of axial_amplitude (m),
 angular_amplitude (rad), frequency (Hz), phase_lag (rad), the same ones in every point. A point of
 the trajectory has platform_axial (m), platform_rotation (rad) or both: a position, or a list of
 position, velocity and acceleration.
@@ -18,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import parameters
@@ -56,10 +59,15 @@ class Programme(NamedTuple):
     request: ProgrammeRequest
     align: Align | None
     trajectory: TrajectoryRequest | None = None
+    content: Mapping[str, Any] = MappingProxyType({})  # of its file
+
+    def fitted(self, start: Motion) -> Programme:
+        """The programme as it is from this motion on. Raises InputError for times of a 0."""
+        return parse_programme(self.name, self.content, start) if self.content else self
 
     def targets(self, latest: Motion) -> tuple[tuple[int, Motion], ...]:
         """The full motions with their times; names left out keep the value of `latest`."""
-        return accept_programme(self.request, _AT_START, latest)
+        return accept_programme(self.fitted(latest).request, _AT_START, latest)
 
 
 _AT_START = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
@@ -93,8 +101,11 @@ def load_programme(name: str) -> Programme:
         raise InputError(field, error.given, error.allowed, error.hint) from None
 
 
-def parse_programme(name: str, content: object) -> Programme:
-    """A programme from the content of its file, or InputError naming the field at fault."""
+def parse_programme(name: str, content: object, start: Motion = _ANY_MOTION) -> Programme:
+    """A programme from the content of its file, or InputError naming the field at fault.
+
+    `start` is the motion that values and times may be multiples of.
+    """
     if not isinstance(content, dict):
         raise InputError("content", content, "the keys " + ", ".join(KEYS))
     for key in content:
@@ -102,15 +113,15 @@ def parse_programme(name: str, content: object) -> Programme:
     description = content.get("description")
     if not isinstance(description, str) or not description.strip():
         raise InputError("description", description, "a line of text")
-    request = _request(content.get("points"))
-    align = _align(content["align"]) if "align" in content else None
+    request = _request(content.get("points"), start)
+    align = _align(content["align"], start) if "align" in content else None
     trajectory = _trajectory(content["trajectory"]) if "trajectory" in content else None
-    programme = Programme(name, " ".join(description.split()), request, align, trajectory)
-    programme.targets(_ANY_MOTION)  # checks every value and the order of times
+    programme = Programme(name, " ".join(description.split()), request, align, trajectory, content)
+    accept_programme(request, _AT_START, start)  # checks every value and the order of times
     return programme
 
 
-def _request(points: object) -> ProgrammeRequest:
+def _request(points: object, start: Motion) -> ProgrammeRequest:
     if not isinstance(points, list) or not points:
         raise InputError("points", points, "a list of at least one point")
     names: tuple[str, ...] | None = None
@@ -121,13 +132,13 @@ def _request(points: object) -> ProgrammeRequest:
             raise InputError(field, point, "time and any of " + ", ".join(MOTION_NAMES))
         for key in point:
             _known(key, ("time", *MOTION_NAMES), field)
-        after_ns = _time(f"{field}.time", point.get("time"))
+        after_ns = _time(f"{field}.time", point.get("time"), start)
         mine = tuple(name for name in MOTION_NAMES if name in point)
         names = mine if names is None else names
         if mine != names:
             allowed = ", ".join(names) + " as in points[0]"
             raise InputError(field, ", ".join(mine), allowed, "Give every point the same names.")
-        values = tuple(_number(f"{field}.{key}", point[key]) for key in mine)
+        values = tuple(_value(f"{field}.{key}", point[key], getattr(start, key)) for key in mine)
         requests.append(PointRequest(values, after_ns))
     return ProgrammeRequest(names or (), tuple(requests), field="programme")
 
@@ -146,11 +157,11 @@ def _trajectory(given: object) -> TrajectoryRequest:
     return request
 
 
-def _align(given: object) -> Align:
+def _align(given: object, start: Motion) -> Align:
     if not isinstance(given, dict) or set(given) != {"time", "forcing_phase"}:
         raise InputError("align", given, "{time: seconds, forcing_phase: rad}")
     phase = _number("align.forcing_phase", given["forcing_phase"])
-    return Align(_time("align.time", given["time"]), phase)
+    return Align(_time("align.time", given["time"], start), phase)
 
 
 def _known(key: object, keys: tuple[str, ...], field: str) -> None:
@@ -164,8 +175,27 @@ def _number(field: str, given: Any) -> float:
     return float(given)
 
 
-def _time(field: str, given: Any) -> int:
-    seconds = _number(field, given)
+def _value(field: str, given: Any, start: float) -> float:
+    """A value of a motion: a number, or a multiple of that at the start."""
+    if not isinstance(given, dict):
+        return _number(field, given)
+    if set(given) != {"times"}:
+        raise InputError(field, given, "a number or {times: NUMBER}, times that of the start")
+    if start == 0.0:
+        hint = "Start the programme while the platform moves."
+        raise InputError(field, given, "a number where that of the start is 0", hint)
+    return _number(f"{field}.times", given["times"]) * start
+
+
+def _time(field: str, given: Any, start: Motion) -> int:
+    if isinstance(given, dict) and set(given) != {"periods"}:
+        raise InputError(
+            field, given, "seconds >= 0 or {periods: NUMBER} of the motion at the start"
+        )
+    if isinstance(given, dict):
+        seconds = _number(f"{field}.periods", given["periods"]) / start.frequency
+    else:
+        seconds = _number(field, given)
     if not 0.0 <= seconds <= FAR_NS / NS:
         raise InputError(field, given, "seconds >= 0")
     return nanoseconds(seconds)
@@ -183,6 +213,8 @@ def start_of(
     if programme.align is None:
         return earliest_ns
     target = motion.target
+    programme = programme.fitted(target)
+    assert programme.align is not None
     earliest_ns = max(earliest_ns, motion.end_ns)
     mean = 0.5 * (motion.start.frequency + target.frequency)
     cycles = motion.forcing_phase / math.tau
@@ -213,7 +245,7 @@ def _cycles_gained(
 
 
 def as_simulated(programme: Programme) -> list[tuple[float, Mapping[str, float]]]:
-    """The points as `simulate(programme=...)` takes them."""
+    """The points of a fitted programme as `simulate(programme=...)` takes them."""
     request = programme.request
     return [
         (point.after_ns / NS, dict(zip(request.names, point.positions, strict=True)))

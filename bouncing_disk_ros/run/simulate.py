@@ -159,7 +159,7 @@ def simulate(
     knots = _listed("trajectory", trajectory, _KNOTS)
     offsets = trajectory_of(knots) if knots else None
     if isinstance(programme, str):
-        loaded = load_programme(programme)
+        loaded = load_programme(programme).fitted(session.latest_target)
         programme, offsets = as_simulated(loaded), offsets or loaded.trajectory
     if points := _listed("programme", programme, _POINTS):
         session.command(_points(points, arrival, session.latest_target))

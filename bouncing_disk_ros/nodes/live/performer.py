@@ -182,6 +182,7 @@ class Performer(Node):
         now_ns = self.get_clock().now().nanoseconds
         earliest = line.to_simulated(now_ns) + nanoseconds(self._lead * factor)
         fade_ns = nanoseconds(float(settings["crossfade_duration"]))
+        self.programme = self.programme.fitted(self._motion.target)
         start_ns = start_of(self.programme, self._motion, earliest, fade_ns)
         request = self.programme.request
         points = tuple(

@@ -64,13 +64,31 @@ def test_every_programme_of_the_package_is_sound() -> None:
         programme = load_programme(name)
         assert programme.name == name
         last_ns, _ = programme.targets(LATEST)[-1]
-        result = simulate(last_ns / 1e9, programme=as_simulated(programme))
+        result = simulate(last_ns / 1e9, programme=as_simulated(programme.fitted(LATEST)))
         assert [record["kind"] for record in result.inputs].count("motion") == 1
+
+
+def test_a_programme_may_be_made_of_multiples_of_the_start() -> None:
+    """Those of another motor are its own amplitudes and periods; of nothing there are none."""
+    programme = load_programme("motor_start_and_stop")
+    own = Motion(2.5e-7, 3e-5, 80_000.0, 0.4)
+    (off_ns, off), (toss_ns, toss), (run_ns, running), (end_ns, _) = programme.targets(own)
+    assert [off_ns, toss_ns, run_ns, end_ns] == [500_000, 5_000_000, 5_012_500, 15_000_000]
+    assert off == own._replace(axial_amplitude=0.0, angular_amplitude=0.0)
+    assert toss == own._replace(axial_amplitude=own.axial_amplitude * 1.734)
+    assert running == own
+    simulated = simulate(0.0051, programme="motor_start_and_stop", **own._asdict())
+    assert simulated.inputs[-1]["kind"] == "motion"
+    still = own._replace(axial_amplitude=0.0)
+    with pytest.raises(InputError, match=r"points\[1\].axial_amplitude: .*where that of the start"):
+        programme.targets(still)
 
 
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
+        ({"points": [{"time": {"cycles": 1}, "frequency": 3.0}]}, "{periods: NUMBER}"),
+        ({"points": [{"time": 1, "frequency": {"factor": 3.0}}]}, "{times: NUMBER}"),
         ({"description": 3}, "description: got 3, allowed: a line of text"),
         ({"points": []}, "points: got [], allowed: a list of at least one point"),
         ({"points": [4]}, "points[0]: got 4, allowed: time and any of axial_amplitude"),
