@@ -40,7 +40,7 @@ def load(motion: Record, g: float, s: Jet) -> tuple[float, bool]:
     `s` is the platform's position with its derivatives.
     """
     a = g + s[2]
-    if motion.kind == STEADY and never_leaves(motion, g):
+    if never_leaves(motion, g):
         return max(a, 0.0), True
     return a, not (a < 0.0 or (a == 0.0 and (s[3] < 0.0 or (s[3] == 0.0 and s[4] < 0.0))))
 
@@ -181,7 +181,7 @@ def separation(motion: Record, disk: Record, elapsed: float, tau: float, horizon
         if leave < 0.0:
             return Search(math.inf, horizon, 0)
         return Search(wrapped(leave - tau) / motion.omega, horizon, 0)
-    if disk.g > motion.s2:
+    if disk.g > motion.s2 or never_leaves(motion, disk.g):
         return Search(math.inf, horizon, 0)
     return first_zero(LOAD, 0.0, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
 

@@ -19,6 +19,7 @@ from bouncing_disk_ros.core.layout import (
     LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
+    THROUGHPUT,
     UNKNOWN,
     disk_record,
 )
@@ -34,10 +35,14 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.offset import Segment, hold
 from bouncing_disk_ros.core.offset_record import with_offset
+from bouncing_disk_ros.core.roots import ROUNDING
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
+_INSTANT = 16.0 * ROUNDING
+"""Of a period, or of a speed: within it two of them are the same to rounding."""
+_MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
 Segments = tuple[Segment, Segment]  # axial, angular
@@ -54,6 +59,7 @@ class Engine:
         self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
         self.m = self.base  # both: what the kernels read
         self._knot_ahead = False
+        self._stands_at, self._events_here = (0, 0.0), 0
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
@@ -99,7 +105,10 @@ class Engine:
         state["gap"], state["omega"] = initial.height, initial.angular_velocity
         if initial.axial_velocity is not None:
             self._observe(state)
-            state["u"] = initial.axial_velocity - self._observed["s1"]
+            u = initial.axial_velocity - float(self._observed["s1"][0])
+            fastest = TWO_PI * motion.frequency * motion.axial_amplitude
+            at_rest = initial.height == 0.0 and abs(u) <= _INSTANT * fastest
+            state["u"] = 0.0 if at_rest else u  # ṡ itself is rounded by that
         self.resume()
         self._ledger[:] = 0.0
         self._observe(state)
@@ -124,19 +133,40 @@ class Engine:
                 budget - used,
             )
             used += events
+            self._check_that_time_goes_on(events)
             if n:
                 rows.append(self._written(n))
             if status == stepper.FAULTY:
-                raise SimulationError(self._fault())
+                raise SimulationError(self._described("no next event after"))
             if status != stepper.FULL:
                 return used, status == stepper.BEHIND
 
-    def _fault(self) -> str:
+    def _check_that_time_goes_on(self, events: int) -> None:
+        """Raise SimulationError for events without end within the rounding of one instant.
+
+        Finitely many are due at an instant: a chatter has some hundred bounces that short.
+        """
+        ns, sub = int(self.state["ns"][0]), float(self.state["sub"][0])
+        passed = (ns - self._stands_at[0]) + (sub - self._stands_at[1])
+        if passed * 1e-9 * float(self.m["f"][0]) > _INSTANT:
+            self._begin_instant()
+            return
+        self._events_here += events
+        if self._events_here > _MOST_AT_AN_INSTANT:
+            raise SimulationError(self._described("time does not go on: events without end at"))
+
+    def _begin_instant(self) -> None:
+        """Count the events at one instant anew: the state's, or an input has acted."""
+        self._stands_at = int(self.state["ns"][0]), float(self.state["sub"][0])
+        self._events_here = 0
+
+    def _described(self, what: str) -> str:
         state = self.state[0]
         values = ", ".join(
             f"{n} {float(state[n])!r}" for n in ("gap", "u", "omega", "angle", "tau")
         )
-        return f"no next event after simulated time {int(state['ns'])} ns: {values}"
+        phase = Phase(int(state["phase"])).name.lower()
+        return f"{what} simulated time {int(state['ns'])} ns: {phase}, {values}"
 
     @property
     def in_chatter(self) -> bool:
@@ -156,12 +186,17 @@ class Engine:
         self.invalidate_next_event()  # what is known of the next event holds up to time_ns only
         return behind
 
+    def take_due(self, time_ns: int) -> bool:
+        """Whether only rounding put the next event after an input at time_ns: it is due now."""
+        return bool(input_kernels.take_due(self.state, self.m, time_ns))
+
     def advance_to(self, time_ns: int, rows: Rows) -> None:
         """Propagate the state to time_ns, where all that is due earlier has been resolved."""
         while self.cut_chatter(time_ns, _MANY, rows):
             pass
         arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
         n = input_kernels.advance_to(*arguments, time_ns)
+        self._begin_instant()
         if n:
             rows.append(self._written(n))
 
@@ -185,6 +220,7 @@ class Engine:
         self._join_motions()
         if axial != 0.0:
             self.state["u"] -= axial
+            self._ledger[0, THROUGHPUT] += float(self.k["mass"][0]) * axial * axial
         if angular == 0.0:
             input_kernels.keep_sticking(self.state, self.m)
 

@@ -7,9 +7,15 @@ from __future__ import annotations
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import chosen_by_motion, kernel, part
+from bouncing_disk_ros.core.arithmetic import kernel, part
 from bouncing_disk_ros.core.flight import separation_phase
-from bouncing_disk_ros.core.forcing_clock import clock_after, instant_of, phase_of, seconds_between
+from bouncing_disk_ros.core.forcing_clock import (
+    clock_after,
+    elapsed,
+    instant_of,
+    phase_of,
+    seconds_between,
+)
 from bouncing_disk_ros.core.layout import (
     DISK,
     LONGEST,
@@ -22,22 +28,27 @@ from bouncing_disk_ros.core.layout import (
     STEADY,
 )
 from bouncing_disk_ros.core.platform import Record
-
-
-@chosen_by_motion
-def rounding_at_knot(_motion: Record, _time: float) -> float:
-    """What rounding may put an event past a knot, s, `time` s after the origin; 0: no offset."""
-    return 0.0
+from bouncing_disk_ros.core.roots import ROUNDING
 
 
 @kernel
-def _take_to_knot(state: Record, motion: Record, boundary_ns: int, rounding: float) -> None:
-    """An event that only rounding, s, puts after a knot of an offset belongs before it."""
-    past = -seconds_between(state.event_ns, state.event_sub, boundary_ns, 0.0)
-    if 0.0 < past <= rounding:
-        state.event_ns = boundary_ns
-        state.event_sub = 0.0
-        state.event_cycles, state.event_tau = phase_of(motion, boundary_ns, 0.0)
+def take_to_input(state: Record, motion: Record, ns: int) -> bool:
+    """Take an event within rounding of an input at ns to the input's instant: it goes first.
+
+    Returns whether it did. The instant is made of a forcing phase and a delay, which are rounded.
+    What follows a state at the input's own instant stays: so time goes on.
+    """
+    past = seconds_between(ns, 0.0, state.event_ns, state.event_sub)
+    scale = elapsed(motion, state.ns, state.sub) + state.event_delay + 1.0 / motion.f
+    if past == 0.0 or not abs(past) <= 8.0 * ROUNDING * scale:
+        return False
+    if seconds_between(state.ns, state.sub, ns, 0.0) <= 0.0:
+        return False
+    state.event_ns = ns
+    state.event_sub = 0.0
+    if motion.kind != STEADY or state.event != SEPARATION:  # which keeps its phase
+        state.event_cycles, state.event_tau = phase_of(motion, ns, 0.0)
+    return True
 
 
 @part(
@@ -48,7 +59,6 @@ def _take_to_knot(state: Record, motion: Record, boundary_ns: int, rounding: flo
     types.float64,
     types.float64,
     types.int64,
-    types.float64,
 )
 def store_event(
     state: Record,
@@ -58,11 +68,10 @@ def store_event(
     d: float,
     value: float,
     boundary_ns: int,
-    since: float,
 ) -> None:
     """Store an event of this kind, d seconds after the state, with its value and its clock.
 
-    boundary_ns is the end of the search; the state is `since` s after the motion's origin.
+    boundary_ns is the end of the search, where an input acts.
     """
     state.event = kind
     state.event_delay = d
@@ -70,8 +79,10 @@ def store_event(
     if kind == NOTHING or d > 30.0 * LONGEST:  # a century is never
         state.event = NOTHING
         return
-    ns, sub, cycles, tau = clock_after(motion, state.ns, state.sub, state.cycles, state.tau, d)
-    if motion.kind == STEADY and kind in (SKIP, SEPARATION):
+    ns, sub, cycles, tau = state.ns, state.sub, state.cycles, state.tau
+    if d > 0.0:  # else it is at the state's own instant, which for an input is a whole nanosecond
+        ns, sub, cycles, tau = clock_after(motion, ns, sub, cycles, tau, d)
+    if motion.kind == STEADY and kind in (SKIP, SEPARATION) and d > 0.0:
         if kind == SKIP:  # whole periods: the phase is the same to the bit
             cycles, tau = state.cycles + int(value), state.tau
         else:
@@ -83,4 +94,4 @@ def store_event(
     state.event_cycles = cycles
     state.event_tau = tau
     if boundary_ns != NEVER:
-        _take_to_knot(state, motion, boundary_ns, rounding_at_knot(motion, since + d))
+        take_to_input(state, motion, boundary_ns)

@@ -112,6 +112,12 @@ def fading_gap(
 
 
 @chosen_by_motion
+def offset_bends(_motion: Record) -> bool:
+    """Whether the axial offset has an acceleration."""
+    return False
+
+
+@chosen_by_motion
 def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
     """The jet of a gap d seconds after `elapsed`: that over the sinusoid, less the offset's."""
     return jet
@@ -320,8 +326,9 @@ def _impact_ahead(
 
 @kernel
 def never_leaves(motion: Record, g: float) -> bool:
-    """Whether Γ ≤ 1/π over a steady motion, to rounding: the load may touch 0 (rule 2)."""
-    return motion.a * motion.omega * motion.omega <= g * (1.0 + 8.0 * ROUNDING)
+    """Whether s̈ is that of a steady sinusoid with Γ ≤ 1/π, to rounding: the load may touch 0."""
+    steady = motion.da == 0.0 and motion.df == 0.0 and not offset_bends(motion)
+    return steady and motion.a * motion.omega * motion.omega <= g * (1.0 + 8.0 * ROUNDING)
 
 
 @kernel

@@ -7,13 +7,16 @@ from numba import from_dtype, types
 
 from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
+from bouncing_disk_ros.core.event_store import take_to_input
 from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
 from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
 from bouncing_disk_ros.core.layout import (
     DISK,
+    FAULT,
     FLIGHT,
     LEDGER,
     MOTION,
+    NOTHING,
     STATE,
     STICKING,
     UNKNOWN,
@@ -50,6 +53,14 @@ def advance_to(
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # rounding: an impact has just been or is just to come
     return close_row(open_row, rows, 0, state, CHATTER_CUT)
+
+
+@entry(types.boolean(STATE, MOTION, _INT))
+def take_due(states: Record, motion: Record, ns: int) -> bool:
+    """Take the next event to an input at ns where only rounding puts it after that; if it did."""
+    if states[0].event in (UNKNOWN, NOTHING, FAULT):
+        return False
+    return take_to_input(states[0], motion[0], ns)
 
 
 @entry(types.void(STATE, MOTION, DISK, LEDGER, _FLOAT, _FLOAT))

@@ -112,6 +112,7 @@ OFFSET_DTYPE = np.dtype(
         ("fade_lead", "f8"),  # s from a cross-fade's begin to the origin
         ("fade_end", "f8"),  # s from the origin to its end; inf for none
         ("turning", "i8"),  # 1: the angular offset changes
+        ("bending", "i8"),  # 1: the axial offset has an acceleration
         # last: a record that began as the other does would be taken for one of its kind
         *((name, MOTION_DTYPE[name]) for name in MOTION_DTYPE.names or ()),
     ],

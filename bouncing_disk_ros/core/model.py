@@ -135,6 +135,15 @@ class Energy(NamedTuple):
     # between kinetic and potential energy, and of the energies themselves
     throughput: float
 
+    @property
+    def relative_residual(self) -> float:
+        """|residual| over the throughput, 1; of nothing: the residual in J."""
+        return abs(self.residual) / (self.throughput if self.throughput > 0.0 else 1.0)
+
+
+RESIDUAL_LIMIT = 1e-9
+"""Largest `Energy.relative_residual` that rounding explains (docs/model.md): more is an error."""
+
 
 class MotionInForce(NamedTuple):
     """The cross-fade in progress, or the steady motion (then start = target, begin_ns = end_ns)."""

@@ -26,6 +26,7 @@ from bouncing_disk_ros.core.layout import (
     STEADY,
 )
 from bouncing_disk_ros.core.platform import Record, fade_end
+from bouncing_disk_ros.core.roots import ROUNDING
 
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
 
@@ -41,7 +42,8 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
         horizon = seconds_between(state.ns, state.sub, boundary_ns, 0.0) + PAST_BOUNDARY
     since = elapsed(motion, state.ns, state.sub)
     if motion.kind != STEADY:
-        horizon = min(horizon, max(fade_end(motion) - since, 0.0))
+        until = fade_end(motion)
+        horizon = min(horizon, max(until - since, 0.0) + 8.0 * ROUNDING * until)
     if state.phase == FLIGHT:
         found = after_flight(state, motion, disk, since, horizon)
     else:
@@ -51,7 +53,7 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
     if not math.isfinite(known):
         state.event = FAULT
         return 1
-    store_event(state, motion, disk, found.kind, found.delay, found.value, boundary_ns, since)
+    store_event(state, motion, disk, found.kind, found.delay, found.value, boundary_ns)
     late = state.event_ns > boundary_ns or (state.event_ns == boundary_ns and state.event_sub > 0.0)
     if state.event == NOTHING or late:
         state.event = NOTHING

@@ -12,6 +12,7 @@ for _part in (store_event, resolve):
     compile_also(_part, MOTION.dtype, OFFSET_MOTION.dtype)
 for _entry in (
     input_kernels.advance_to,
+    input_kernels.take_due,
     input_kernels.apply_impulse,
     input_kernels.keep_sticking,
     input_kernels.classify_after_input,

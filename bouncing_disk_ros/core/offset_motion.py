@@ -12,7 +12,6 @@ from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import kernel, pair_sum, rare_kernel, two_product
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
-from bouncing_disk_ros.core.roots import ROUNDING
 
 Record = Any
 Table = Any  # float64 (6, 6, 2)
@@ -120,6 +119,11 @@ def offset_turns(motion: Record) -> bool:
     return bool(motion.turning != 0)
 
 
+def offset_bends(motion: Record) -> bool:
+    """See `flight`."""
+    return bool(motion.bending != 0)
+
+
 def gap_with_offset(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
     """See `flight`."""
     p = offset_at(motion.axial, motion.axial_duration, elapsed + motion.axial_lead)
@@ -153,8 +157,3 @@ def span_within_offset(motion: Record, span: float) -> float:
 def origin_of(motion: Record) -> int:
     """See `forcing_clock`."""
     return motion.origin_ns
-
-
-def rounding_at_knot(_motion: Record, time: float) -> float:
-    """See `event_store`."""
-    return 16.0 * ROUNDING * time

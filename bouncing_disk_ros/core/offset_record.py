@@ -73,6 +73,7 @@ def with_offset(
         m["kind"], m["duration"] = MOVING, math.inf
         m["origin_ns"] = max(begins)
     m["turning"] = int(angular.degree != CONSTANT)
+    m["bending"] = int(axial.degree > LINE)
     _enter(m, "axial", ("s2", "s3", "s4"), axial)
     _enter(m, "angular", ("b2", "b3", "b4"), angular)
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]

@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import FLIGHT, HELD, SLIDING, STICKING, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
 
+_MOST_TURNS = 2.0**62  # as checkpoints hold them
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
 
 
@@ -32,6 +33,9 @@ def turn(state: Record, angle: float) -> None:
     """Add to the angle of the disk, kept as whole turns and a remainder in [−π, π]."""
     total = state.angle + angle
     turns = math.floor(total / TWO_PI + 0.5)
+    if abs(total) / TWO_PI + abs(float(state.turns)) >= _MOST_TURNS:
+        state.angle = math.nan  # beyond the range of numbers: the run ends
+        return
     state.turns += int(turns)
     state.angle = (total - turns * TWO_PI) - turns * _TWO_PI_LOW
 

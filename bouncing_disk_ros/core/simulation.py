@@ -321,13 +321,13 @@ class Simulation:
         return not behind
 
     def _resolve_due(self) -> None:
-        """Resolve all that is due at time_ns; rows wait for the next call of `advance`."""
-        while True:
+        """Resolve all that is due at time_ns, to rounding; rows wait for the next `advance`."""
+        is_due = True
+        while is_due:
             rows, behind = self.advance(self._time_ns)
             if len(rows):
                 self._unreported_rows.append(rows)
-            if not behind:
-                return
+            is_due = behind or self._engine.take_due(self._time_ns)
 
     def _resolve_consequences(self) -> None:
         """Resolve what an input causes at its own instant, within one budget of events."""

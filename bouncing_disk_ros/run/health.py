@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.core.model import RESIDUAL_LIMIT, Energy
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.pending_inputs import NOTHING_PENDING, Pending
 from bouncing_disk_ros.units import NS
@@ -17,8 +17,6 @@ from bouncing_disk_ros.units import NS
 LAG_WARN = 0.1
 LAG_ERROR = 1.0
 """Simulated time behind its due time, in seconds of the wall clock: WARN and ERROR."""
-RESIDUAL_LIMIT = 1e-9
-"""Energy balance residual per throughput above which something is wrong with the physics."""
 
 
 class Level(IntEnum):
@@ -150,8 +148,7 @@ class Health:
         if now.energy is None:
             return Status("energy", Level.OK, "no run", {})
         ledger = now.energy
-        scale = ledger.throughput if ledger.throughput > 0.0 else 1.0
-        relative = abs(ledger.residual) / scale
+        relative = ledger.relative_residual
         level = Level.OK if relative <= RESIDUAL_LIMIT else Level.ERROR
         values = {f"{name} (J)": f"{value:.9g}" for name, value in ledger._asdict().items()}
         values["residual / throughput"] = f"{relative:.3g}"

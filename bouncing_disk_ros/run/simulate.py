@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import RESIDUAL_LIMIT, Energy, Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.command_validation import (
@@ -132,7 +132,7 @@ def simulate(
     for the axial amplitude that gives it at the frequency, gravity and preload of the run.
 
     Raises InputError on anything that the simulator node would refuse, FailedError where the state
-    leaves the range of numbers.
+    leaves the range of numbers, time does not go on, or the energy ledger does not close.
 
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]
@@ -173,7 +173,7 @@ def simulate(
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
-    result.energy, result.duration = session.simulation.energy(), end / NS
+    result.energy, result.duration = _closed(session), end / NS
     result.turned = session.simulation.sample().unwrapped_angle - start
     return result
 
@@ -258,6 +258,18 @@ def _run(session: Session, end_ns: int, sample_rate: SupportsFloat | None) -> ND
             grid.advance()
     _advance(session, end_ns)
     return rows[:count].copy()
+
+
+def _closed(session: Session) -> Energy:
+    """The energy ledger at the end; FailedError where it does not close."""
+    energy = session.simulation.energy()
+    if energy.relative_residual <= RESIDUAL_LIMIT:  # not of nan
+        return energy
+    given = f"a residual of {energy.residual:.3g} J, throughput {energy.throughput:.3g} J"
+    state = ", ".join(
+        f"{name} {value}" for name, value in session.simulation.sample()._asdict().items()
+    )
+    raise FailedError(f"the energy ledger does not close: {given}, at {state}")
 
 
 def _advance(session: Session, until_ns: int) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,10 @@ from bouncing_disk_ros.core.model import (
     InitialState,
     Motion,
     Phase,
+    SimulationError,
+    join_rows,
 )
+from bouncing_disk_ros.core.offset import Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 
 MOTION = Motion(0.04, 0.5, 3.0, -0.7)
@@ -178,3 +183,114 @@ def test_an_input_just_before_a_chatter_ends_comes_after_the_impacts_before_it()
     assert abs(sim.sample().axial_velocity) < 6e-9
     energy = sim.energy()
     assert abs(energy.residual) < 1e-10 * energy.throughput
+
+
+# --- inputs at the instant of an event ------------------------------------------------------------
+STILL = Motion(0.0, 0.0, 3.0, 0.0)
+
+
+@pytest.mark.parametrize("motion", [STILL, Motion(1e-4, 0.1, 37.0, 0.4)], ids=["still", "moving"])
+def test_an_impulse_in_contact_is_an_impact_at_its_own_instant(motion: Motion) -> None:
+    """The instant of a forcing phase is rounded: half of the impacts came 5e-9 ns late."""
+    random = np.random.default_rng(4)
+    for at in random.integers(1, 10 * SECOND, 40).tolist():
+        sim = Simulation(motion, DISK, InitialState())
+        sim.apply_impulse(at, -0.03, 0.0)
+        rows, _ = sim.advance(at)
+        assert rows["time"].tolist() == [at / SECOND]
+        assert rows["axial_impact_velocity"].tolist() == [-0.03 / DISK.mass]
+        relative = sim.sample().axial_velocity - sim.sample().platform_velocity
+        assert relative == pytest.approx(DISK.restitution * 0.1, rel=1e-13)
+
+
+def test_what_comes_after_an_impulse_at_its_instant_finds_the_impact_done() -> None:
+    for at in range(502_535_890, 502_535_910):
+        sim = Simulation(STILL, DISK, InitialState())
+        sim.advance(at)
+        sim.apply_impulse(at, -0.03, 0.0)
+        sim.set_disk(DISK._replace(restitution=1.0))
+        assert sim.sample().axial_velocity == pytest.approx(DISK.restitution * 0.1, rel=1e-15)
+        sim.reset()
+        assert len(sim.advance(at)[0]) == 1
+
+
+FALL = 100_000_000  # ns, of 0.05 m with g = 10
+AT_THE_IMPACT: dict[str, Callable[[Simulation], object]] = {
+    "impulse": lambda sim: sim.apply_impulse(FALL, 0.3, 0.0),
+    "fade": lambda sim: sim.command(
+        [(2 * SECOND, STILL._replace(frequency=4.0))], 2 * SECOND - FALL
+    ),
+    "trajectory": lambda sim: sim.trajectory(FALL, [Knot(SECOND, OffsetState(0.9), 1)]),
+    "parameters": lambda sim: sim.set_disk(DISK._replace(gravity=10.0, restitution=1.0)),
+    "reset": lambda sim: sim.reset(),
+}
+
+
+@pytest.mark.parametrize("kind", AT_THE_IMPACT)
+@pytest.mark.parametrize("frequency", [3.0, 0.37, 81.3])
+def test_an_impact_goes_before_an_input_at_its_instant(kind: str, frequency: float) -> None:
+    """0.05 = g t²/2 with t = 0.1: rounding does not decide (rule 10)."""
+    disk = DISK._replace(gravity=10.0)
+    sim = Simulation(STILL._replace(frequency=frequency), disk, InitialState(0.05))
+    rows = sim.advance(FALL if kind in ("parameters", "reset") else 0)[0]
+    AT_THE_IMPACT[kind](sim)
+    rows = join_rows([rows, sim.advance(FALL)[0]])
+    row = rows[0]
+    assert row["time"] == 0.1 or kind in ("parameters", "reset")  # which nobody expected
+    assert row["axial_impact_velocity"] == pytest.approx(-1.0, abs=1e-15)
+    assert row["axial_velocity"] == pytest.approx(disk.restitution, abs=1e-15)
+    speed = {"impulse": 0.5 + 1.0, "reset": 0.0}.get(kind, 0.5)
+    if kind == "trajectory":  # a line of 1 m/s: an impact of 0.5
+        assert rows["axial_impact_velocity"].tolist()[1:] == [pytest.approx(-0.5, abs=1e-15)]
+        speed = 1.25
+    assert sim.sample().axial_velocity == pytest.approx(speed, abs=1e-14)
+
+
+# --- every run ends -------------------------------------------------------------------------------
+def ended(sim: Simulation, until: int) -> Any:
+    """The rows up to an instant, within a budget of events."""
+    rows, behind = sim.advance(until, 10_000)
+    assert not behind
+    return rows
+
+
+def test_a_speed_within_the_rounding_of_the_platform_s_is_none() -> None:
+    """With ε = 1 a disk at rest on the platform's lowest point bounced without end."""
+    start = InitialState(axial_velocity=0.0)
+    sim = Simulation(Motion(0.02, 0.3, 3.0, 0.0), DISK._replace(restitution=1.0), start)
+    assert len(ended(sim, SECOND // 100)) == 0
+    assert sim.sample().phase is not Phase.FLIGHT
+
+
+@pytest.mark.parametrize("begin", [0, SECOND // 10])
+@pytest.mark.parametrize("joint", ["rotation", "line", "fade"])
+def test_contact_never_ends_at_the_forcing_where_the_load_touches_0(joint: str, begin: int) -> None:
+    """Γ = 1/π with a platform whose other motions change: launches of 1e-29 m/s, without end."""
+    frequency, disk = 2.0, DISK._replace(gravity=10.0, restitution=0.97, friction=0.08)
+    motion = Motion(10.0 / (math.tau * frequency) ** 2, 0.3, frequency, 0.0)
+    sim = Simulation(motion, disk, InitialState(forcing_phase=0.0))
+    knots = [Knot(begin + 2 * SECOND, OffsetState(0.0), 1)]
+    if joint == "fade":
+        sim.command([(begin + 2 * SECOND, motion._replace(phase_lag=1.0))], 2 * SECOND)
+    else:
+        sim.trajectory(begin, *((knots, None) if joint == "line" else (None, knots)))
+    assert len(ended(sim, begin + 2 * SECOND)) == 0
+    assert sim.sample().phase is not Phase.FLIGHT
+
+
+def test_time_that_stands_ends_the_run() -> None:
+    """With ε = 1 a bounce of 4e-18 s does not move the clock, and none is shorter."""
+    sim = Simulation(STILL, DISK._replace(restitution=1.0), InitialState())
+    sim.apply_impulse(SECOND, -2e-17 * DISK.mass, 0.0)
+    for _ in range(9):
+        assert sim.advance(2 * SECOND, 10_000)[1]  # behind
+    with pytest.raises(SimulationError, match=r"time does not go on: .* 1000000000 ns: flight, "):
+        [sim.advance(2 * SECOND, 10_000) for _ in range(3)]
+
+
+def test_turns_beyond_the_range_of_numbers_end_the_run() -> None:
+    disk = DISK._replace(friction=0.0, load_torque=1e12)
+    sim = Simulation(STILL, disk, InitialState())
+    sim.apply_impulse(10_000 * SECOND, 0.1, 0.0)
+    with pytest.raises(SimulationError, match="angle nan"):
+        sim.advance(10_001 * SECOND)

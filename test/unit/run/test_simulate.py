@@ -11,7 +11,8 @@ import pytest
 
 from bouncing_disk_ros import parameters, simulate
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
@@ -269,3 +270,11 @@ def test_a_point_may_be_written_as_in_a_file() -> None:
 def test_what_is_no_input_is_one_line(given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate(**{"duration": 1.0, **given})
+
+
+def test_a_ledger_that_does_not_close_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    energy = Simulation.energy
+    broken = property(lambda self: energy(self)._replace(residual=1e-3)).fget
+    monkeypatch.setattr(Simulation, "energy", broken)
+    with pytest.raises(FailedError, match=r"a residual of 0.001 J, throughput .*, at time_ns"):
+        simulate(1.0)
