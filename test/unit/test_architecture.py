@@ -20,7 +20,6 @@ from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
-MAX_LINES = 400
 
 TABLES = {
     "angles",
@@ -287,12 +286,6 @@ def test_controllers_take_no_powers_of_variables() -> None:
         assert {base for base in bases if not base.replace(".", "").isdigit()} == set(), identify(
             file
         )
-
-
-def test_files_are_short() -> None:
-    """A longer one holds more than one thing: split it."""
-    lines = {identify(file): len(file.read_text("utf-8").splitlines()) for file in FILES}
-    assert {file: count for file, count in lines.items() if count > MAX_LINES} == {}
 
 
 def test_every_file_says_what_it_is() -> None:
