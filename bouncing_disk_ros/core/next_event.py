@@ -43,7 +43,10 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
     since = elapsed(motion, state.ns, state.sub)
     if motion.kind != STEADY:
         until = fade_end(motion)
-        horizon = min(horizon, max(until - since, 0.0) + 8.0 * ROUNDING * until)
+        left = max(until - since, 0.0)
+        if state.phase == FLIGHT:  # an impact may be due at the very end
+            left += 8.0 * ROUNDING * until
+        horizon = min(horizon, left)
     if state.phase == FLIGHT:
         found = after_flight(state, motion, disk, since, horizon)
     else:
