@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.analysis.recorded.section import single_impacts
 from bouncing_disk_ros.analysis.recorded.spans import Segment, known
 from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_text import lines
@@ -339,7 +340,7 @@ def _check_ledger(report: Report, truth: Truth) -> None:
     part = rows[(rows["index"] >= check.first) & (rows["index"] < check.last)]
     assert check.rows + check.missing == len(part)
     assert not [at for at in truth.resets if check.begin < at <= check.end]
-    if not check.summed and not check.missing:
+    if np.all(single_impacts(part)) and not check.missing:
         scale = max(1.0, check.start_axial + check.ledger_axial)
         assert abs(check.rows_axial - check.ledger_axial) < 1e-8 * scale, check
         scale = max(1.0, check.start_friction + check.ledger_friction)
