@@ -9,12 +9,10 @@ held. All is immutable: a splice makes a new lane and leaves the old one.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
-
-from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _NEVER = 2**63 - 1  # layout.NEVER, which needs numba: tools without kernels read trajectories
 _GIGA = 10**9
@@ -155,15 +153,6 @@ def highest(c: Sequence[Fraction]) -> float:
     return float(max(sums))
 
 
-@cache
-def _compiled_extremes() -> Callable[[Sequence[Segment]], Extremes]:
-    """Extremes of segments: a compiled function, of which tools without kernels know nothing."""
-    compile_offset_kernels()
-    from bouncing_disk_ros.core.offset_extremes import extremes
-
-    return extremes
-
-
 # --- lanes ----------------------------------------------------------------------------------------
 class Plan(NamedTuple):
     """One accepted trajectory of a joint: segments without a break, the last of them a hold."""
@@ -179,10 +168,6 @@ class Plan(NamedTuple):
         """The segment that begins at or holds an instant not before its begin."""
         i = bisect_right(self.segments, ns, key=lambda segment: segment.begin_ns)
         return self.segments[max(i - 1, 0)]
-
-    def extremes(self) -> Extremes:
-        """Of all its segments; not of the jump of velocity where it takes over."""
-        return _compiled_extremes()(self.segments)
 
 
 def hold(begin_ns: int, position: float) -> Segment:
@@ -262,12 +247,6 @@ class Lane(NamedTuple):
         first, *others = self.since(now_ns).plans
         i = bisect_right(first.segments, now_ns, key=lambda segment: segment.begin_ns)
         return Lane((Plan(first.segments[max(i - 2, 0) :]), *others))
-
-    def newest_extremes(self) -> Extremes:
-        """Extremes of the trajectory spliced last, with the jump where it takes over."""
-        plan = self.plans[-1]
-        found = plan.extremes()
-        return found._replace(jump=max(found.jump, abs(self.jump_at(plan.begin_ns))))
 
 
 class Offset(NamedTuple):

@@ -23,7 +23,7 @@ from bouncing_disk_ros.core.arithmetic import (
     rare_kernel,
     two_sum,
 )
-from bouncing_disk_ros.core.offset import CONSTANT, CUBIC, LINE, Extremes, Segment
+from bouncing_disk_ros.core.offset import CONSTANT, CUBIC, LINE, Extremes, Lane, Segment
 
 _SIZE = 6
 """Coefficients of a polynomial of degree 5."""
@@ -35,6 +35,13 @@ _NEAR = 1e-12
 """A last step of Newton's method, which leaves its square; so near an extreme all is flat."""
 _STEPS = 100
 """Most steps of a search: bisection alone takes some 60 to the last bit of a place in (0, 1)."""
+
+
+def newest_extremes(lane: Lane) -> Extremes:
+    """Extremes of the trajectory spliced last, with the jump where it takes over."""
+    plan = lane.plans[-1]
+    found = extremes(plan.segments)
+    return found._replace(jump=max(found.jump, abs(lane.jump_at(plan.begin_ns))))
 
 
 def extremes(segments: Sequence[Segment]) -> Extremes:

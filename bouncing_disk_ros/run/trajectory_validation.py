@@ -5,8 +5,8 @@ Pure functions: nothing changes here. Times are whole nanoseconds; a stamp of 0 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from typing import NamedTuple
 
 from bouncing_disk_ros.core.offset import (
@@ -20,6 +20,7 @@ from bouncing_disk_ros.core.offset import (
     OffsetState,
 )
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS, KNOTS_AHEAD
 from bouncing_disk_ros.parameters import TABLE, Value
 from bouncing_disk_ros.run.command_validation import Instant, too_many, too_old
@@ -191,6 +192,15 @@ def _check_start(
             raise InputError(where, mine, f"the offset's own state there, {there!r}", hint)
 
 
+@cache
+def _newest_extremes() -> Callable[[Lane], Extremes]:
+    """A compiled function, of which tools that only read trajectories know nothing."""
+    compile_offset_kernels()
+    from bouncing_disk_ros.core.offset_extremes import newest_extremes
+
+    return newest_extremes
+
+
 def _check_limits(
     request: TrajectoryRequest,
     splice: Splice,
@@ -209,7 +219,7 @@ def _check_limits(
     for name, lane, knots in zip(OFFSET_JOINTS, result, splice[1:], strict=True):
         if knots is None:
             continue
-        found = lane.newest_extremes()
+        found = _newest_extremes()(lane)
         reached: Extremes = found
         for what, rate, most, value in zip(_LIMITS, _RATES, limits, reached[:3], strict=True):
             if not value <= most:

@@ -14,6 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bench.table import Aim, Row, row
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, Lane, OffsetState
+from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.testing import SteppedSimulator
@@ -110,11 +111,11 @@ def measure_dearest() -> list[Row]:
                                             point.accelerations[0]), QUINTIC)
         for number, point in enumerate(quintics(COMMAND_POINTS, [OFFSET_JOINTS[0]]).points)
     ])  # fmt: skip
-    lane.newest_extremes()
+    newest_extremes(lane)
     found = []
     for _ in range(ROUNDS):
         begin = time.thread_time()
-        lane.newest_extremes()
+        newest_extremes(lane)
         found.append((time.thread_time() - begin) * 1e3)
     rows.append(row("inputs", f"extremes of {COMMAND_POINTS} quintics", "ms", found, Aim(1.0)))
     return rows

@@ -19,6 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.core.model import InitialState
+from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
@@ -197,7 +198,7 @@ def test_small_feedback_goes_on_where_another_strategy_has_captured(make: Make) 
     for _ in range(2 * PERIODS):
         simulator.run_to_impact()
         assert simulator.node.run is not None
-        newest = simulator.node.run.session.simulation.offset.axial.newest_extremes()
+        newest = newest_extremes(simulator.node.run.session.simulation.offset.axial)
         most = max(most, newest.position)
     assert node.status == f"small: {captured}"
     assert node.sent > sent

@@ -29,7 +29,7 @@ from bouncing_disk_ros.core.offset import (
     highest,
     hold,
 )
-from bouncing_disk_ros.core.offset_extremes import extremes
+from bouncing_disk_ros.core.offset_extremes import extremes, newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import examples
 from reference.offset_path import Point, Trajectory, pieces
@@ -176,10 +176,10 @@ def test_extremes_are_exact_to_rounding() -> None:
 def test_extremes_at_the_knots_are_what_is_stated() -> None:
     """Not a bit more: a limit may be what a trajectory states."""
     lane = Lane().spliced(7, [line(SECOND + 7, 0.3), cubic(2 * SECOND, 0.1, 0.7)])
-    found = lane.newest_extremes()
+    found = newest_extremes(lane)
     assert (found.position, found.jump) == (0.3, 0.7)
     top = Knot(3 * SECOND, OffsetState(1.3, 0.0, -7.1), QUINTIC)
-    assert Lane().spliced(0, [top]).newest_extremes().position == 1.3
+    assert newest_extremes(Lane().spliced(0, [top])).position == 1.3
 
 
 # --- splices --------------------------------------------------------------------------------------

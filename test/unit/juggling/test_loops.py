@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler
@@ -222,7 +223,7 @@ def test_limits_are_never_exceeded(
     for command in record.commands:
         replay.advance(command.begin_ns)
         replay.trajectory(command.begin_ns, axial=knots_of(command))
-        most = replay.offset.axial.newest_extremes()
+        most = newest_extremes(replay.offset.axial)
         assert most.position <= position * motion.axial_amplitude * (1.0 + 1e-9)
         assert most.acceleration <= acceleration * motion.axial_amplitude * OMEGA**2 * (1.0 + 1e-6)
         assert most.jump <= 1e-9 * SPEED

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.workbench.actions import (
     Call,
@@ -107,7 +108,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
     wait(lambda: history.juggling.startswith("deadbeat: captured"))
     session = link._session
     assert session is not None
-    assert session.latest_offset.axial.newest_extremes().position > 0.0
+    assert newest_extremes(session.latest_offset.axial).position > 0.0
     link.send(Call("pause", True))
     wait(lambda: history.phase == "paused")
     before = session.time_ns
