@@ -458,14 +458,19 @@ def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:
 
 
 def test_a_second_clock_is_refused(make: Make) -> None:
+    """Also after a reset, and after a new run of the first one."""
     first = make(publish_clock=True)
-    with pytest.raises(InputError, match="publish_clock: got True, allowed: false: /clock has"):
-        SimulatorNode(
-            "second",
-            context=first.context,
-            use_global_arguments=False,
-            parameter_overrides=[Parameter("publish_clock", value=True)],
-        )
+    assert first.node.run is not None
+    for change in (first.node.run.reset, first.node.restart):
+        change()
+        with pytest.raises(InputError, match="publish_clock: got True, allowed: false: /clock has"):
+            SimulatorNode(
+                "second",
+                context=first.context,
+                use_global_arguments=False,
+                parameter_overrides=[Parameter("publish_clock", value=True)],
+            )
+        assert not first.node.run.outputs.clock_is_lost()
 
 
 def test_transforms_without_tf2_msgs_are_refused_at_start(

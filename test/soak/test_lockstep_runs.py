@@ -14,10 +14,15 @@ import time
 from pathlib import Path
 
 import pytest
+from integration.test_lockstep_processes import EDGES, KILLED, VALUES, controller_of_the_page
+from integration.test_lockstep_processes import GATES as GATES_HERE
 
+from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
+from bouncing_disk_ros.run.gates import State
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
-from support.processes import Starter
+from support.lockstep_loop import Loop, digest
+from support.processes import Starter, any_ends
 from support.ros_peer import Peer
 
 CONTROLLER = str(Path(__file__).resolve().parents[1] / "support" / "lockstep_controller.py")
@@ -105,8 +110,77 @@ def test_a_controller_that_is_killed_is_reported_and_replaced(start: Starter) ->
     peer.spin_until(lambda: len(peer.heard["joint_states"]) > 50)
     first.kill()
     # not the line of gate 0, which waited for the controller to start
-    simulator.wait_for(r"controller 1 has said nothing at gate [1-9]", timeout=1.0)
+    simulator.wait_for(r"gate [1-9]\d*: no answer of controller 1", timeout=1.0)
     peer.heard["joint_states"].clear()
     start.command([sys.executable, "-P", *arguments])
     peer.spin_until(lambda: len(peer.heard["joint_states"]) > 50, timeout=30.0)
     peer.close()
+
+
+# --- everything that can be killed, at every edge ------------------------------------------------
+ENDS = int(os.environ.get("BOUNCING_DISK_LOCKSTEP_ENDS", "20"))
+PAIRS = [(number, edge) for number in (1, 2) for edge in EDGES]
+"""Which of two controllers is killed, and where."""
+
+
+@pytest.mark.parametrize("first", ["simulator", "controllers"])
+def test_of_two_controllers_either_is_killed_at_each_edge(
+    start: Starter, tmp_path: Path, ros_domain: int, warm_kernels: None, first: str
+) -> None:
+    """The run is the same, or it stands because nobody can say whose an input is, and says so."""
+    page = tmp_path / "controller.py"
+    page.write_text(controller_of_the_page(), encoding="utf-8")
+    found: dict[str, int] = {}
+    expected = ""
+    for k in range(-1, ENDS):
+        number, edge = PAIRS[k % len(PAIRS)]
+        loop = Loop(0, numbers="1 2", autostart=first == "simulator", **VALUES)
+        others = {one: [sys.executable, "-P", str(page), str(one)] for one in (1, 2)}
+        started = [start.command(others[one]) for one in (1, 2) if k < 0 or one != number]
+        gate = k % 7
+        if k >= 0:
+            victim = start.command(
+                [sys.executable, "-P", KILLED, str(page), str(number), edge, str(gate)]
+            )
+        if first != "simulator":
+            loop.node.trigger_configure()
+            loop.watch()
+            loop.node.trigger_activate()
+        if k >= 0:
+            loop.spin_until(lambda: not victim.running)  # noqa: B023
+            started.append(start.command(others[number]))
+        run = loop.node.run
+        assert run is not None
+        gates = run.gates
+        assert gates is not None
+
+        def stands(gates: GateTopics = gates) -> bool:
+            return gates.state is State.SURPLUS and gates.is_overdue(time.monotonic_ns())
+
+        loop.spin_until(lambda: loop.gate > GATES_HERE or stands())  # noqa: B023
+        if loop.gate > GATES_HERE:
+            digest_now = digest(loop.records, loop.rows, 2 * GATES_HERE)
+            expected = expected or digest_now
+            assert digest_now == expected, (k, number, edge)
+            outcome = "same run"
+        else:
+            assert f"gate {gate}: 3 inputs have come, controllers 1 and 2 announced 2" in (
+                run.read().waiting
+            )
+            outcome = "named"
+        found[f"{edge}: {outcome}"] = found.get(f"{edge}: {outcome}", 0) + 1
+        loop.close()
+        for one in started:
+            one.kill()
+    print(found)
+
+
+def test_of_two_simulators_started_together_one_publishes_the_clock(start: Starter) -> None:
+    for _ in range(ENDS):
+        given = ("--ros-args", "-p", "publish_clock:=true", "-r")
+        both = [start("simulator", *given, f"__ns:=/{name}") for name in ("first", "second")]
+        any_ends(both)
+        (left,) = (one for one in both if one.running)
+        left.wait_for("running at")
+        assert left.end() == 0
+        assert sorted(one.wait() for one in both) == [0, 2]
