@@ -6,12 +6,12 @@ Like `parameters`, it imports nothing heavy.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import TABLE, Spec
+from bouncing_disk_ros.parameters import TABLE, Spec, Value
 
 _PAPER = "paper, Fig. 2"
 _TOSS = (
@@ -81,7 +81,7 @@ _BIFURCATION = (
          high=1_000_000),
     Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
          high=12),
-    Spec("marks", "", "", "values of the axis that the picture marks with a, b, c …"),
+    Spec("marks", "", "", "values that the picture marks with a, b, c … where its axis has them"),
 )  # fmt: skip
 _PARAMETER_MAP = (
     Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "
@@ -374,6 +374,30 @@ def refuse_not_taken(study: str, names: Iterable[str]) -> None:
     for name in names:
         if why := why_not_taken(study, name):
             raise InputError("parameter", name, ", ".join(STUDY_TABLES[study]), why)
+
+
+def refuse_idle(study: str, values: Mapping[str, Value]) -> None:
+    """Refuse options other than their defaults that do nothing beside the others. InputError."""
+    for name, allowed, hint in _idle(study, values):
+        if name in values and values[name] != STUDY_TABLES[study][name].default:
+            raise InputError(name, values[name], allowed, hint)
+
+
+def _idle(study: str, values: Mapping[str, Value]) -> Iterator[tuple[str, str, str]]:
+    """The options that do nothing beside these values, what is allowed and why."""
+    for axis, key in (("along", ""), ("x_axis", "x_"), ("y_axis", "y_")):
+        if axis not in values:
+            continue
+        begin, end, count = (f"{key}{name}" for name in ("begin", "end", "count"))
+        hint = f"{begin}, {end} and {count} give its values."
+        yield str(values[axis]), f"none with {axis}:={values[axis]}", hint
+        if values[count] == 1 and values[end] != values[begin]:
+            yield end, f"{begin} = {values[begin]:g} with {count}:=1", f"The one value is {begin}."
+    if study == "basins" and not str(values["angular_velocities"]).strip():
+        for name in ("phase_lag", "angular_forcing"):
+            yield name, "none without angular_velocities", "The basins themselves do not need it."
+    if study == "juggling" and "small" not in str(values["strategies"]).replace(",", " ").split():
+        yield "small_limit", "none without small", "Add small to strategies."
 
 
 def table_of(study: str) -> Mapping[str, Spec]:

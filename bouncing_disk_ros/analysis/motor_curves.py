@@ -113,7 +113,7 @@ def power_flow(motion: Motion, disk: Disk) -> PowerFlow:
 class PreloadRegimes(NamedTuple):
     """Preloads at which what the rotor does changes, N; negative: no preload is needed."""
 
-    contact_only: float  # above it the stator never lets go: Γ = 1/π
+    contact_lasts: float  # above it the stator never lets go of a rotor in contact: Γ = 1/π
     no_period_one: float  # above it there is no period-1 orbit: Γ = (1−ε)/(1+ε)
     doubling: float  # below it the period-1 orbit has doubled: Γ = Γ₁
 

@@ -83,7 +83,7 @@ def bifurcation_figure(
     _exponent(bottom, branch, followed)
     _theory(top, middle, branch, section, axis, low)
     _mark(panels, doublings, onset)
-    _letters(panels, marks)
+    _letters(panels, marks, branch.values)
     # above the panel: within it, it would cover a branch at some restitutions
     top.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
     if followed and len(middle.get_legend_handles_labels()[0]) > 1:
@@ -287,12 +287,14 @@ def _mark(panels: Sequence[Any], doublings: Sequence[Doubling], onset: float) ->
         panels[0].plot([], [], color=PURPLE, lw=1.4, label=label)
 
 
-def _letters(panels: Sequence[Any], marks: Sequence[float]) -> None:
-    """Name the panels of the paper's Fig. 3, and mark values in the first."""
+def _letters(panels: Sequence[Any], marks: Sequence[float], values: Array) -> None:
+    """Name the panels of the paper's Fig. 3, and mark in the first the values on its axis."""
     for letter, axes in zip("abc", panels, strict=False):
         axes.text(-0.1, 1.0, f"({letter})", transform=axes.transAxes, va="top", fontsize=11)
     top, box = panels[0], {"fc": "white", "ec": "none", "pad": 1}
     for letter, value in zip("abcdefghijklmnopqrstuvwxyz", marks, strict=False):
+        if not values.min() <= value <= values.max():
+            continue
         place = {"xycoords": top.get_xaxis_transform(), "ha": "center", "bbox": box}
         top.axvline(value, color=BLACK, lw=0.6, ls=":", zorder=1.2)
         top.annotate(letter, (value, 0.02), fontsize=11, fontweight="bold", **place)

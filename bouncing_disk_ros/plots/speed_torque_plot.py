@@ -153,7 +153,7 @@ def _mark_regimes(axes: Any, result: xr.Dataset, other: str) -> None:
         return
     places = result[other].values
     for name, text in (("doubling", "doubling"), ("no_period_one", "no period 1"),
-                       ("contact_only", "contact only")):  # fmt: skip
+                       ("contact_lasts", "contact lasts")):  # fmt: skip
         at = float(result.attrs[f"preload_{name}"])
         if places[0] <= at <= places[-1]:
             axes.axvline(at, color=GREY, linewidth=0.8, linestyle=":")

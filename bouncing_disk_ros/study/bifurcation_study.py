@@ -39,7 +39,14 @@ from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.definition import (
+    CONTACTS_PER_IMPACT,
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Study,
+)
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 ONSET_IMPACTS = 100_000
@@ -84,13 +91,9 @@ class Bifurcation(Study):
             self._start()
 
     def _marks(self) -> list[float]:
-        """The values to mark, within the axis."""
+        """The values to mark; the picture has those of its axis."""
         text = str(self.parameters["marks"])
-        marks = angles_of("marks", text) if text.strip() else []
-        low, high = sorted(float(self.parameters[name]) for name in ("begin", "end"))
-        if not all(low <= mark <= high for mark in marks):
-            raise InputError("marks", text, f"values from {low:g} to {high:g}, those of the axis")
-        return marks
+        return angles_of("marks", text) if text.strip() else []
 
     @property
     def _follows_period_one(self) -> bool:
@@ -178,7 +181,7 @@ class Bifurcation(Study):
             "mean_speed": Field(line, "float64", speed, "mean speed in time"),
             "mean_speed_per_impact": Field(line, "float64", speed, "mean speed of the impacts"),
             "lyapunov_exponent": Field(line, "float64", "1", "Lyapunov exponent per impact", "λ"),
-            "contacts": Field(line, "float64", "1", "phases of contact per impact"),
+            "contacts": Field(line, "float64", "1", CONTACTS_PER_IMPACT),
             "state": Field((*line, "number"), "float64", "1", "state after the last impact"),
         }
 

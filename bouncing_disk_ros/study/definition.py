@@ -16,6 +16,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.parameters import Value
 
 Arrays = Mapping[str, NDArray[np.generic]]
+IMPACTS_IN_REPETITION = (
+    "impacts in one repetition, the last ones of a chatter as one; 0: none known"
+)
+CONTACTS_PER_IMPACT = "phases of contact per impact, the last ones of a chatter as one"
+"""A chatter has impacts without end: they are counted up to where its rest is summed."""
 
 
 @dataclass(frozen=True)

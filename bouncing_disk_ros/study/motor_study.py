@@ -24,7 +24,7 @@ from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region
+from bouncing_disk_ros.study.definition import IMPACTS_IN_REPETITION, Arrays, Axis, Field, Region
 from bouncing_disk_ros.study.motor_numbers import derived
 from bouncing_disk_ros.study.plane_study import PlaneStudy
 
@@ -149,7 +149,7 @@ class Motor(PlaneStudy):
         flags = dict(KINDS)
         return {
             "kind": Field(dims, "int32", "1", "kind of motion", fill=UNKNOWN_KIND, flags=flags),
-            "period": Field(dims, "int32", "1", "impacts in one repetition, 0: none known", fill=0),
+            "period": Field(dims, "int32", "1", IMPACTS_IN_REPETITION, fill=0),
             "cycles": Field(
                 dims, "int32", "1", "periods of the stator in one repetition, 0: none known",
                 fill=0,

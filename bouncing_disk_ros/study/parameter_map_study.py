@@ -21,7 +21,14 @@ from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
 from bouncing_disk_ros.analysis.scales import MAP_PARAMETERS
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region
+from bouncing_disk_ros.study.definition import (
+    CONTACTS_PER_IMPACT,
+    IMPACTS_IN_REPETITION,
+    Arrays,
+    Axis,
+    Field,
+    Region,
+)
 from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)
@@ -71,7 +78,7 @@ class ParameterMap(PlaneStudy):
         dims, speed = (self.up, self.across), "omega Phi"
         return {
             "kind": Field(dims, "int32", "1", "kind of attractor", fill=UNRESOLVED, flags=FLAGS),
-            "period": Field(dims, "int32", "1", "impacts in one repetition, 0: none known", fill=0),
+            "period": Field(dims, "int32", "1", IMPACTS_IN_REPETITION, fill=0),
             "cycles": Field(
                 dims, "int32", "1", "periods of the platform in one repetition, 0: none known",
                 fill=0,
@@ -81,7 +88,7 @@ class ParameterMap(PlaneStudy):
             "mean_speed_change": Field(
                 dims, "float64", speed, "change of the mean speed between the halves measured"
             ),
-            "contacts": Field(dims, "float64", "1", "phases of contact per impact"),
+            "contacts": Field(dims, "float64", "1", CONTACTS_PER_IMPACT),
         }  # fmt: skip
 
     @property

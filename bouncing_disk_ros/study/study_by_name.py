@@ -7,7 +7,7 @@ import importlib
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import listed_text
 from bouncing_disk_ros.study.definition import Study
-from bouncing_disk_ros.study_tables import LISTS, STUDY_TABLES, refuse_not_taken
+from bouncing_disk_ros.study_tables import LISTS, STUDY_TABLES, refuse_idle, refuse_not_taken
 
 _MODULES = {
     "basin_shares": ("basin_shares_study", "BasinShares"),
@@ -44,4 +44,5 @@ def named(name: str, **given: object) -> Study:
     values = {key: spec.checked(given.get(key, spec.default)) for key, spec in table.items()}
     module = importlib.import_module(f"bouncing_disk_ros.study.{_MODULES[name][0]}")
     made: Study = getattr(module, _MODULES[name][1])(values)
+    refuse_idle(name, values)
     return made

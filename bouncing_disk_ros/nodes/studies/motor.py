@@ -65,11 +65,11 @@ def lines(result: xr.Dataset) -> list[str]:
     rows += _range(result, "no_load_speed", "no-load speed", "rad/s")
     rows += _range(result, "stall_torque", "stall torque", "N·m")
     rows += _range(result, "best_phase_lag", "best phase lag", "rad")
-    if "preload_contact_only" in result.attrs:
-        names = ("doubling", "no_period_one", "contact_only")
+    if "preload_contact_lasts" in result.attrs:
+        names = ("doubling", "no_period_one", "contact_lasts")
         doubled, none, contact = (float(result.attrs[f"preload_{name}"]) for name in names)
-        rows.append(f"  period 1 between preloads of {doubled:.6g} and {none:.6g} N, contact alone "
-                    f"from {contact:.6g} N on")  # fmt: skip
+        rows.append(f"  period 1 between preloads of {doubled:.6g} and {none:.6g} N; contact, "
+                    f"once begun, never ends from {contact:.6g} N on")  # fmt: skip
     settled = result["kind"].attrs["flag_meanings"].split().index("not_settled")
     if count := int((result["kind"] == result["kind"].attrs["flag_values"][settled]).sum()):
         rows.append(f"  the speed has not settled within longest periods at {count} points, or "

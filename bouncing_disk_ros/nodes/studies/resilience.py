@@ -64,13 +64,25 @@ def lines(result: xr.Dataset) -> list[str]:
                     f"{error:.3f} % of the starts")  # fmt: skip
         for field, (what, unit, si) in units.items():
             least = result[f"line_{field}"].values[line, places].min(axis=-1)
-            if not np.isfinite(least).any():
-                rows.append(f"    no {what} is fatal, of those looked at")
-                continue
-            at = int(np.argmax(np.where(np.isfinite(least), least, -1.0)))
-            rows.append(f"    hardest to lose by an {what}".replace("an t", "a t") + f" at "
-                        f"{x[at]:.5g}: {least[at]:.5g}, {least[at] * unit:.5g} {si}")  # fmt: skip
+            rows.append(f"    {_hardest_to_lose(what, x, least, unit, si)}")
     return rows + _warnings(result, len(stretches))
+
+
+def _hardest_to_lose(what: str, x: np.ndarray, least: np.ndarray, unit: float, si: str) -> str:
+    """Where the least fatal one is largest: where none is, before all others."""
+    safe = x[np.isposinf(least)]
+    if safe.size:
+        span = f"{safe[0]:.5g}" + (f" to {safe[-1]:.5g}" if safe.size > 1 else "")
+        where = f", at {safe.size} of {x.size} values: {span}" if safe.size < x.size else ""
+        return f"no {what} is fatal, of those looked at{where}"
+    if np.isnan(least).all():
+        return f"which {what} is fatal is not known"
+    at = int(np.nanargmax(least))
+    article = "a" if what.startswith("t") else "an"
+    return (
+        f"hardest to lose by {article} {what} at {x[at]:.5g}: {least[at]:.5g}, "
+        f"{least[at] * unit:.5g} {si}"
+    )
 
 
 def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:

@@ -33,7 +33,7 @@ from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
 from bouncing_disk_ros.study.store import RESULT
-from bouncing_disk_ros.study_tables import COMMON
+from bouncing_disk_ros.study_tables import COMMON, refuse_idle
 
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
@@ -101,6 +101,7 @@ class StudyWork:
         own = {name: value for name, value in values.items() if name not in COMMON}
         own |= {**self._from_preset(own), **self._from_bag(own)}
         self._study = self._view.make(own)
+        refuse_idle(name, values)
         folder = str(values["output"]) or _default_folder(name, self._study.parameters)
         self._folder = Path(folder).expanduser()
         self._progress = Progress(0, 1, 0)

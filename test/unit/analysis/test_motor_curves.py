@@ -159,12 +159,23 @@ def test_regimes_along_the_preload() -> None:
     at = [axial_forcing_of(MOTION, DISK._replace(preload=preload)) for preload in regimes]
     assert at == pytest.approx([1.0 / math.pi, 1.0 / 3.0, stability_limit(0.5)], rel=1e-12)
     beside = [regimes.doubling * 0.995, regimes.doubling * 1.005, regimes.no_period_one * 0.999,
-              regimes.no_period_one * 1.001, regimes.contact_only * 1.001]  # fmt: skip
+              regimes.no_period_one * 1.001, regimes.contact_lasts * 1.001]  # fmt: skip
     found = measure(
         [(MOTION, DISK._replace(preload=preload)) for preload in beside], Run(settling=3000)
     )
     assert found.period[:3].tolist() == [2, 1, 1]
     assert found.kind.tolist() == [BOUNCES, BOUNCES, BOUNCES, 1, 2]
+
+
+def test_where_contact_lasts_period_1_can_be_there_beside_it() -> None:
+    """For (1−ε)/(1+ε) < 1/π: both are found at one preload, each from its own start."""
+    disk = DISK._replace(restitution=0.6)
+    regimes = motor_curves.preload_regimes(MOTION, disk)
+    assert regimes.contact_lasts < regimes.no_period_one
+    between = disk._replace(preload=0.5 * (regimes.contact_lasts + regimes.no_period_one))
+    from_rest = measure([(MOTION, between)], Run(start="rest"))
+    bouncing = measure([(MOTION, between)], Run())
+    assert (from_rest.kind[0], bouncing.kind[0], bouncing.period[0]) == (2, BOUNCES, 1)
 
 
 def test_without_a_period_1_orbit_there_are_no_closed_forms() -> None:

@@ -70,7 +70,7 @@ def test_edges_lie_half_way() -> None:
 def test_the_figure_says_what_it_shows(
     upward: Branch, doublings: list[Doubling], tmp_path: Path
 ) -> None:
-    figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings, marks=[0.34, 0.45])
+    figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings, marks=[0.34, 0.45, 9.0])
     top, middle, hits, bottom = figure.axes
     assert hits.get_ylabel() == "impact speed\n|w_A| (πg/ω)"
     assert [text.get_text() for text in top.texts] == ["(a)", "a", "b"]

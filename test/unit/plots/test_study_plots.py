@@ -169,7 +169,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
         measured=50, kept=20, doublings=1,
     )  # fmt: skip
     ys = [y for _, y in labels(figures["bifurcation"])]
-    assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "Lyapunov"]
+    assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "impact", "Lyapunov"]
     name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
     assert f"in {name};" in text_of(figures["bifurcation"])
     at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
@@ -275,7 +275,7 @@ def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
     small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
     for starts in (0, 3):
         figures, _, _ = shown(
-            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.6, starts=starts, **small
+            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.45, starts=starts, **small
         )
         assert list(figures) == ["bifurcation"]
 
@@ -295,7 +295,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     stall = figures["stall"].axes
     assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (N·m)"]
     marked = [text.get_text().strip() for text in stall[0].texts]
-    assert marked == ["doubling", "no period 1", "contact only"]
+    assert marked == ["doubling", "no period 1", "contact lasts"]
     assert "periodic" in text_of(figures["stall"])
     shown_kinds = text_of(figures["motor_map"])
     assert "runs away" in shown_kinds
@@ -303,6 +303,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert any(
         line.startswith("  period 1 between preloads of 20.6803 and 30.1544 N") for line in lines
     )
+    assert any("; contact, once begun, never ends from 31.5778 N on" in line for line in lines)
     assert any(line.startswith("  largest efficiency 0.1") for line in lines)
     assert any(line.startswith("  stall torque from ") for line in lines)
 

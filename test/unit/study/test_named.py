@@ -42,6 +42,19 @@ def test_what_is_given_stays_and_integers_are_cast() -> None:
         ("basins", {"velocity": "between"}, "velocity: got 'between', allowed: before or after"),
         ("basins", {"velocity": "after", "restitution": 0.0}, "Nothing bounces there"),
         ("basins", {"angular_velocities": "0 fast"}, "angular_velocities: got 'fast', allowed"),
+        ("basins", {"phase_lag": 1.0}, "phase_lag: got 1.0, allowed: none without angular_vel"),
+        ("basins", {"angular_forcing": 9.0}, "angular_forcing: got 9.0, allowed: none without an"),
+        ("juggling", {"small_limit": 0.1}, "small_limit: got 0.1, allowed: none without small"),
+        ("bifurcation", {"axial_forcing": 0.4}, "0.4, allowed: none with along:=axial_forcing"),
+        ("bifurcation", {"count": 1, "end": 0.4}, "end: got 0.4, allowed: begin = 0.335 with co"),
+        ("basin_shares", {"along": "restitution", "end": 0.9, "count": 1}, "begin = 0.3 with coun"),
+        ("basin_shares", {"axial_forcing": 0.4}, "0.4, allowed: none with along:=axial_forcing"),
+        ("resilience", {"axial_forcing": 0.4}, "0.4, allowed: none with along:=axial_forcing"),
+        ("resilience", {"end": 0.4, "count": 1}, "end: got 0.4, allowed: begin = 0.32 with count"),
+        ("parameter_map", {"restitution": 0.4}, "restitution: got 0.4, allowed: none with y_axis"),
+        ("parameter_map", {"x_end": 0.6, "x_count": 1}, "x_end: got 0.6, allowed: x_begin = 0.3"),
+        ("motor", {"load_torque": 0.002}, "got 0.002, allowed: none with x_axis:=load_torque"),
+        ("motor", {"y_end": 30.0, "y_count": 1}, "y_end: got 30.0, allowed: y_begin = 15 with"),
         ("basin_shares", {"along": "phase_lag"}, "along: got 'phase_lag', allowed: one of"),
         ("basin_shares", {"along": "restitution", "end": 1.5}, "end: got 1.5, allowed: 0 to less"),
         ("basin_shares", {"restitution": 1.0}, "it has no attractors"),
@@ -85,6 +98,16 @@ def test_what_cannot_be_used_is_one_line_before_any_work(
         named(name, **given)
     assert words in caught.value.line
     assert "\n" not in caught.value.line
+
+
+def test_counts_of_a_chatter_say_how_far_they_go() -> None:
+    """It has impacts without end; the numbers are those before its rest is summed."""
+    fields = [named(name).fields for name in ("parameter_map", "bifurcation", "motor")]
+    about = [
+        one[name].long_name for one in fields for name in ("period", "contacts") if name in one
+    ]
+    assert len(about) == 4
+    assert all("the last ones of a chatter as one" in text for text in about)
 
 
 def test_where_and_how_is_no_part_of_what() -> None:

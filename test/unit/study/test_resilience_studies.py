@@ -126,6 +126,20 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     assert any("N·s" in line for line in lines)
 
 
+def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Shown) -> None:
+    """At one value of two: the other, with its finite one, is not the hardest."""
+    result, _ = resilient
+    one = result["line_name"].values.tolist().index("period-1")
+    two = result.copy()
+    for name in result.data_vars:
+        if result[name].dims[:2] == result["line_kind"].dims[:2]:
+            two[name] = result[name].copy()
+            two[name].values[one, -2] = result[name].values[one, -1]
+    two["line_least_fatal_impulse"].values[one, -2] = math.inf
+    text = f"at 1 of 2 values: {float(result['value'].values[-2]):.5g}"
+    assert f"    no impulse is fatal, of those looked at, {text}" in resilience.lines(two)
+
+
 def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
     result, _ = resilient
     (legend,) = impulse_picture(result).legends
