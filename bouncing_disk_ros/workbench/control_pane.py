@@ -38,6 +38,7 @@ from bouncing_disk_ros.workbench.control_table import (
     Control,
     shown_unit,
 )
+from bouncing_disk_ros.workbench.first_toss_check import FIRST_TOSS, check_first_toss
 from bouncing_disk_ros.workbench.juggling_controls import JugglingControls
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_view import numbers
@@ -49,7 +50,6 @@ SLOWER = (1.0, 0.5, 0.2, 0.1, 0.02)
 RATE = 100.0
 """Samples of joint_states in one second of the wall clock, Hz; slow motion needs more in one
 simulated second."""
-FIRST_TOSS = "first_toss_to_period_1"
 SHOWN_LINES, SHOWN_NOTICES = 40, 8
 _TERMINAL = (
     "font:11px monospace;background:#f4f4f4;padding:6px;max-height:130px;overflow:auto;"
@@ -133,7 +133,7 @@ class ControlPane:
             lambda: self.send(Impulse(float(self.axial.value or 0), float(self.angular.value or 0)))
         )
         self.first_toss = Button(label="First toss", width=WIDTH, name="first_toss")
-        self.first_toss.on_click(lambda: self.send(Perform(FIRST_TOSS)))
+        self.first_toss.on_click(self._on_first_toss)
         return column(self.first_toss, row(self.axial, self.angular, self.impulse))
 
     def _any_parameter(self) -> Any:
@@ -170,6 +170,15 @@ class ControlPane:
     def _on_slider(self, control: Control, _attr: str, _old: Any, new: float) -> None:
         given = float(new) * self._sizes.get(control.name, 1.0)
         self.send(control.action(given, self._values))
+
+    def _on_first_toss(self) -> None:
+        """Send it, or say why the disk in force would not stay in the orbit that it is for."""
+        try:
+            check_first_toss(self._values)
+        except InputError as error:
+            self._link.history.note(error.line, is_refusal=True)
+            return
+        self.send(Perform(FIRST_TOSS))
 
     def _step(self) -> None:
         pause: tuple[Action, ...] = () if self._paused else (Call("pause", True),)

@@ -13,6 +13,7 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Action, Lifecycle, Perform, Sequel, Set
 from bouncing_disk_ros.workbench.control_table import amplitude_of
+from bouncing_disk_ros.workbench.first_toss_check import FIRST_TOSS
 from bouncing_disk_ros.workbench.run_view import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
@@ -26,6 +27,8 @@ REST: Mapping[str, Value] = {
 RATE = 100.0
 """Samples a second of joint_states."""
 _GROUPS = ("motion", "disk", "start")
+_PACE = ("state_rate", "real_time_factor", "crossfade_duration")
+"""Of the other parameters, those that a scene depends on: programmes are made of cross-fades."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Scene:
         return {
             name: value
             for name, value in whole.items()
-            if TABLE[name].group in _GROUPS or name in ("state_rate", "real_time_factor")
+            if TABLE[name].group in _GROUPS or name in _PACE
         }
 
     @property
@@ -96,7 +99,7 @@ _SCENES = (
         "first (watch the path after 3 s) brings it into the orbit with one impact in each period.",
         "the speed at which the rotor settles", "rad/s",
         values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0},
-        after=(Perform("first_toss_to_period_1"),),
+        after=(Perform(FIRST_TOSS),),
     ),
     Scene(
         "period_1", "Period 1",

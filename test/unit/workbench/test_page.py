@@ -155,6 +155,19 @@ def test_buttons(document: Document, link: ListLink) -> None:
     ]  # fmt: skip
 
 
+def test_a_first_toss_is_refused_where_the_disk_would_not_stay_in_period_1() -> None:
+    """The programme is the pizza's: a motor of 40 kHz would be sent a motion of 3 Hz."""
+    for preset, sent in (("pizza_multiple_toss", True), ("swum", False)):
+        document, link = Document(), ListLink()
+        filled(link, preset)
+        Page(document, link).update()
+        click(document, "first_toss")
+        assert (Perform("first_toss_to_period_1") in link.sent) == sent, preset
+        notices = [one for one in link.history.notices_after(0) if one.is_refusal]
+        assert len(notices) == (not sent)
+    assert "first toss: got 'Γ = 0.0001009', allowed: a disk for which" in notices[0].text
+
+
 def test_a_paused_run_is_resumed_and_stepped(link: ListLink) -> None:
     document = Document()
     link.history.phase = "paused"

@@ -9,6 +9,7 @@ import pytest
 from bouncing_disk_ros import parameters, simulate
 from bouncing_disk_ros.analysis.period_one import period_one, stability_limit
 from bouncing_disk_ros.analysis.scales import axial_forcing_of
+from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.workbench.actions import Lifecycle, Names, Set, lines
 from bouncing_disk_ros.workbench.scene_numbers import number_of
 from bouncing_disk_ros.workbench.scene_table import SCENES, shown_number
@@ -37,6 +38,12 @@ def test_a_scene_is_a_run_of_its_own(name: str) -> None:
     settings = actions[2]
     assert isinstance(settings, Set)
     assert {**parameters.DEFAULTS, **settings.values}.items() >= scene.parameters.items()
+    # after a motor with fades of 2 s the disk, motion and fades are the scene's all the same
+    motor = {**parameters.complete(load_preset("swum")), "crossfade_duration": 2.0}
+    (again,) = (one for one in scene.actions(motor).actions if isinstance(one, Set))
+    left = {**motor, **again.values}
+    assert left.items() >= scene.parameters.items()
+    assert left["crossfade_duration"] == 0.0
     shown = lines(scene.actions(parameters.DEFAULTS), Names())
     assert shown[0] == "ros2 lifecycle set /bouncing_disk deactivate"
     assert len(shown) == len(settings.values) + len(actions) - 1
