@@ -42,6 +42,7 @@ class MapDisk(NamedTuple):
     g: float
     grip: float  # 1/Γ_T; 0: no friction
     lag: float  # of a load torque: none
+    brake: float  # none
 
 
 @kernel
@@ -104,7 +105,7 @@ def next_impact(
     delay.
     """
     motion = axial_motion(forcing)
-    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
+    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
     sine, cosine = sincos(tau)
     jet = axial_jet(motion, sine, cosine, 0.0)
     u = -restitution * w

@@ -32,7 +32,7 @@ def contact_return(forcing: float, restitution: float, most: int) -> tuple[float
     never ends, Γ ≤ 1/π.
     """
     motion = axial_motion(forcing)
-    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
+    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
     leave = separation_phase(motion, GRAVITY)
     if leave < 0.0:
         return 0.0, math.inf, 0

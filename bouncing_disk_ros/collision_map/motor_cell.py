@@ -153,9 +153,10 @@ def _begin(rotor: Rotor, motion: Record, tau: float, u: float, omega: float) -> 
     state.tau = tau
     state.sine, state.cosine = sincos(tau)
     state.phase = FLIGHT
-    state.slip_sign = 0.0
-    state.spin_sign = 0.0
+    state.slip_sign = 0
+    state.spin_sign = 0
     state.drag = rotor.disks[0].lag
+    state.rows_entered = 0
     state.gap = 0.0
     state.u = u
     state.turns = 0

@@ -73,7 +73,7 @@ def map_motion(forcing: float, phase_lag: float) -> SteadyMotion:
 @kernel
 def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
     """The disk; Γ_T = inf is one without friction."""
-    return MapDisk(restitution, GRAVITY, 1.0 / angular_forcing, 0.0)
+    return MapDisk(restitution, GRAVITY, 1.0 / angular_forcing, 0.0, 0.0)
 
 
 @rare_kernel

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.layout import FADE, FLIGHT, HELD, NEVER, SLIDING, STEADY
+from bouncing_disk_ros.core.layout import FADE, FLIGHT, HELD, NEVER, SLIDING, STEADY, STICKING
 from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
 from bouncing_disk_ros.core.schedule import Fade, Impulse
 
@@ -188,10 +188,15 @@ def check_state(r: np.void) -> None:
     whole("state rows", int(r["rows"]), 0, 2**53)
     whole("state cycles", int(r["cycles"]), -(2**53), 2**53)
     whole("state turns", int(r["turns"]), -(2**62), 2**62)
-    if r["phase"] in (SLIDING, HELD) and abs(r["slip_sign"]) != 1.0:
-        raise refusal("state slip_sign", float(r["slip_sign"]), "-1 or 1 while sliding or held")
-    if float(r["spin_sign"]) not in (-1.0, 0.0, 1.0):
-        raise refusal("state spin_sign", float(r["spin_sign"]), "-1, 0 or 1")
+    slip = whole("state slip_sign", int(r["slip_sign"]), -1, 1)
+    spin = whole("state spin_sign", int(r["spin_sign"]), -1, 1)
+    whole("state rows_entered", int(r["rows_entered"]), 0, 2**9 - 1)
+    if r["phase"] in (SLIDING, HELD) and slip == 0:
+        raise refusal("state slip_sign", slip, "-1 or 1 while sliding or held")
+    if r["phase"] == STICKING and slip != 0:
+        raise refusal("state slip_sign", slip, "0 while sticking")
+    if r["phase"] == HELD and spin != 0:
+        raise refusal("state spin_sign", spin, "0 while held")
 
 
 def check_motion(r: np.void) -> None:

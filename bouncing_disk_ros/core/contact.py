@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, wrapped
 from bouncing_disk_ros.core.bounds import Bounds, bounds_from
-from bouncing_disk_ros.core.brake import slip_out_sign
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     gap_after,
@@ -63,7 +62,7 @@ def watched(
     sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
     TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
     brake has left: for these `slip` begins with the speed, or the most that the brake can hold, and
-    the sign of friction.
+    the sign of friction. MARGIN and TURNING are raised by the first of `slip`.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
@@ -83,10 +82,10 @@ def watched(
         return w - spin * disk.grip * pushed - sign * drag * d, -slowed
     _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
     if which == TURNING:
-        return sign * b1, sign * b2
+        return sign * b1 + w, sign * b2
     rho = b2 + drag
     if which == MARGIN:
-        return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
+        return disk.grip * a - sign * rho + w, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
@@ -108,6 +107,27 @@ def _curvature(which: int, over: Bounds, disk: Record) -> float:
     if which in (SPIN_DRIVE, HOLD):
         return disk.grip * over.s4
     return disk.grip * over.s4 + over.b4
+
+
+@kernel
+def tie(disk: Record) -> float:
+    """What counts as equality where friction or a brake must hold a disk, rad/s²: rounding."""
+    if disk.brake == 0.0:
+        return 0.0
+    return 8.0 * ROUNDING * (abs(disk.lag) + disk.brake + disk.grip * disk.g)
+
+
+@kernel
+def _rounding(which: int, motion: Record, disk: Record, drag: float, elapsed: float) -> float:
+    """Below minus this a drive pushes against the sign at which its search begins.
+
+    Up to this it may be off by its own rounding and by that of the instant.
+    """
+    if which not in (DRIVE, SPIN_DRIVE):
+        return math.inf
+    value = disk.grip * (disk.g + motion.s2) + motion.b2 + abs(drag)
+    change = disk.grip * motion.s3 + motion.b3
+    return 64.0 * ROUNDING * (value + change * (elapsed + TWO_PI / motion.omega_max))
 
 
 class Search(NamedTuple):
@@ -133,8 +153,8 @@ def first_zero(
 ) -> Search:
     """Delay after `begin` at which a watched function falls through zero.
 
-    A value that touches zero and rises again is no event. The function must not be negative at
-    `begin`.
+    A value that touches zero and rises again is no event. Where the function is negative at
+    `begin`, that is rounding, and it counts as 0; but a drive that is clearly negative is an event.
     """
     d = begin
     over = bounds_from(motion, elapsed, d)
@@ -148,7 +168,7 @@ def first_zero(
             curvature = _curvature(which, over, disk)
         f, f1 = watched(which, sign, motion, disk, drag, elapsed, tau, slip, d)
         if f <= 0.0:
-            if f1 < 0.0:
+            if f1 < 0.0 or f < -_rounding(which, motion, disk, drag, elapsed):
                 return Search(d, d, i)
             f = 0.0
         if curvature == 0.0 and f1 >= 0.0:
@@ -213,8 +233,9 @@ def stick_fails(
     within = horizon
     if motion.kind == STEADY:
         within = min(horizon, ONE_PERIOD * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
-    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
+    slack = (tie(disk), 0.0, 0.0, 0.0)
+    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, slack, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, slack, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), -1.0
@@ -241,7 +262,7 @@ def slip_ends(
     it grows.
     """
     never = Search(math.inf, horizon, 0)
-    if disk.grip == 0.0:
+    if disk.grip == 0.0 and disk.brake == 0.0:  # where a brake acts, the sign of the slip counts
         return never, 0
     sine, cosine = sincos(tau)
     s1 = axial_jet(motion, sine, cosine, elapsed)[1]
@@ -293,7 +314,7 @@ def slip_sign(disk: Record, a: float, slip: float, rho: float) -> float:
         return 1.0 if slip > 0.0 else -1.0
     if disk.grip > 0.0 and abs(rho) <= disk.grip * a:
         return 0.0
-    return slip_out_sign(rho)
+    return -1.0 if rho > 0.0 else 1.0
 
 
 @kernel

@@ -6,11 +6,10 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
 from bouncing_disk_ros.core.bounds import span_from
 from bouncing_disk_ros.core.contact import (
     HOLD,
-    NO_SLIP,
     ONE_PERIOD,
     SPIN_DRIVE,
     SPINNING,
@@ -22,6 +21,7 @@ from bouncing_disk_ros.core.contact import (
     slip_ends,
     stick_fails,
     stopped,
+    tie,
 )
 from bouncing_disk_ros.core.layout import (
     DISK,
@@ -42,11 +42,22 @@ from bouncing_disk_ros.core.layout import (
     WAYPOINT,
     NextEvent,
 )
-from bouncing_disk_ros.core.platform import Record, angular_jet, turns_not, until_turning
+from bouncing_disk_ros.core.platform import (
+    Record,
+    angular_jet,
+    turns_next,
+    turns_not,
+    until_turning,
+)
+from bouncing_disk_ros.core.roots import ROUNDING
 
 # A slip that begins less than this before separation (rad) changes α̇ by its square: rule 5, stick
 # until then.
 _LAST_SLIP = 1e-8
+_BLEND_RATE = 6.0
+"""rad over its duration: a cross-fade changes β̇ at most as fast as a sinusoid of this rate.
+
+The root of the ratio of the blend's largest third derivative to its first."""
 SLIDE_PERIODS = 8.0
 """Periods of one piece of a slide in a cross-fade."""
 _SAFE = 1.0 + 1e-12  # bounds are rounded up
@@ -62,7 +73,10 @@ def after_sticking(
     until = min(leave.reached, leave.zero)
     fail, sign = stick_fails(motion, disk, state.drag, since, state.tau, min(horizon, until))
     steps = leave.steps + fail.steps
-    near = fail.zero <= until and (until - fail.zero) * motion.omega_max <= _LAST_SLIP
+    rate = motion.omega_max
+    if motion.kind != STEADY:
+        rate = max(rate, _BLEND_RATE / motion.duration)
+    near = fail.zero <= until and (until - fail.zero) * rate <= _LAST_SLIP
     if near and leave.zero == math.inf and until < horizon and fail.zero > 0.0:
         # whether separation follows at once is not known yet
         return NextEvent(WAYPOINT, fail.zero, 0.0, steps)
@@ -90,8 +104,9 @@ def after_sliding(
     leave = separation(motion, disk, since, state.tau, within)
     until = min(leave.reached, leave.zero)
     b = angular_jet(motion, state.sine, state.cosine, since)
-    w = max(state.slip_sign * (state.omega - b[1]), 0.0)
-    stop, skip = slip_ends(motion, disk, state.drag, since, state.tau, state.slip_sign, w, until)
+    sign = float(state.slip_sign)
+    w = max(sign * (state.omega - b[1]), 0.0)
+    stop, skip = slip_ends(motion, disk, state.drag, since, state.tau, sign, w, until)
     steps = leave.steps + stop.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)
     if stop.zero < until or (stop.zero == until < math.inf and leave.zero == math.inf):
         return NextEvent(SLIP_ENDS, stop.zero, 0.0, steps)
@@ -122,15 +137,32 @@ def after_held(
 
 @rare_kernel
 def _platform_turns(
-    motion: Record, disk: Record, elapsed: float, tau: float, sign: float, horizon: float
-) -> Search:
-    """Delay at which β̇, which has this sign, is zero."""
-    if sign == 0.0 or turns_not(motion):
-        return Search(math.inf, horizon, 0)
-    if motion.kind == STEADY:
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    tau: float,
+    sine: float,
+    cosine: float,
+    sign: float,
+    horizon: float,
+) -> tuple[Search, float]:
+    """Delay at which β̇, which has this sign, is zero, and its sign after that.
+
+    At once, and 0, where the platform stands. In a cross-fade or with an offset that changes β̇
+    turns where it is beyond its rounding: what only touches zero does not turn.
+    """
+    if motion.kind == STEADY and not turns_not(motion):
         d = until_turning(motion, tau, sign)
-        return Search(d if d <= horizon else math.inf, min(d, horizon), 0)
-    return first_zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon)
+        return Search(d if d <= horizon else math.inf, min(d, horizon), 0), -sign
+    b = angular_jet(motion, sine, cosine, elapsed)
+    ahead = turns_next(motion, b)
+    if b[1] == 0.0 and sign * ahead <= 0.0:
+        return Search(0.0, 0.0, 0), float(ahead)
+    rounding = 16.0 * ROUNDING * motion.b2 * (elapsed + 1.0 / motion.omega_max)
+    if sign * b[1] < -rounding:
+        return Search(0.0, 0.0, 0), -sign
+    about = (rounding, 0.0, 0.0, 0.0)
+    return first_zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, about, 0.0, horizon), -sign
 
 
 @rare_kernel
@@ -138,14 +170,11 @@ def _disk_stops(
     state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
 ) -> Search:
     """Delay at which α̇ of a sliding disk is zero."""
-    sign = state.spin_sign
-    if turns_not(motion):  # α̇ is the slip: it ends where that does
-        return Search(math.inf, horizon, 0)
+    sign = float(state.spin_sign)
     along = state.slip_sign * sign  # 1: friction slows the disk
     speed = max(sign * state.omega, 0.0)
     tau, drag = state.tau, state.drag
-    sine, cosine = sincos(tau)
-    about = (speed, along, sine, cosine)
+    about = (speed, along, state.sine, state.cosine)
     begin = 0.0
     within = reach = horizon
     if motion.kind == STEADY:
@@ -170,47 +199,52 @@ def _disk_stops(
 
 
 @rare_kernel
-def _lets_go(
+def _held_ends(
     state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
-) -> tuple[Search, float]:
-    """Delay at which the brake no longer holds the disk, and the sign with which it then turns."""
-    if abs(disk.lag) + disk.grip * (disk.g + motion.s2) <= disk.brake:
-        return Search(math.inf, horizon, 0), 0.0
-    about = (disk.brake, state.slip_sign, 0.0, 0.0)
-    lag, tau = disk.lag, state.tau
-    up = first_zero(HOLD, 1.0, motion, disk, lag, elapsed, tau, about, 0.0, horizon)
-    down = first_zero(HOLD, -1.0, motion, disk, lag, elapsed, tau, about, 0.0, up.reached)
-    steps = up.steps + down.steps
-    if down.zero < up.zero:
-        return Search(down.zero, down.reached, steps), 1.0
-    if up.zero <= down.reached:
-        return Search(up.zero, up.reached, steps), -1.0
-    return Search(math.inf, down.reached, steps), 0.0
+) -> tuple[int, Search, float]:
+    """What ends that the brake holds a disk: LETS_GO with the sign of α̇ after it, or TURNS."""
+    slip, tau = float(state.slip_sign), state.tau
+    most = disk.brake + tie(disk)
+    for_good = abs(disk.lag) + disk.grip * (disk.g + motion.s2) <= most
+    if for_good and motion.kind == STEADY and not turns_not(motion):
+        return TURNS, Search(math.inf, horizon, 0), 0.0  # no turn matters: see add_held_work
+    found, value = _platform_turns(
+        motion, disk, elapsed, tau, state.sine, state.cosine, -slip, horizon
+    )
+    if for_good:
+        return TURNS, found, value
+    about = (most, slip, 0.0, 0.0)
+    kind, steps = TURNS, found.steps
+    for sign in (1.0, -1.0):
+        until = min(found.zero, found.reached)
+        more = first_zero(HOLD, sign, motion, disk, disk.lag, elapsed, tau, about, 0.0, until)
+        steps += more.steps
+        if more.zero < until or more.reached < until:
+            kind, found, value = LETS_GO, more, -sign
+    return kind, Search(found.zero, found.reached, steps), value
 
 
 @rare_kernel
 def brake_event(
     state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
 ) -> NextEvent:
-    """The brake's next event before `horizon` s: the disk stops, the platform turns, slip begins.
+    """The next end of a row of `contact_rows` at which α̇ or β̇ is 0 or the brake lets go.
 
-    NOTHING, or a WAYPOINT where the search stopped before.
+    Before `horizon` s: NOTHING, or a WAYPOINT where the search stopped before.
     """
     kind, value = TURNS, 0.0
-    if state.phase == STICKING:
-        found = _platform_turns(motion, disk, elapsed, state.tau, state.spin_sign, horizon)
-    elif state.phase == SLIDING:
+    found = Search(math.inf, horizon, 0)
+    if state.slip_sign == 0:
+        if state.spin_sign != 0:
+            sign, sine, cosine = float(state.spin_sign), state.sine, state.cosine
+            found, value = _platform_turns(
+                motion, disk, elapsed, state.tau, sine, cosine, sign, horizon
+            )
+    elif state.spin_sign != 0:
         kind = STOPS
         found = _disk_stops(state, motion, disk, elapsed, horizon)
     else:
-        found, value = _lets_go(state, motion, disk, elapsed, horizon)
-        # held for good, turns of the platform need no event: see add_held_work
-        if value != 0.0 or motion.kind != STEADY or found.reached < horizon:
-            until, steps = min(found.zero, found.reached), found.steps
-            turn = _platform_turns(motion, disk, elapsed, state.tau, -state.slip_sign, until)
-            kind = TURNS if turn.zero < until else LETS_GO
-            if turn.zero < until or turn.reached < until:
-                found = Search(turn.zero, turn.reached, steps + turn.steps)
+        kind, found, value = _held_ends(state, motion, disk, elapsed, horizon)
     if found.zero < horizon:
         return NextEvent(kind, found.zero, value, found.steps)
     if found.reached < horizon:

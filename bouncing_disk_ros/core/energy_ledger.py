@@ -111,13 +111,13 @@ def add_axial_work(ledger: Ledger, disk: Record, s: Jet, s_end: Jet) -> None:
 
 
 @kernel
-def add_sticking_work(ledger: Ledger, disk: Record, spin: float, b: Jet, b_end: Jet) -> None:
+def add_sticking_work(ledger: Ledger, disk: Record, spin: int, b: Jet, b_end: Jet) -> None:
     """Angular work of the platform while the disk sticks to it, from the jets of β.
 
     `spin` is the sign of the brake's direction. What it takes is entered by itself.
     """
     work = disk.load_torque * (b_end[0] - b[0])
-    if spin != 0.0:
+    if spin != 0:
         work += disk.brake_torque * spin * (b_end[0] - b[0])
     work += 0.5 * disk.inertia * (b_end[1] - b[1]) * (b_end[1] + b[1])
     add_entry(ledger, W_ANGULAR, work)
@@ -183,7 +183,7 @@ def add_held_work(
 
     A steady motion may turn back many times on the way.
     """
-    rubbed, tau, left, sign = 0.0, state.tau, d, state.slip_sign
+    rubbed, tau, left, sign = 0.0, state.tau, d, float(state.slip_sign)
     if motion.kind == STEADY:
         half = math.pi / motion.omega
         for _ in range(4):
@@ -201,7 +201,7 @@ def add_held_work(
                 rubbed += sign * periods * rubbing(motion, disk, elapsed, other, half)
                 left = max(left - periods * 2.0 * half, 0.0)
     rubbed -= sign * rubbing(motion, disk, elapsed, tau, left)
-    state.slip_sign = sign
+    state.slip_sign = int(sign)
     add_entry(ledger, W_ANGULAR, rubbed)
     add_entry(ledger, L_SLIDING, rubbed)
 

@@ -19,6 +19,7 @@ from bouncing_disk_ros.core.layout import (
     LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
+    STICKING,
     THROUGHPUT,
     UNKNOWN,
     disk_record,
@@ -204,7 +205,7 @@ class Engine:
         """Put another sinusoid in force under the halted disk."""
         self.base = motion
         self._join_motions()
-        input_kernels.keep_sticking(self.state, self.m)
+        input_kernels.follow_platform(self.state, self.m, False)
 
     def change_offset(self, segments: Segments) -> None:
         """Put other segments of the offset in force under the halted disk, at its instant.
@@ -221,8 +222,7 @@ class Engine:
         if axial != 0.0:
             self.state["u"] -= axial
             self._ledger[0, THROUGHPUT] += float(self.k["mass"][0]) * axial * axial
-        if angular == 0.0:
-            input_kernels.keep_sticking(self.state, self.m)
+        input_kernels.follow_platform(self.state, self.m, angular != 0.0)
 
     def expect_knot(self, ahead: bool) -> None:
         """Whether a segment of the offset is to begin."""
@@ -332,7 +332,7 @@ class Engine:
         if not isinstance(values, Mapping) or set(names) - set(values):
             raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
         engine = cls(disk, report_speed)
-        engine.state = checkpoint.record(_with_loads(values["state"], engine), STATE_DTYPE)
+        engine.state = checkpoint.record(_of_old_records(values["state"], engine), STATE_DTYPE)
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
         engine.invalidate_next_event()
@@ -356,11 +356,26 @@ def _load_offset_kernels() -> None:
     from bouncing_disk_ros.core import offset_kernels  # noqa: F401
 
 
-def _with_loads(values: Any, engine: Engine) -> Any:
-    """A state's record with what those of version 0.1.0 lack: no brake, and the load's drag."""
-    if not isinstance(values, Mapping):
+def _of_old_records(values: Any, engine: Engine) -> Any:
+    """A state's record with what those of versions 0.1.0 and 0.2.0 lack.
+
+    0.1.0 knew no brake; 0.2.0 kept the signs as floats, and that of the last slip in sticking.
+    """
+    if not isinstance(values, Mapping) or "rows_entered" in values:
         return values
-    return {"spin_sign": 0.0, "drag": float(engine.k["lag"][0]), **values}
+    found: dict[str, Any] = {
+        "spin_sign": 0,
+        "drag": float(engine.k["lag"][0]),
+        "rows_entered": 0,
+        **values,
+    }
+    for name in ("slip_sign", "spin_sign"):
+        value = found.get(name)
+        if isinstance(value, float) and value.is_integer():
+            found[name] = int(value)
+    if found.get("phase") == STICKING:
+        found["slip_sign"] = 0
+    return found
 
 
 def _rows_of(values: Any, columns: int) -> bool:

@@ -6,9 +6,17 @@ slip up to grip·(1 + ε)w.
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
-from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of
-from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, turns_not
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
+from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.platform import (
+    Jet,
+    Record,
+    angular_jet,
+    axial_jet,
+    phase_advance,
+    turns_not,
+)
 from bouncing_disk_ros.core.roots import ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
@@ -20,6 +28,8 @@ _PHASE_ROUNDING = ROUNDING
 _NO_BOUNCE = 1e-17
 # Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
 _STRAIGHT = 4e-6
+# Up to here (rad) the series of β̇ is exact to rounding with its first four derivatives.
+_TAYLOR = 1e-3
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
 _MARGIN = 1e-3
 _DECIDED = 1.0 + _MARGIN
@@ -116,6 +126,36 @@ def chatter_sums(disk: Record, s: Jet, u: float) -> tuple[float, float]:
     e = disk.restitution
     d0 = 2.0 * u / (disk.g + s[2])
     return u * d0 / ((1.0 - e) * (1.0 - e)), d0 * d0 / (1.0 - e * e)
+
+
+@rare_kernel
+def first_of_chatter(
+    motion: Record,
+    disk: Record,
+    elapsed: float,
+    tau: float,
+    sine: float,
+    cosine: float,
+    u: float,
+    omega: float,
+) -> tuple[float, float]:
+    """w_A and w_T of the first impact of a complete chatter, whose flight begins with u."""
+    s = axial_jet(motion, sine, cosine, elapsed)
+    d, w = 2.0 * u / (disk.g + s[2]), -u
+    for _ in range(3):  # the first guess is good to 1e-3, each step doubles its digits
+        jet = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, u, d)
+        w = jet[1]
+        d -= jet[0] / w
+    b = angular_jet(motion, sine, cosine, elapsed)
+    slip = omega - b[1]
+    if disk.brake > 0.0:
+        slip += braked_spin(omega, disk, d)[1] - omega
+    else:
+        slip -= disk.lag * d
+    if d * motion.omega_max > _TAYLOR:
+        then = sincos(tau + phase_advance(motion, elapsed, d))
+        return w, slip - (angular_jet(motion, then[0], then[1], elapsed + d)[1] - b[1])
+    return w, slip - d * (b[2] + d * (b[3] / 2.0 + d * b[4] / 6.0))
 
 
 @kernel

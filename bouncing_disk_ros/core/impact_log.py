@@ -29,7 +29,7 @@ def shown(value: float) -> float:
 def begin_row(
     row: Record, state: Record, motion: Record, disk: Record, w: float, slip: float
 ) -> None:
-    """Start a row at the impact just resolved: w = |w_A| and w_T before it."""
+    """Start a row with its first impact: w = |w_A| and w_T before it."""
     row.count = 0
     row.axial_impulse = 0.0
     row.angular_impulse = 0.0

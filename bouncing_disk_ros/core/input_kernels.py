@@ -6,6 +6,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from bouncing_disk_ros.core.arithmetic import entry
+from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
 from bouncing_disk_ros.core.event_store import take_to_input
 from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
@@ -24,7 +25,12 @@ from bouncing_disk_ros.core.layout import (
     W_PARAMETERS,
 )
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
-from bouncing_disk_ros.core.propagate import classify_contact, propagate
+from bouncing_disk_ros.core.propagate import (
+    begin_contact,
+    classify_contact,
+    platform_spin,
+    propagate,
+)
 
 OBSERVED = np.dtype(
     [(name, "f8") for name in ("s", "s1", "b", "b1", "force", "torque", "energy", "kinetic")]
@@ -75,18 +81,28 @@ def apply_impulse(
     add_entry(ledger, W_IMPULSES, angular * state.omega + 0.5 * angular * angular / disk.inertia)
     state.u += axial / disk.mass
     state.omega += angular / disk.inertia
+    if angular != 0.0 and state.phase != FLIGHT:
+        sticks = state.phase == STICKING
+        slip = angular if sticks else state.omega - platform_spin(state, motion[0])
+        state.slip_sign = sign_of(slip)
+        state.spin_sign = sign_of(state.omega)
 
 
-@entry(types.void(STATE, MOTION))
-def keep_sticking(states: Record, motion: Record) -> None:
-    """A new motion of the platform for a halted state: a disk that sticks still sticks.
+@entry(types.void(STATE, MOTION, types.boolean))
+def follow_platform(states: Record, motion: Record, jumps: bool) -> None:
+    """A new motion of the platform for a halted state; the signs change only where β̇ jumps.
 
-    The new motion's β̇ is the old one's but for rounding, and rounding must not make it slip.
+    Where it does not, the new motion's β̇ is the old one's but for rounding: a disk that sticks
+    sticks on.
     """
     state = states[0]
-    if state.phase == STICKING:
-        since = elapsed(motion[0], state.ns, state.sub)
-        state.omega = angular_jet(motion[0], state.sine, state.cosine, since)[1]
+    if state.phase == FLIGHT:
+        return
+    b1 = platform_spin(state, motion[0])
+    if jumps:
+        state.slip_sign = sign_of(state.omega - b1)
+    elif state.phase == STICKING:
+        state.omega = b1
 
 
 @entry(types.void(STATE, MOTION, DISK))
@@ -94,19 +110,24 @@ def classify_after_input(states: Record, motion: Record, disk: Record) -> None:
     """After the inputs of one instant: contact, flight or an impact at once (rules 1, 4 and 10)."""
     state = states[0]
     state.event = UNKNOWN
+    state.rows_entered = 0
     if state.phase == FLIGHT:
         if state.gap == 0.0 and state.u == 0.0:
             classify_contact(state, motion[0], disk[0])
     elif state.u != 0.0:
         state.phase = FLIGHT
     else:
-        classify_contact(state, motion[0], disk[0])
+        begin_contact(state, motion[0], disk[0], state.slip_sign, state.spin_sign)
 
 
 @entry(types.void(STATE, MOTION, DISK, DISK, LEDGER))
 def change_disk(states: Record, motion: Record, disk: Record, new: Record, ledger: Ledger) -> None:
-    """Enter the jump of the energy where parameters change."""
+    """Enter the jump of the energy where parameters change; signs that now begin to count."""
     state = states[0]
+    if disk[0].brake == 0.0 and state.phase != FLIGHT:
+        state.spin_sign = sign_of(state.omega)
+        if disk[0].grip == 0.0:
+            state.slip_sign = sign_of(state.omega - platform_spin(state, motion[0]))
     jet = axial_jet(motion[0], state.sine, state.cosine, elapsed(motion[0], state.ns, state.sub))
     x, v = jet[0] + state.gap, jet[1] + state.u
     before = mechanical_energy(disk[0], x, v, state.turns, state.angle, state.omega)

@@ -37,11 +37,12 @@ STATE_DTYPE = np.dtype(
         ("sine", "f8"),  # of tau
         ("cosine", "f8"),
         ("phase", "i8"),
-        ("slip_sign", "f8"),  # sign of w_T while sliding or held
-        # in contact: the sign of the brake's torque −T_B·spin_sign, 0 where no brake acts; and what
-        # load and brake take from α̇, rad/s²
-        ("spin_sign", "f8"),
+        # in contact (contact_rows): the signs of w_T and, with a brake, of α̇; what load and brake
+        # take from α̇, rad/s²; the rows that events have entered at this very instant, as bits
+        ("slip_sign", "i8"),
+        ("spin_sign", "i8"),
         ("drag", "f8"),
+        ("rows_entered", "i8"),
         # axial: relative to the platform, so that tiny bounces keep their digits
         ("gap", "f8"),
         ("u", "f8"),  # gap velocity

@@ -14,7 +14,7 @@ for _entry in (
     input_kernels.advance_to,
     input_kernels.take_due,
     input_kernels.apply_impulse,
-    input_kernels.keep_sticking,
+    input_kernels.follow_platform,
     input_kernels.classify_after_input,
     input_kernels.change_disk,
     input_kernels.observe,

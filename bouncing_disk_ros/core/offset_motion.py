@@ -114,6 +114,12 @@ def with_angular_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
     return added(jet, offset_at(motion.angular, motion.angular_duration, time))
 
 
+def fifth_of_angular_offset(motion: Record) -> float:
+    """See `platform`."""
+    fifth: float = motion.angular[5, 0, 0]
+    return fifth
+
+
 def offset_turns(motion: Record) -> bool:
     """See `platform`."""
     return bool(motion.turning != 0)

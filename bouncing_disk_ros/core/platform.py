@@ -104,6 +104,12 @@ def fade_end(motion: Record) -> float:
     return float(motion.duration)
 
 
+@chosen_by_motion
+def fifth_of_angular_offset(_motion: Record) -> float:
+    """The fifth derivative of the angular offset, the last that is not 0."""
+    return 0.0
+
+
 @kernel
 def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
@@ -192,9 +198,21 @@ def turns_not(motion: Record) -> bool:
 
 
 @kernel
+def turns_next(motion: Record, b: Jet) -> int:
+    """Sign with which a platform whose β̇ is 0 turns from here on; 0: it stands."""
+    if turns_not(motion):
+        return 0
+    for derivative in (b[2], b[3], b[4], fifth_of_angular_offset(motion)):
+        if derivative != 0.0:
+            return 1 if derivative > 0.0 else -1
+    return 0
+
+
+@kernel
 def turning_phase(motion: Record, sign: float) -> float:
     """Forcing phase at which β̇ of a steady motion falls (sign 1) or rises through zero, rad."""
-    return wrapped((0.5 if sign > 0.0 else 1.5) * math.pi - motion.lag)
+    phase = (0.5 if sign > 0.0 else 1.5) * math.pi - motion.lag
+    return wrapped(phase - TWO_PI * math.floor(phase / TWO_PI))
 
 
 @kernel

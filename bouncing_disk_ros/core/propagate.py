@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos
-from bouncing_disk_ros.core.brake import (
-    begin_braked_contact,
-    braked_spin,
-    stick_or_reverse_braked,
-)
-from bouncing_disk_ros.core.contact import load, slide, slip_sign
+from bouncing_disk_ros.core.brake import braked_spin, sign_of
+from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_rows import enter_what_holds
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_axial_work,
@@ -21,8 +18,8 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
-from bouncing_disk_ros.core.layout import FLIGHT, HELD, SLIDING, STICKING, UNKNOWN
-from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet
+from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, UNKNOWN
+from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, turns_next
 
 _MOST_TURNS = 2.0**62  # as checkpoints hold them
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
@@ -100,7 +97,7 @@ def propagate(
             add_axial_work(ledger, disk, s0, s1)
             add_held_work(ledger, state, motion, disk, before, d)
         else:
-            sign = state.slip_sign
+            sign = float(state.slip_sign)
             sine_before, cosine_before = state.sine, state.cosine
             turned, omega, pushed, q = slide(
                 motion, disk, state.drag, before, sine_before, cosine_before, sign, state.omega, d
@@ -131,8 +128,11 @@ def propagate(
 
 
 @rare_kernel
-def classify_contact(state: Record, motion: Record, disk: Record) -> None:
-    """With gap = 0 and u = 0: contact or flight (rule 1), and in contact stick or slip (rule 4)."""
+def begin_contact(state: Record, motion: Record, disk: Record, slip: int, spin: int) -> None:
+    """With gap = 0 and u = 0: contact or flight (rule 1), and in contact what holds (rule 4).
+
+    `slip` and `spin` are the signs of w_T and α̇ at this instant (`contact_rows`).
+    """
     state.gap = 0.0
     state.u = 0.0
     state.event = UNKNOWN
@@ -143,34 +143,33 @@ def classify_contact(state: Record, motion: Record, disk: Record) -> None:
         state.phase = FLIGHT
         return
     b = angular_jet(motion, state.sine, state.cosine, since)
-    if disk.brake > 0.0:
-        begin_braked_contact(state, motion, disk, a, b)
-        return
-    state.spin_sign = 0.0
-    state.drag = disk.lag
-    sign = slip_sign(disk, a, state.omega - b[1], b[2] + disk.lag)
-    if sign == 0.0:
-        state.phase = STICKING
-        return
-    state.phase = SLIDING
-    state.slip_sign = sign
+    enter_what_holds(state, disk, slip, spin, turns_next(motion, b), a, b)
 
 
 @kernel
-def stick_or_reverse(state: Record, motion: Record, disk: Record) -> None:
-    """Where a slip has reached w_T = 0: stick, or slip the other way (rule 4).
+def classify_contact(state: Record, motion: Record, disk: Record) -> None:
+    """`begin_contact` for a state that is given: its signs are those of its numbers."""
+    slip = state.omega - platform_spin(state, motion)
+    begin_contact(state, motion, disk, sign_of(slip), sign_of(state.omega))
 
-    Only sticking takes over the platform's velocity: its rounding is that of ωΦ, not of the disk's.
+
+@kernel
+def platform_spin(state: Record, motion: Record) -> float:
+    """β̇ at the clock of a state, rad/s."""
+    since = elapsed(motion, state.ns, state.sub)
+    spin: float = angular_jet(motion, state.sine, state.cosine, since)[1]
+    return spin
+
+
+@kernel
+def change_row(
+    state: Record, motion: Record, disk: Record, slip: int, spin: int, ahead: int
+) -> None:
+    """Put in force what holds after an event in contact that has set the signs of w_T and α̇.
+
+    `ahead` is the sign of β̇ after it, if both are 0.
     """
     since = elapsed(motion, state.ns, state.sub)
     a = disk.g + axial_jet(motion, state.sine, state.cosine, since)[2]
     b = angular_jet(motion, state.sine, state.cosine, since)
-    if disk.brake > 0.0:
-        stick_or_reverse_braked(state, motion, disk, a, b)
-        return
-    sign = slip_sign(disk, a, 0.0, b[2] + disk.lag)
-    if sign == 0.0:
-        state.phase = STICKING
-        state.omega = b[1]
-    else:
-        state.slip_sign = sign
+    enter_what_holds(state, disk, slip, spin, ahead, a, b)

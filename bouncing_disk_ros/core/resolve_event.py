@@ -5,12 +5,8 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.brake import (
-    STOPPED_TAIL,
-    chatter_drag,
-    end_braked_phase,
-    stopped_tail,
-)
+from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of, stopped_tail
+from bouncing_disk_ros.core.contact_rows import enter, row_bit
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_brake_loss,
@@ -22,6 +18,7 @@ from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.impact_law import (
     chatter_rotation,
     chatter_sums,
+    first_of_chatter,
     friction_change,
     speed_after,
 )
@@ -37,6 +34,7 @@ from bouncing_disk_ros.core.impact_log import (
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,
+    FAULT,
     FLIGHT,
     IMPACT,
     L_AXIAL,
@@ -45,7 +43,6 @@ from bouncing_disk_ros.core.layout import (
     LETS_GO,
     MOTION,
     SEPARATION,
-    SLIDING,
     SLIP,
     SLIP_ENDS,
     STATE,
@@ -57,11 +54,12 @@ from bouncing_disk_ros.core.layout import (
 )
 from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet
 from bouncing_disk_ros.core.propagate import (
+    begin_contact,
+    change_row,
     classify_contact,
     propagate,
     set_clock,
     spin,
-    stick_or_reverse,
     turn,
 )
 
@@ -74,18 +72,15 @@ def end_contact(state: Record, motion: Record, disk: Record, kind: int, value: f
         state.gap = 0.0
         state.u = 0.0
     elif kind == SLIP:
-        state.phase = SLIDING
-        state.slip_sign = value
-        if disk.brake > 0.0 and state.spin_sign == 0.0:  # from rest, with a platform at rest
-            state.spin_sign = value
-            state.drag = disk.lag + disk.brake * value
+        at_rest = disk.brake > 0.0 and state.spin_sign == 0
+        enter(state, disk, int(value), int(value) if at_rest else state.spin_sign)
+    elif kind == LETS_GO:
+        enter(state, disk, state.slip_sign, int(value))
     elif kind == SLIP_ENDS:
-        stick_or_reverse(state, motion, disk)
-    elif kind in (STOPS, TURNS, LETS_GO):
-        since = elapsed(motion, state.ns, state.sub)
-        a = disk.g + axial_jet(motion, state.sine, state.cosine, since)[2]
-        b = angular_jet(motion, state.sine, state.cosine, since)
-        end_braked_phase(state, motion, disk, kind, value, a, b)
+        change_row(state, motion, disk, 0, state.spin_sign, 0)
+    elif kind in (STOPS, TURNS):
+        state.omega = 0.0
+        change_row(state, motion, disk, state.slip_sign if kind == STOPS else 0, 0, int(value))
 
 
 @kernel
@@ -115,7 +110,7 @@ def _impact(
     n = log_impact(rows, n, open_row, state, motion, disk, w, slip, push, twist)
     if state.u == 0.0:
         n = close_row(open_row, rows, n, state, CHATTER_TAIL)
-        classify_contact(state, motion, disk)
+        begin_contact(state, motion, disk, sign_of(left), sign_of(state.omega))
     return n
 
 
@@ -193,7 +188,10 @@ def _end_chatter(
     b = angular_jet(motion, state.sine, state.cosine, since)
     push = -gap_after(motion, since, state.sine, state.cosine, disk.g, 0.0, u, t)[1]
     moment, squares = chatter_sums(disk, s, u)
-    slip, sign = state.omega - b[1], state.event_value
+    sign = state.event_value
+    first = first_of_chatter(
+        motion, disk, since, state.tau, state.sine, state.cosine, u, state.omega
+    )
     set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
     b_end = angular_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))
     if abs(sign) == STOPPED_TAIL:
@@ -207,10 +205,12 @@ def _end_chatter(
     state.u = 0.0
     row = open_row[0]
     if row.count == 0:
-        begin_row(row, state, motion, disk, u, slip)
+        begin_row(row, state, motion, disk, -first[0], first[1])
     add_impulses(row, state, motion, disk, push, twist)
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
-    classify_contact(state, motion, disk)
+    sticks = sign == 0.0
+    side = 0 if sticks else sign_of(state.omega - b_end[1])
+    begin_contact(state, motion, disk, side, sign_of(state.omega))
     return n
 
 
@@ -225,6 +225,15 @@ def _still(
     n = close_row(open_row, rows, n, state, CHATTER_TAIL)
     classify_contact(state, motion, disk)
     return n
+
+
+@kernel
+def _enter_once(state: Record) -> None:
+    """At one instant events enter each row of `contact_rows` once, or the run ends: FAULT."""
+    row = row_bit(state)
+    if state.rows_entered & row != 0:
+        state.event = FAULT
+    state.rows_entered |= row
 
 
 @part(STATE.dtype, MOTION.dtype, DISK.dtype, LEDGER, ROWS, types.int64, ROWS)
@@ -242,8 +251,12 @@ def resolve(
         spin(state, disk, ledger, d)
         set_clock(state, ns, sub, cycles, tau)
         return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
+    if ns != state.ns or sub != state.sub or cycles != state.cycles or tau != state.tau:
+        state.rows_entered = 0
     propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # a waypoint within rounding of an impact
     end_contact(state, motion, disk, kind, value)
+    if kind in (SLIP, SLIP_ENDS, STOPS, TURNS, LETS_GO):
+        _enter_once(state)
     return n

@@ -129,7 +129,7 @@ def stepped(run: Simulation, instants_ns: Sequence[int], max_events: int = 1_000
     return [join_rows([part for part in rows if len(part)]), table, np.array(energies, float)]
 
 
-_LATER = ("spin_sign", "drag", "brake_torque", "brake", "load_inertia")
+_LATER = ("spin_sign", "drag", "rows_entered", "brake_torque", "brake", "load_inertia")
 
 
 def energy_before(run: Simulation) -> list[float]:
@@ -145,6 +145,8 @@ def before_loads(value: Any) -> Any:
         found = {name: before_loads(part) for name, part in value.items() if name not in _LATER}
         if isinstance(found.get("disk"), list):
             found["disk"] = found["disk"][:8]
+        if "slip_sign" in found:
+            found["slip_sign"] = float(found["slip_sign"])
         if "books" in found:
             found["books"] = [row[:7] + row[8:] for row in found["books"]]
         return found

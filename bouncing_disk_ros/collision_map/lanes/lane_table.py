@@ -166,6 +166,6 @@ def chatter_outcome(tau: float, w: float, forcing: float, restitution: float) ->
     sine, cosine = sincos(tau)
     motion = axial_motion(forcing)
     jet = axial_jet(motion, sine, cosine, 0.0)
-    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0)
+    disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
     kind: int = after_impact(motion, disk, tau, jet, -restitution * w)[0]
     return kind
