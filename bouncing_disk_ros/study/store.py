@@ -33,6 +33,7 @@ from bouncing_disk_ros.study.store_check import (
     damaged_parts,
     seal,
 )
+from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 DONE = "region_done"
 RESULT = "result.zarr"
@@ -87,6 +88,7 @@ class Store:
         if not isinstance(identity, dict) or not isinstance(identity.get("parameters"), dict):
             raise InputError("output", str(self.path), f"{wanted_here} of this study",
                              f"It holds other data. {hint}")  # fmt: skip
+        identity = _completed(identity, wanted)
         if not found.has_checksums:
             wanted["format"], self.note = WITHOUT_CHECKSUMS, f"{self.path} was {_UNCHECKED}"
         older = self._is_older(identity, wanted)
@@ -379,6 +381,13 @@ def _plain(value: object) -> object:
     if isinstance(value, bool):
         return int(value)
     return value if isinstance(value, (int, float, str)) else json.dumps(value)
+
+
+def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:
+    """An identity with options that its version did not have: defaults are what it did."""
+    table = STUDY_TABLES.get(str(wanted["study"]), {})
+    defaults = {name: table[name].default for name in wanted["parameters"] if name in table}
+    return {**identity, "parameters": {**defaults, **identity["parameters"]}}
 
 
 def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
