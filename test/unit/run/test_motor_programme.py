@@ -42,7 +42,7 @@ def record_of(end: float, rate: float) -> RunRecord:
         sample = simulation.sample()
         record.states.append(
             State(session.time_ns / 1e9, sample.axial_position, sample.platform_position,
-                  sample.angular_velocity)
+                  sample.angular_velocity, sample.unwrapped_angle)
         )  # fmt: skip
         if simulation.motion_in_force != record.motions[-1]:
             record.motions.append(simulation.motion_in_force)
