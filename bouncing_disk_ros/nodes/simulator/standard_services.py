@@ -12,16 +12,18 @@ import re
 import time
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.task import Future
 
 from bouncing_disk_ros.core.model import Disk, Phase, Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.ros.frames import Frames
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 
 ENTITIES = ("disk", "platform")
 FEATURES = (
