@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.core.roots import ROUNDING
 
 STOPPED_TAIL = 3.0
 """Value of a CHATTER_ENDS whose flights each stop the disk, by its brake; times the slip's sign."""
@@ -23,6 +24,14 @@ def sign_of(value: float) -> int:
 def left_over(load: float, brake: float) -> float:
     """What a brake leaves of a load on a disk at rest; 0 where it holds."""
     return load - sign_of(load) * min(abs(load), brake)
+
+
+@kernel
+def tie(disk: Record) -> float:
+    """What counts as equality where friction or a brake must hold a disk, rad/s²: rounding."""
+    if disk.brake == 0.0:
+        return 0.0
+    return 8.0 * ROUNDING * (abs(disk.lag) + disk.brake + disk.grip * disk.g)
 
 
 # --- flight ---------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, wrapped
 from bouncing_disk_ros.core.bounds import Bounds, bounds_from
+from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     gap_after,
@@ -107,14 +108,6 @@ def _curvature(which: int, over: Bounds, disk: Record) -> float:
     if which in (SPIN_DRIVE, HOLD):
         return disk.grip * over.s4
     return disk.grip * over.s4 + over.b4
-
-
-@kernel
-def tie(disk: Record) -> float:
-    """What counts as equality where friction or a brake must hold a disk, rad/s²: rounding."""
-    if disk.brake == 0.0:
-        return 0.0
-    return 8.0 * ROUNDING * (abs(disk.lag) + disk.brake + disk.grip * disk.g)
 
 
 @kernel

@@ -8,6 +8,7 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
 from bouncing_disk_ros.core.bounds import span_from
+from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.contact import (
     HOLD,
     ONE_PERIOD,
@@ -21,7 +22,6 @@ from bouncing_disk_ros.core.contact import (
     slip_ends,
     stick_fails,
     stopped,
-    tie,
 )
 from bouncing_disk_ros.core.layout import (
     DISK,

@@ -19,8 +19,7 @@ brake the sign of α̇ is not kept: it gives no torque.
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
-from bouncing_disk_ros.core.brake import left_over, sign_of
-from bouncing_disk_ros.core.contact import tie
+from bouncing_disk_ros.core.brake import left_over, sign_of, tie
 from bouncing_disk_ros.core.layout import HELD, SLIDING, STICKING
 from bouncing_disk_ros.core.platform import Jet, Record
 
