@@ -54,7 +54,8 @@ def start_at(values: Mapping[str, float], forcing_phase: float, velocity: float)
     """The start (τ in rad, w_A < 0 in πg/ω) at the parameters in force. Raises InputError.
 
     The run begins at the impact: on the platform, with the velocity of the platform there and
-    w_A. Their sum is rounded, so w_A is met to about its last digit; `Start` has what is met.
+    w_A. Their sum is rounded, so w_A is met to about its last digit; `Start` has what is met. A w_A
+    within the roundings of the platform's velocity begins in contact.
     """
     whole = complete(_in_force(values))
     scale = velocity_scale(motion_of(whole), Disk.of(whole))

@@ -21,7 +21,7 @@ def test_a_recorded_run_is_proved(start: Starter, tmp_path: Path) -> None:
     code, report = start.finish("bag_report", str(folder), "--prove", timeout=WAIT)
     assert code == 0, report.output
     assert report.complaints == []
-    report.wait_for(r"impact +1\d +0 +0\n")
+    report.wait_for(r"impact +1\d +0 +0 +0\n")
     assert not list(tmp_path.glob("*_report.*"))
 
 

@@ -253,6 +253,7 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
 def test_own_diagnostics_are_not_recorded_and_do_not_count(
     start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it is ignored, by children too
     process = recorder(start, tmp_path / "run", "topics:=/diagnostics")
     heard: list[Any] = []
     talker.node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)

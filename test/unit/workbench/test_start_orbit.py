@@ -91,11 +91,9 @@ def test_the_orbit_ends_where_its_label_says() -> None:
     assert orbit.velocity[-1] == pytest.approx(known.velocities[0], abs=1e-9)
 
 
-def test_the_slowest_impact_is_an_impact() -> None:
-    """Where w_A is below the roundings of the platform's speed, the next double below it."""
+def test_a_start_as_slow_as_roundings_begins_in_contact() -> None:
+    """Where w_A is below the roundings of the platform's speed the disk starts with that."""
     start = start_at(VALUES, 0.1, -1e-300)
-    assert start.impact_velocity < 0.0
-    # it is the first of a chatter, whose row ends with it
+    assert -1e-14 < start.impact_velocity < 0.0
     whole: dict[str, Any] = {**VALUES, **start.parameters}
-    first = simulate(1.0, **whole).impacts[0]
-    assert first["axial_impact_velocity"] == start.impact_velocity
+    assert simulate(1.0, **whole).impacts[0]["time"] > 0.0
