@@ -22,7 +22,7 @@ class ImpactEnergy(NamedTuple):
 
     axial: Column  # m (1 − ε²) w_A²/2
     friction: Column  # −Ĥ (w_T + Ĥ/(2 m a_g²)): the impulse times the mean slip
-    summed: NDArray[np.bool_]  # rows of several impacts: their losses are those of the first only
+    summed: NDArray[np.bool_]  # rows of chatters: their losses are those of the first impact only
 
 
 def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
@@ -31,8 +31,9 @@ def impact_energy(rows: NDArray[np.void], disk: Disk) -> ImpactEnergy:
     axial = 0.5 * disk.mass * (1.0 - disk.restitution**2) * fall * fall
     twist = rows["angular_impulse"]
     inertia = disk.inertia
-    summed = rows["count"] > 1
-    # a row of several impacts has the sum of their impulses, but the slip before the first of them
+    # a row of a chatter has the sum of all impulses, but the slip before the first; the one that
+    # ends in contact has a rest without end too, however few impacts it counts
+    summed = ~single_impacts(rows)
     friction = -twist * (rows["angular_impact_velocity"] + 0.5 * twist / inertia)
     return ImpactEnergy(axial, np.where(summed, 0.0, friction), summed)
 
@@ -46,7 +47,7 @@ class LedgerCheck(NamedTuple):
     first: int  # index of the first row after `begin`
     last: int  # index of the first row after `end`
     rows: int  # in between, of those recorded
-    summed: int  # rows of several impacts among them
+    summed: int  # rows of chatters among them
     missing: int  # rows in between that the record lacks
     start_axial: float  # in the ledger at `begin`, J
     start_friction: float

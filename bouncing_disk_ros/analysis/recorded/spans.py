@@ -27,6 +27,7 @@ INSTANT = 1.5e-9
 tells."""
 FIRST = "start of the record"
 RESET = "reset"
+CHANGE = "change of motion"
 UNKNOWN = "records of inputs missing"
 
 
@@ -159,10 +160,11 @@ def _steady(record: RunRecord, begin: float, end: float) -> Iterator[_Stretch]:
     for place, now in enumerate(ordered):
         later = ordered[place + 1] if place + 1 < len(ordered) else None
         before = ordered[place - 1] if place else None
-        leads_on = later is None or bool(record.known) or _leads_on(now, later)
+        # a message of platform/motion is missing where the next one begins with another motion
+        leads_on = later is None or bool(record.known) or later.start == now.target
         found.append(_Stretch(
             now.end_ns / NS, math.inf if later is None else later.begin_ns / NS,
-            "change of motion" if record.known or not _is_reset(before, now) else RESET,
+            CHANGE if record.known else _begins(before, now),
             now.target if leads_on else None,
         ))  # fmt: skip
     for start, stop, why, motion in found:
@@ -170,16 +172,18 @@ def _steady(record: RunRecord, begin: float, end: float) -> Iterator[_Stretch]:
             yield _Stretch(max(start, begin), min(stop, end), why, motion)
 
 
-def _leads_on(now: MotionInForce, later: MotionInForce) -> bool:
-    """Whether no message of platform/motion is missing between two, as far as they show."""
-    return later.start == now.target or _is_reset(now, later)
+def _begins(before: MotionInForce | None, now: MotionInForce) -> str:
+    """What begins a motion of platform/motion, as far as the one before it shows.
 
-
-def _is_reset(before: MotionInForce | None, now: MotionInForce) -> bool:
-    """Whether a steady motion begins anew: nothing but a reset does that."""
-    if before is None or now.begin_ns != now.end_ns:
-        return False
-    return before.end_ns < now.begin_ns and before.target == now.target
+    A steady motion ends a cross-fade or follows a reset; nothing but a reset ends a cross-fade
+    before its time.
+    """
+    if now.begin_ns < now.end_ns:
+        return CHANGE
+    if before is not None and now.begin_ns < before.end_ns:
+        return RESET
+    ends_fade = before is not None and (before.end_ns, before.target) == (now.begin_ns, now.target)
+    return CHANGE if ends_fade else f"{CHANGE} or {RESET}"
 
 
 def _instant(time: float) -> float:

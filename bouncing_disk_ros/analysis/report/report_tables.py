@@ -20,6 +20,8 @@ from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.units import NS
 
+LAST_ONLY = "by platform/motion, which has only the last change of each slice of work"
+
 
 class Table(NamedTuple):
     """A heading and its lines: what, and its value in words."""
@@ -83,16 +85,12 @@ def _drive(report: Report) -> Pairs:
         )
     ]
     if motion := segment.motion:
-        found.append(
-            (
-                "platform",
-                (
-                    f"A {1e3 * motion.axial_amplitude:.6g} mm, Φ "
-                    f"{motion.angular_amplitude:.6g} rad, f {motion.frequency:.6g} Hz, θ "
-                    f"{motion.phase_lag:.6g} rad"
-                ),
-            )
+        text = (
+            f"A {1e3 * motion.axial_amplitude:.6g} mm, Φ {motion.angular_amplitude:.6g} rad, f "
+            f"{motion.frequency:.6g} Hz, θ {motion.phase_lag:.6g} rad"
         )
+        partly = "" if report.record.known else f"; {LAST_ONLY}"
+        found.append(("platform", text + partly))
     elif report.record.motions:
         found.append(("platform", "not known: records of its motion are missing here"))
     else:

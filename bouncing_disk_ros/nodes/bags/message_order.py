@@ -61,13 +61,15 @@ class RunOrder:
 
     A run begins where a topic begins anew: its publisher's numbers, its running index or its
     simulated time fall behind those of a message of the same topic and the same run. Where they
-    rise, the run goes on. A message that shows neither is of the run that was under way before and
-    after it; between two runs nobody knows. Messages are to be given in the order of sending.
+    rise and no number is missing, the run goes on. A message that shows neither is of the run that
+    was under way before and after it; between two runs nobody knows. Messages are to be given in
+    the order of sending.
     """
 
     def __init__(self) -> None:
         self.run = 0  # of the newest message that shows it, from 1
-        self._latest: dict[str, tuple[int, list[float]]] = {}  # run, counts by topic
+        # by topic: run, number and counts of the newest message
+        self._latest: dict[str, tuple[int, int, list[float]]] = {}
         self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
 
     def is_repeat(self, short: str, message: Message) -> bool:
@@ -85,17 +87,18 @@ class RunOrder:
 
     def take(self, short: str, number: int, counts: Sequence[Count]) -> Sign:
         """What a message shows; `number`: of its publisher, 0: it has none."""
-        if number:
-            counts = [*counts, Count(number, number, rises=True)]
-        run, latest = self._latest.get(short, (0, []))
+        run, before, latest = self._latest.get(short, (0, 0, []))
         shown = Sign.NOTHING
         if self.run == 0:
             shown = Sign.BEGINS
-        elif run == self.run and counts and latest:
-            falls = any(one.follows_not(last) for one, last in zip(counts, latest, strict=False))
-            shown = Sign.BEGINS if falls else Sign.GOES_ON
+        elif run == self.run and ((counts and latest) or (number and before)):
+            pairs = zip(counts, latest, strict=False)
+            if 0 < number <= before or any(one.follows_not(last) for one, last in pairs):
+                shown = Sign.BEGINS
+            elif not (number and before) or number == before + 1:
+                shown = Sign.GOES_ON
         self.run += shown is Sign.BEGINS
-        self._latest[short] = self.run, [one.last for one in counts]
+        self._latest[short] = self.run, number, [one.last for one in counts]
         return shown
 
 

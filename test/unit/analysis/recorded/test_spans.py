@@ -95,7 +95,22 @@ def test_what_is_not_recorded_is_not_known() -> None:
     assert [row.motion for row in segments_of(0.0, 9.0, lost, [], [])] == [None, FAST]
     again = [steady(0.0, SLOW), steady(5.0, SLOW)]
     found = segments_of(0.0, 9.0, again, [], [])
-    assert [(row.began_by, row.motion) for row in found] == [(FIRST, SLOW), ("reset", SLOW)]
+    assert [(row.began_by, row.motion) for row in found] == [
+        (FIRST, SLOW), ("change of motion or reset", SLOW)
+    ]  # fmt: skip
+
+
+def test_a_reset_is_told_as_one_where_nothing_else_can_have_been() -> None:
+    """Without disk/inputs: what ends a cross-fade before its time; else it may have been a fade."""
+    words = [
+        segments_of(0.0, 9.0, motions, [], [])[-1].began_by
+        for motions in (
+            [*MOTIONS[:2], steady(4.5, SLOW)], [*MOTIONS[:2], steady(4.5, FAST)],
+            [steady(0.0, SLOW), steady(4.5, FAST)], [*MOTIONS[:2], steady(7.0, SLOW)], MOTIONS,
+        )
+    ]  # fmt: skip
+    either = "change of motion or reset"
+    assert words == ["reset", "reset", either, either, "change of motion"]
 
 
 def test_a_span_says_from_when_on_the_ledger_counts() -> None:

@@ -24,7 +24,7 @@ from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_tables import path_text, tables, transient_text
 from bouncing_disk_ros.analysis.report.report_text import lines
 from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
-from bouncing_disk_ros.core.model import Motion, join_rows
+from bouncing_disk_ros.core.model import ImpactKind, Motion, join_rows
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
@@ -191,6 +191,9 @@ def test_rows_of_chatters_are_left_out_of_the_books() -> None:
     assert missing == pytest.approx(check.in_summed, rel=0.05)
     energies = impact_energy(report.rows, session.simulation.disk)
     assert np.all(energies.friction[energies.summed] == 0.0)
+    tail = report.rows[:1].copy()  # of one impact, after which endless ones are within rounding
+    tail["kind"], tail["count"] = ImpactKind.CHATTER_TAIL, 1
+    assert impact_energy(tail, session.simulation.disk).summed.tolist() == [True]
 
 
 def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:

@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.offset import CUBIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
 from bouncing_disk_ros.nodes.bags.bounded_columns import EveryNth, Newest
-from bouncing_disk_ros.nodes.bags.message_order import Losses, in_order_of_sending
+from bouncing_disk_ros.nodes.bags.message_order import Losses, RunOrder, Sign, in_order_of_sending
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, RecordedRun, period_one_bag
@@ -250,6 +250,14 @@ def test_losses_by_number(numbers: tuple[int, ...], lost: str) -> None:
     for place, number in enumerate(numbers):
         losses.note(message("a", place, place, number))
     assert losses.of("a", 2) == lost
+
+
+def test_a_gap_in_the_numbers_does_not_show_that_the_run_goes_on() -> None:
+    """Late messages of a second run: of one topic the numbers rise, of the next one they fall."""
+    order = RunOrder()
+    begins, goes_on, nothing = Sign.BEGINS, Sign.GOES_ON, Sign.NOTHING
+    signs = [order.take(*shown, []) for shown in (("a", 1), ("b", 1), ("b", 2), ("a", 4), ("b", 2))]
+    assert signs == [begins, nothing, goes_on, nothing, begins]
 
 
 def test_a_thinned_list_keeps_even_steps() -> None:

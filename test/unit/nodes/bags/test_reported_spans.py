@@ -84,6 +84,12 @@ def test_without_inputs_a_motion_that_is_missing_is_not_known(tmp_path: Path) ->
     found = made(tmp_path, 18.0, acts, slice_ticks=180, without=("disk/inputs",), choice="1")
     assert [part.segment.motion for part in found.segments] == [None, MOTION]
     assert words(found)["platform"] == "not known: records of its motion are missing here"
+    last = words(report(tmp_path / "run", "2"))["platform"]
+    assert last.startswith(
+        "A 40 mm, Φ 0.5 rad, f 3 Hz, θ 0 rad; by platform/motion, which has only the last"
+    )
+    made(tmp_path / "known", 18.0, acts, slice_ticks=180, choice="2")
+    assert "platform/motion" not in words(report(tmp_path / "known" / "run", "2"))["platform"]
 
 
 # --- runs -----------------------------------------------------------------------------------------
