@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.run_record import UNKNOWN_DISK, Change, RunRecord
-from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
@@ -113,7 +113,6 @@ def _recorded(record: RunRecord, rows: Rows) -> tuple[float, float]:
 class _Stretch(NamedTuple):
     begin: float
     end: float
-    why: str
     motion: Motion | None
 
 
@@ -128,7 +127,7 @@ def segments_of(record: RunRecord, begin: float, end: float) -> list[Segment]:
     since = [time for time, _ in record.disks]
     latest = math.nextafter(end, -math.inf)
     edges = sorted({*cuts, *(edge for span in record.known for edge in span)})
-    for start, stop, why, motion in _steady(record, begin, end):
+    for start, stop, motion in _steady(record, begin, end):
         inner = edges[bisect_right(edges, start) : bisect_left(edges, stop)]
         for first, last in pairwise([start, *inner, stop]):
             if not last > first or (first > begin and first >= latest):
@@ -136,7 +135,7 @@ def segments_of(record: RunRecord, begin: float, end: float) -> list[Segment]:
             is_known = not record.known or any(low <= first < high for low, high in record.known)
             place = bisect_right(since, first) - 1
             disk = record.disks[place][1] if is_known and place >= 0 else UNKNOWN_DISK
-            words = cuts.get(first) or (why if first == start else UNKNOWN)
+            words = cuts.get(first) or (CHANGE if first == start else UNKNOWN)
             segments.append(Segment(first, last, FIRST if first == begin else words,
                                     motion if is_known else None, disk,
                                     (first in cuts, last in cuts)))  # fmt: skip
@@ -145,45 +144,46 @@ def segments_of(record: RunRecord, begin: float, end: float) -> list[Segment]:
 
 def _cuts(record: RunRecord) -> dict[float, str]:
     """What acted at which time, in words."""
-    cuts: dict[float, str] = {}
+    cuts = _resets(record)
     for change in sorted(record.changes, key=lambda change: change.time):
         words = f"{change.what} ({change.detail})" if change.detail else change.what
         cuts[change.time] = f"{cuts[change.time]}; {words}" if change.time in cuts else words
     return cuts
 
 
-def _steady(record: RunRecord, begin: float, end: float) -> Iterator[_Stretch]:
-    """Each stretch without a cross-fade, within two times."""
-    ordered = sorted(record.motions, key=lambda motion: motion.begin_ns)
-    first = ordered[0].begin_ns / NS if ordered else math.inf
-    found = [_Stretch(-math.inf, first, FIRST, None)]
-    for place, now in enumerate(ordered):
-        later = ordered[place + 1] if place + 1 < len(ordered) else None
-        before = ordered[place - 1] if place else None
-        # a message of platform/motion is missing where the next one begins with another motion
-        leads_on = later is None or bool(record.known) or later.start == now.target
-        found.append(_Stretch(
-            now.end_ns / NS, math.inf if later is None else later.begin_ns / NS,
-            CHANGE if record.known else _begins(before, now),
-            now.target if leads_on else None,
-        ))  # fmt: skip
-    for start, stop, why, motion in found:
-        if min(stop, end) > max(start, begin):
-            yield _Stretch(max(start, begin), min(stop, end), why, motion)
-
-
-def _begins(before: MotionInForce | None, now: MotionInForce) -> str:
-    """What begins a motion of platform/motion, as far as the one before it shows.
+def _resets(record: RunRecord) -> dict[float, str]:
+    """What may be a reset where platform/motion alone tells, in words.
 
     A steady motion ends a cross-fade or follows a reset; nothing but a reset ends a cross-fade
     before its time.
     """
-    if now.begin_ns < now.end_ns:
-        return CHANGE
-    if before is not None and now.begin_ns < before.end_ns:
-        return RESET
-    ends_fade = before is not None and (before.end_ns, before.target) == (now.begin_ns, now.target)
-    return CHANGE if ends_fade else f"{CHANGE} or {RESET}"
+    found: dict[float, str] = {}
+    ordered = [] if record.known else sorted(record.motions, key=lambda motion: motion.begin_ns)
+    for before, now in pairwise([None, *ordered]):
+        assert now is not None
+        if now.begin_ns < now.end_ns or now.begin_ns == 0:
+            continue
+        if before is not None and now.begin_ns < before.end_ns:
+            found[now.begin_ns / NS] = RESET
+        elif before is None or (before.end_ns, before.target) != (now.begin_ns, now.target):
+            found[now.begin_ns / NS] = f"{CHANGE} or {RESET}"
+    return found
+
+
+def _steady(record: RunRecord, begin: float, end: float) -> Iterator[_Stretch]:
+    """Each stretch without a cross-fade, within two times."""
+    ordered = sorted(record.motions, key=lambda motion: motion.begin_ns)
+    first = ordered[0].begin_ns / NS if ordered else math.inf
+    found = [_Stretch(-math.inf, first, None)]
+    for place, now in enumerate(ordered):
+        later = ordered[place + 1] if place + 1 < len(ordered) else None
+        # a message of platform/motion is missing where the next one begins with another motion
+        leads_on = later is None or bool(record.known) or later.start == now.target
+        until = math.inf if later is None else later.begin_ns / NS
+        found.append(_Stretch(now.end_ns / NS, until, now.target if leads_on else None))
+    for start, stop, motion in found:
+        if min(stop, end) > max(start, begin):
+            yield _Stretch(max(start, begin), min(stop, end), motion)
 
 
 def _instant(time: float) -> float:

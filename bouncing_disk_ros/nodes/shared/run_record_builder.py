@@ -274,6 +274,7 @@ class RunRecordBuilder:
     # --- diagnostics ------------------------------------------------------------------------------
     def _on_diagnostics(self, msg: Any) -> None:
         if (health := self._health_of(msg)) is not None:
+            self._motions.reach(round(health.simulated * NS))
             self.record.health.append(health)
 
     def _health_of(self, msg: Any) -> Health | None:

@@ -11,6 +11,8 @@ from support import random_reports
 RUNS, AT_ONCE = 50, 10
 FOUND = {
     "a reset that a bag without disk/inputs does not tell from a change": (1155, 1328),
+    "an impact at the instant of such a reset": (2067,),
+    "a cross-fade that only a report on /diagnostics came to": (2194,),
     "a record of one instant": (1255,),
     "two runs, the second one heard late": (1690, 1707),
 }
