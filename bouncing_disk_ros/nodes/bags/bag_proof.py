@@ -6,22 +6,18 @@ import argparse
 import importlib.util
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import ExitCode, InputError, MissingLibraryError
+from bouncing_disk_ros.nodes.bags.recorded_runs import IMPACTS, INPUTS, RecordedRuns, Run
 from bouncing_disk_ros.nodes.bags.simulators import choose, is_there
-from bouncing_disk_ros.ros.from_messages import impacts_from_msg
-from bouncing_disk_ros.run.input_records import Record, from_json
-from bouncing_disk_ros.run.run_splitting import Run, Runs
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.proof.proof_count import ProofCount
-
-INPUTS, IMPACTS = "disk/inputs", "disk/impacts"
 
 
 def prove_bag(given: argparse.Namespace) -> int:
@@ -37,7 +33,7 @@ def prove_bag(given: argparse.Namespace) -> int:
 
     interrupted = False
     with bag.open(given.bag) as opened:
-        prover = _Prover(opened, given)
+        prover = BagProver(opened, given)
         steps = tqdm(prover.work(), "proof", leave=False, disable=None, unit=" events")
         try:
             for time in steps:
@@ -51,7 +47,7 @@ def prove_bag(given: argparse.Namespace) -> int:
     return ExitCode.INTERRUPTED if interrupted else ExitCode.DONE
 
 
-class _Prover:
+class BagProver:
     """Replays the runs of a simulator in a bag and proves their events."""
 
     def __init__(self, opened: bag.Bag, given: argparse.Namespace) -> None:
@@ -71,28 +67,18 @@ class _Prover:
 
     def work(self) -> Iterator[float]:
         """Prove the runs wished for: the simulated time, after each event."""
-        count = 0
-        for run in Runs(self._records(), self._rows()):
-            count += 1
+        runs = RecordedRuns(self._bag, self._inputs, self._impacts)
+        for count, run in enumerate(runs, start=1):
             if self._given.run in (0, count):
                 yield from self._prove_run(run)
-        if self._given.run > count:
-            raise InputError("run", self._given.run, f"1 to {count}")
+        if self._given.run > len(runs):
+            raise InputError("run", self._given.run, f"1 to {len(runs)}")
         if math.isnan(self._begun):
             allowed = "records with at least one snapshot"
             raise InputError(self._inputs, "records without a snapshot", allowed)
 
-    def _records(self) -> Iterator[tuple[int, Record]]:
-        for message, content in self._bag.decoded([self._inputs]):
-            yield message.publish_time_ns or message.log_time_ns, from_json(content.data)
-
-    def _rows(self) -> Iterator[tuple[int, Any]]:
-        if is_there(self._bag, self._impacts, IMPACTS):
-            for message, content in self._bag.decoded([self._impacts]):
-                yield message.publish_time_ns or message.log_time_ns, impacts_from_msg(content)
-
     def _prove_run(self, run: Run) -> Iterator[float]:
-        """Prove from the first snapshot to the last record and the last impact."""
+        """Prove from the first snapshot to the last instant that a topic shows."""
         from bouncing_disk_ros.run.input_replay import apply, restored
 
         index = -1
@@ -150,8 +136,8 @@ class _Prover:
 
 
 def _last_ns(run: Run, reached_ns: int) -> int:
-    """The instant of the last impact, or what is reached already."""
-    last = reached_ns
+    """The last instant that a topic shows."""
+    last = max(reached_ns, run.end_ns)
     for rows in run.rows:
         times = rows["time"][-1:]
         if len(times) and math.isfinite(times[0]):

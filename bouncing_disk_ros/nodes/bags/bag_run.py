@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,7 +39,7 @@ class ReadOptions(NamedTuple):
     run: int = 0  # from 1; 0: the last
     begin: float = -math.inf  # simulated s
     end: float = math.inf
-    most_rows: int = 1_000_000
+    most_rows: int = 1_000_000  # 0: none, and nothing of them is checked
     topics: tuple[str, ...] = ()  # of the simulator, by their short names; none: all
 
     @property
@@ -75,24 +75,30 @@ def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> Ru
         return reader.record
 
 
-def ends_of(bag: Bag, namespace: str) -> list[int]:
-    """The last instant (simulated ns) that any message shows of each run with records of inputs."""
-    topics = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
-    reader = BagRun(bag, ReadOptions(namespace, topics=topics))
-    for _ in reader.read():
-        pass
-    return reader.ends
+def names_of(namespace: str) -> dict[str, str]:
+    """The topics of a simulator: full and short names."""
+    base = namespace.rstrip("/")
+    names = {f"{base}/{short}": short for short in (*WANTED, *OPTIONAL)}
+    return {"/diagnostics": "/diagnostics"} | names
 
 
 class BagRun:
-    """Reads a bag once; after `read`, `record` and `source` are the run wished for."""
+    """Reads a bag once; after `read`, `record` and `source` are the run wished for.
 
-    def __init__(self, bag: Bag, options: ReadOptions) -> None:
+    `parts` says of each topic how many messages in turn belong to which run (0: to none); `ends`
+    the last instant (simulated ns) of each run that anything but its impacts shows.
+    """
+
+    def __init__(
+        self, bag: Bag, options: ReadOptions, names: Mapping[str, str] | None = None
+    ) -> None:
+        """`names`: full and short names of topics; None: those of the one namespace wished for."""
         self._bag, self._wish = bag, options
-        self.namespace = choose(bag, options.namespace)
-        base = self.namespace.rstrip("/")
-        names = {"/diagnostics": "/diagnostics"}
-        names |= {f"{base}/{short}": short for short in (*WANTED, *OPTIONAL)}
+        if names is None:
+            self.namespace = choose(bag, options.namespace)
+            names = names_of(self.namespace)
+        else:
+            self.namespace = options.namespace or "/"
         if options.topics:
             names = {name: short for name, short in names.items() if short in options.topics}
         self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
@@ -105,12 +111,14 @@ class BagRun:
         self._order = RunOrder()
         self._losses = Losses()
         self._stopped = ""
+        self.damage: BagError | None = None  # where reading ended early
         self._cut_off = False  # the run goes on after the times wished for
         self._kept_run = self._undecided = 0
         self.record = self._record = RunRecord(UNKNOWN_DISK)
         self._builder = RunRecordBuilder(self._record, self.namespace)
-        self.ends: list[int] = []  # of the runs with inputs: the last instant, simulated ns
-        self._waiting: list[tuple[str, Any]] = []  # of which the next sign tells the run
+        self.parts: dict[str, list[tuple[int, int]]] = {}
+        self.ends: list[int] = []
+        self._waiting: list[tuple[str, Any]] = []  # topic and content; the next sign tells the run
         self._bounded = self._bound()
 
     def _bound(self) -> Bounded:
@@ -119,12 +127,11 @@ class BagRun:
 
     def _end_run(self) -> None:
         """Note where the run under way ends."""
-        if self._record.inputs or self._record.known:
-            last = (self._record.states, self._record.speeds)
-            times = [float(series[-1][0]) for series in last if series]
-            times += [report.simulated for report in self._record.health[-1:]]
-            times = [time - 2.0 * self._record.rounding for time in times]
-            self.ends.append(math.floor(max(times, default=0.0) * NS))
+        last = (self._record.states, self._record.speeds)
+        times = [float(series[-1][0]) for series in last if series]
+        times += [report.simulated for report in self._record.health[-1:]]
+        times = [time - 2.0 * self._record.rounding for time in times]
+        self.ends.append(math.floor(max(times, default=0.0) * NS))
 
     def _begin_run(self) -> None:
         if self._order.run > 1:
@@ -159,7 +166,8 @@ class BagRun:
             self._take(self._names[message.topic], message, content)
             yield
         self._take_waiting()
-        self._end_run()
+        if self._order.run:
+            self._end_run()
         if not self._kept_run and self._wish.run:
             raise InputError("run", self._wish.run, f"1 to {max(1, self._order.run)}")
         if self._wish.is_cut:
@@ -174,30 +182,39 @@ class BagRun:
             self._stop(error)
 
     def _stop(self, error: BagError) -> None:
+        self.damage = error
         self._stopped = f"{error}; what follows is not in this report (bag_recover saves it)"
 
     def _take(self, short: str, message: Message, content: Any) -> None:
         """Take one message into the run to which it belongs."""
         if self._order.is_repeat(short, message):
+            self._waiting.append((message.topic, None))
             return
         record = record_of(content) if short == "disk/inputs" else None
         is_numbered = 0 < message.sequence < UNKNOWN and short != "/diagnostics"
         number = message.sequence if is_numbered else 0
         found = self._builder.counts(short, content, record, is_numbered=is_numbered)
         if found is None:  # of another node
+            self._waiting.append((message.topic, None))
             return
         shown = self._order.take(short, number, found)
         if shown is Sign.BEGINS:
-            self._undecided += len(self._waiting)
+            for topic, waits in self._waiting:
+                self._undecided += waits is not None
+                self._note_part(topic, 0)
             self._waiting.clear()
             self._begin_run()
-        self._waiting.append((short, content if record is None else record))
+        self._waiting.append((message.topic, content if record is None else record))
         if shown is not Sign.NOTHING or len(self._waiting) > MOST_WAITING:
             self._take_waiting()
 
     def _take_waiting(self) -> None:
         """Take the messages that wait into the run under way."""
-        for short, content in self._waiting:
+        for topic, content in self._waiting:
+            short = self._names[topic]
+            self._note_part(topic, 0 if content is None else self._order.run)
+            if content is None or (short == "disk/impacts" and not self._wish.most_rows):
+                continue
             if short == "disk/inputs":
                 self._builder.take_record(content)
             else:
@@ -207,6 +224,11 @@ class BagRun:
             elif short == "disk/impacts":
                 self._bounded.tidy()
         self._waiting.clear()
+
+    def _note_part(self, topic: str, run: int) -> None:
+        parts = self.parts.setdefault(topic, [])
+        same = parts.pop()[1] if parts and parts[-1][0] == run else 0
+        parts.append((run, same + 1))
 
     def _clip(self) -> None:
         """Keep what lies in the times wished for; InputError: the run has nothing there."""

@@ -92,10 +92,11 @@ class RunOrder:
         if self.run == 0:
             shown = Sign.BEGINS
         elif run == self.run and ((counts and latest) or (number and before)):
-            pairs = zip(counts, latest, strict=False)
+            pairs = list(zip(counts, latest, strict=False))
+            is_next = not (number and before) or number == before + 1
             if 0 < number <= before or any(one.follows_not(last) for one, last in pairs):
                 shown = Sign.BEGINS
-            elif not (number and before) or number == before + 1:
+            elif is_next or any(one.is_next(last) for one, last in pairs):
                 shown = Sign.GOES_ON
         self.run += shown is Sign.BEGINS
         self._latest[short] = self.run, number, [one.last for one in counts]

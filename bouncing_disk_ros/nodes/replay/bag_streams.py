@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, repeat
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.point_clouds import CloudRows
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bags.bag_run import ends_of
-from bouncing_disk_ros.run.input_records import Record, from_json
+from bouncing_disk_ros.nodes.bags.recorded_runs import (
+    IMPACTS,
+    INPUTS,
+    Heard,
+    RecordedRuns,
+    Run,
+)
 from bouncing_disk_ros.run.replay_check import Replay, Watch, replay
-from bouncing_disk_ros.run.run_splitting import Run, Runs
 from bouncing_disk_ros.topics import TOPICS
-
-INPUTS, IMPACTS = "disk/inputs", "disk/impacts"
-Heard = Callable[[int], object]
-"""Called with the time of reception of each message read, in ns since 1970."""
 
 
 def _ignore(_: int) -> None:
@@ -78,51 +73,25 @@ class Recorded:
             raise InputError("--namespace", "none, but several simulators are in the bag", allowed)
         return candidates[0]
 
-    def records(self, heard: Heard = _ignore) -> Iterator[tuple[int, Record]]:
-        """Each record with the time at which it was sent."""
-        read = self.bag.decoder(self.inputs)
-        for message in self.bag.messages(self.inputs):
-            heard(message.log_time_ns)
-            yield _sent(message), from_json(read(message.data).data)
-
-    def rows(self, heard: Heard = _ignore) -> Iterator[tuple[int, NDArray[np.void]]]:
-        """The rows of each message with the time at which it was sent."""
-        clouds = CloudRows(self.bag.decoder(self.impacts))
-        for message in self.bag.messages(self.impacts):
-            heard(message.log_time_ns)
-            clouds.add(message.data)
-            yield _sent(message), clouds.take()
-
-    def runs(self, heard: Heard = _ignore) -> Runs:
+    def runs(self, heard: Heard = _ignore) -> RecordedRuns:
         """The runs in the bag, one after the other."""
-        return Runs(self.records(heard), self.rows(heard))
-
-    def ends(self) -> list[int]:
-        """The last instant (simulated ns) that other topics show of each run; none if remapped."""
-        if not self.inputs.endswith("/" + INPUTS):
-            return []
-        return ends_of(self.bag, self.inputs.removesuffix(INPUTS))
+        return RecordedRuns(self.bag, self.inputs, self.impacts, heard)
 
     def run(self, number: int) -> Run:
         """The run of this number, from 1; InputError when there is none."""
-        count = 0
-        for run in self.runs():
-            count += 1
+        runs = self.runs()
+        for count, run in enumerate(runs, start=1):
             if count == number:
                 return run
-        raise InputError("--run", number, f"1 to {count}")
+        raise InputError("--run", number, f"1 to {len(runs)}")
 
 
 def _namespace_of(topic: str, name: str) -> str:
     return topic.removesuffix("/" + name) or "/"
 
 
-def _sent(message: bag.Message) -> int:
-    return message.publish_time_ns or message.log_time_ns  # some writers leave the former out
-
-
 class ReplayedBag:
-    """The replays of all runs of a bag; `left_over` are rows that belong to none."""
+    """The replays of all runs of a bag; `left_over` are rows that may belong to either of two."""
 
     def __init__(self, runs: Sequence[Replay], left_over: int) -> None:
         self.runs, self.left_over = list(runs), left_over
@@ -152,11 +121,8 @@ def replay_bag(
     recorded: Recorded, heard: Heard = _ignore, watch: Watch | None = None
 ) -> ReplayedBag:
     """Replay every run of a simulator in a bag; InputError without a snapshot to begin at."""
-    runs, ends = recorded.runs(heard), recorded.ends()
-    found = [
-        replay(run.records, run.rows, watch, until_ns)
-        for run, until_ns in zip(runs, chain(ends, repeat(0)), strict=False)
-    ]
+    runs = recorded.runs(heard)
+    found = [replay(run.records, run.rows, watch, run.end_ns) for run in runs]
     if not any(run.start_ns is not None for run in found):
         records = sum(run.records for run in found)
         hint = "Record for longer than the simulator's snapshot_period."

@@ -84,7 +84,7 @@ def _work(given: argparse.Namespace) -> int:
         for number, run in enumerate(found.runs, 1):
             print("\n".join(run_lines(number, run)))
         if found.left_over:
-            print(f"{found.left_over} rows not compared: there are no records for them")
+            print(f"{found.left_over} rows not compared: they may belong to either of two runs")
         if given.what_if:
             from bouncing_disk_ros.nodes.replay.what_if_view import compare
 

@@ -18,7 +18,8 @@ from bouncing_disk_ros.units import NS
 def run_lines(number: int, run: Replay) -> list[str]:
     """One run of a bag."""
     if run.start_ns is None:
-        return [f"run {number}: {run.records} records without a snapshot: cannot be replayed"]
+        rows = f", {run.not_compared} rows" if run.not_compared else ""
+        return [f"run {number}: {run.records} records without a snapshot{rows}: not replayed"]
     build = f"version {run.version or 'unknown'}"
     if run.is_other_build:
         build += f" (this is {bouncing_disk_ros.__version__}: another build)"

@@ -58,6 +58,10 @@ class Count(NamedTuple):
         """Whether it has fallen since a value of the message before."""
         return self.first < before or (self.rises and self.first == before)
 
+    def is_next(self, before: float) -> bool:
+        """Whether it is an index that goes on where the message before ended."""
+        return self.rises and self.first == before + 1.0
+
 
 class RunRecordBuilder:
     """Takes messages by topic; times are simulated seconds.

@@ -14,9 +14,8 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import from_json, to_json
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.replay_check import replay
-from bouncing_disk_ros.run.run_splitting import Runs
 from bouncing_disk_ros.units import NS
-from support.driven import Driven, Record, Rows, flipped
+from support.driven import Driven, flipped
 
 
 @pytest.fixture(scope="module")
@@ -231,55 +230,6 @@ def test_it_can_be_ended_from_outside(driven: Driven) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         replay(driven.record_list, driven.batches, stop)
-
-
-# --- several runs ---------------------------------------------------------------------------------
-def split(*runs: Driven) -> tuple[list[tuple[int, Record]], list[tuple[int, Rows]]]:
-    records = [record for run in runs for record in run.records]
-    return records, [rows for run in runs for rows in run.rows]
-
-
-def test_each_run_is_replayed_on_its_own() -> None:
-    first = Driven().drive(41)
-    second = Driven(paused=True, sent=first.sent, axial_amplitude=0.0)  # never moves
-    third = Driven(sent=second.sent).drive(42)
-    runs = Runs(*split(first, second, third))
-    found = [replay(run.records, run.rows) for run in runs]
-    assert [one.difference for one in found] == [None] * 3
-    assert [one.impacts for one in found] == [first.impacts, 0, third.impacts]
-    assert runs.left_over == 0
-
-
-def test_a_difference_in_one_run_does_not_hide_the_next() -> None:
-    first = Driven().drive(43)
-    second = Driven(sent=first.sent).drive(44)
-    first.rows[1] = (first.rows[1][0], flipped(first.rows[1][1], 0, "time"))
-    found = [replay(run.records, run.rows) for run in Runs(*split(first, second))]
-    assert [one.identical for one in found] == [False, True]
-    assert found[1].impacts == second.impacts
-
-
-def test_records_delivered_twice_count_once() -> None:
-    run = Driven().drive(45)
-    again = run.records[:9] + run.records[2:9] + run.records[9:]
-    (found,) = [replay(one.records, one.rows) for one in Runs(again, run.rows)]
-    assert found.identical
-    assert found.records == len(run.records)
-
-
-def test_rows_of_a_run_without_records_are_left_over() -> None:
-    first = Driven().drive(46)
-    second = Driven(sent=first.sent).drive(47)
-    records, rows = split(first, second)
-    runs = Runs(records[: len(first.records)], rows)
-    (found,) = [replay(run.records, run.rows) for run in runs]
-    assert found.identical
-    assert found.impacts == first.impacts
-    assert runs.left_over == sum(len(batch) for batch in second.batches)
-
-
-def test_no_records_are_no_runs() -> None:
-    assert list(Runs([], [])) == []
 
 
 # --- what made runs differ ------------------------------------------------------------------------

@@ -16,7 +16,10 @@ from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.run_report import Report, report_of
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
+from bouncing_disk_ros.nodes.bags.bag_proof import BagProver
+from bouncing_disk_ros.nodes.bags.bag_report import parser
 from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
+from bouncing_disk_ros.nodes.bags.recorded_runs import RecordedRuns
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.run.changed_run import changes_of, what_if
@@ -114,6 +117,36 @@ def test_two_runs_in_one_bag_are_two(tmp_path: Path, numbered: bool) -> None:
         assert amplitude is None or motion.axial_amplitude == amplitude
         assert found.restitution.value == pytest.approx(0.5, abs=1e-12)
         assert found.restitution.high - found.restitution.low < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("begin", "without"), [(0.0, ()), (4.0, ()), (4.0, ("disk/inputs",)), (0.0, ("disk/inputs",))]
+)
+def test_replay_proof_and_report_agree_on_the_runs(
+    tmp_path: Path, begin: float, without: tuple[str, ...]
+) -> None:
+    """The recorder hears the second run late: its rows and times rise behind those of the first."""
+    first, second = tmp_path / "run", {"initial_height": 0.3, "begin": begin, "without": without}
+    with bag.Writer(first) as writer:
+        RecordedRun(writer, preset=PRESET, gravity=10.0).run(2.0)
+        given: dict[str, Any] = {"preset": PRESET, "gravity": 10.0, **second}
+        RecordedRun(writer, "", START_NS + 60 * NS, **given).run(8.0)
+    reports = [report(first, run=number) for number in (1, 2)]
+    assert [found.source.runs for found in reports] == [2, 2]
+    with bag.open(first) as opened:
+        replayed = replay_bag(Recorded(opened))
+        runs = list(RecordedRuns(opened, "/disk/inputs", "/disk/impacts"))
+        prover = BagProver(opened, parser().parse_args([str(first), "--prove", "--run", "1"]))
+        assert len(list(prover.work())) > 5
+        assert next(prover.lines(interrupted=False)).endswith("0.000 s to 2.000 s")
+    assert replayed.identical
+    assert replayed.left_over == 0
+    assert len(runs) == len(replayed.runs) == 2
+    for found, one, run in zip(reports, replayed.runs, runs, strict=True):
+        is_replayed = found.record.known != []
+        assert (one.start_ns is not None) == is_replayed
+        assert (one.rows if is_replayed else one.not_compared) == len(found.rows)
+        assert run.end_ns / NS == pytest.approx(found.end, abs=1e-6)
 
 
 # --- the platform ---------------------------------------------------------------------------------
