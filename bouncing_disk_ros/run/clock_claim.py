@@ -41,6 +41,10 @@ class ClockClaim:
             patience = math.inf if is_greater else 2 * TURN_NS
         return now_ns - self._seen_ns >= patience
 
+    def is_young(self, now_ns: int) -> bool:
+        """Whether publishers that were started together may still be unseen."""
+        return now_ns - self._begin_ns <= YOUNG_NS
+
     @property
     def is_silent(self) -> bool:
         """Whether to publish nothing: another one is there, and may have been before."""

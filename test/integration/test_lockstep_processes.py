@@ -73,6 +73,28 @@ def killed(start: Starter, page: str, edge: str, gate: int) -> Process:
     return start.command([sys.executable, "-P", KILLED, page, "1", edge, str(gate)])
 
 
+def test_whoever_ends_and_is_started_again_changes_nothing(
+    start: Starter, page: str, loop: Loop, expected: str
+) -> None:
+    """A controller is killed between its input and its answer; then the simulator is another one.
+
+    The second controller goes on with the new simulator, whose gates it has answered before. Every
+    edge, and simulators that are killed: test/soak/test_lockstep_runs.py.
+    """
+    process = killed(start, page, "before the answer", 3)
+    loop.spin_until(lambda: not process.running)
+    assert process.wait() == -9, process.output
+    start.command([sys.executable, "-P", page, "1"])
+    assert end_of(loop) == expected
+    loop.close()
+    again = Loop(0, numbers="1", **VALUES)
+    try:
+        assert end_of(again) == expected
+    finally:
+        again.close()
+
+
+@pytest.mark.soak
 def test_a_controller_killed_at_each_edge_and_started_again_changes_nothing(
     start: Starter, page: str, loop: Loop, expected: str
 ) -> None:
@@ -84,6 +106,7 @@ def test_a_controller_killed_at_each_edge_and_started_again_changes_nothing(
     assert end_of(loop) == expected
 
 
+@pytest.mark.soak
 def test_a_simulator_killed_at_a_gate_and_started_again_begins_anew(
     start: Starter, page: str, expected: str
 ) -> None:

@@ -158,7 +158,12 @@ class Outputs:
         return stamp
 
     def _show_clock(self, now_ns: int) -> None:
-        if self._clock is not None and not (self.clock_claim and self.clock_claim.is_silent):
+        if self._clock is None:
+            return
+        claim = self.clock_claim
+        if claim is not None and claim.is_young(time.monotonic_ns()):
+            self.clock_is_lost()  # who was started together is to be heard of before each message
+        if claim is None or not claim.is_silent:
             self._clock_ns = now_ns
             self._clock.publish(Clock(clock=conversions.ns_to_time(now_ns)))
 

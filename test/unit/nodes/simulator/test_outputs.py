@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -30,10 +30,11 @@ class RecordingNode:
     def __init__(self) -> None:
         self.sent: list[tuple[str, Any]] = []
         self.frames: dict[str, set[str]] = {}
+        self.clocks: list[SimpleNamespace] = []
 
     def get_publishers_info_by_topic(self, name: str) -> list[Any]:
-        """Nobody else is here."""
-        return []
+        """Those of /clock: nobody else is here."""
+        return self.clocks
 
     def create_publisher(self, kind: type, name: str, qos: Any) -> Any:
         node = self
@@ -100,6 +101,25 @@ def test_the_clock_is_published_before_whatever_is_stamped_with_its_time() -> No
 
 def test_no_clock_is_published_unasked() -> None:
     assert "/clock" not in {name for name, _ in published(1, clock=False)}
+
+
+def test_nothing_follows_on_a_clock_that_another_one_has_come_to() -> None:
+    """Within the message after it is seen, not when the node looks the next time."""
+    node, whole = RecordingNode(), parameters.complete({})
+    own, other = (SimpleNamespace(endpoint_gid=bytes([number])) for number in (1, 2))
+    plain = node.create_publisher
+
+    def create_publisher(kind: type, name: str, qos: Any) -> Any:
+        node.clocks += [own] if name == "/clock" else []
+        return plain(kind, name, qos)
+
+    node.create_publisher = create_publisher  # type: ignore[method-assign]
+    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0, clock_is_simulated=True), whole)
+    session = Session(whole, outputs.record)
+    outputs.state(session, True)
+    node.clocks.append(other)
+    outputs.state(session, True)
+    assert len([name for name, _ in node.sent if name == "/clock"]) == 1
 
 
 def test_impacts_are_stamped_with_their_last_row() -> None:
