@@ -14,9 +14,8 @@ from bouncing_disk_ros.limits import TURNS_BYTES
 
 TURN_NS = 5_000_000
 """Processor time after which a turn ends; the piece of work that exceeds it is finished."""
-SHARE = 0.5
-"""Part of the time that turns take while work waits."""
-PERIOD_NS = int(TURN_NS / SHARE)
+PERIOD_NS = 2 * TURN_NS
+"""Between the begins of turns while work waits: half of the time is left to everything else."""
 
 Work = Callable[[], bool]
 
@@ -33,7 +32,10 @@ class WorkTurns:
         self._wake, self._clock, self._spent = wake, clock, spent
         self._waiting: deque[tuple[str, int, Work]] = deque()
         self._bytes = 0
-        self._debt, self._last = 0.0, clock()
+        self._debt, self._last = (
+            0,
+            clock(),
+        )  # processor time that is not made up for, and since when
 
     @property
     def waiting(self) -> int:
@@ -72,7 +74,7 @@ class WorkTurns:
 
     def _may_work(self) -> bool:
         now = self._clock()
-        self._debt = max(0.0, self._debt - SHARE * (now - self._last))
+        self._debt = max(0, self._debt - (now - self._last))
         self._last = now
         return self._debt < TURN_NS
 
@@ -82,3 +84,4 @@ class WorkTurns:
             return work()
         finally:
             self._debt += self._spent() - begin
+            self._last = self._clock()  # only what passes between pieces makes up for them

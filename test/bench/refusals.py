@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from rcl_interfaces.srv import GetParameters
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
@@ -18,9 +19,10 @@ from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.testing import SteppedSimulator
-from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
+from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS, TOPICS
 from bouncing_disk_ros.units import NS
 from support.commanded import CommandedSession
+from support.controllers import GateController
 from support.processes import Starter
 from support.ros_peer import Peer
 from support.wrong_commands import NAN, old, trajectory, wrench
@@ -121,28 +123,80 @@ def measure_dearest() -> list[Row]:
     return rows
 
 
+DEAR_TRAJECTORIES = {
+    "450 knots of both joints": quintics(450, [*OFFSET_JOINTS]),
+    f"{COMMAND_POINTS} knots": quintics(COMMAND_POINTS, [OFFSET_JOINTS[0]]),
+}
+SERVICES: list[tuple[type[Any], str, Any]] = [
+    (SetBool, "pause", SetBool.Request(data=False)),
+    (GetParameters, "get_parameters", GetParameters.Request(names=["preset"])),
+    (Trigger, "step", Trigger.Request()),
+]
+
+
+def answers_of(peer: Peer) -> list[float]:
+    """ms until each service answers, called one after the other."""
+    waits = []
+    for kind, name, request in SERVICES:
+        begin = time.monotonic()
+        peer.call(kind, name, request)
+        waits.append((time.monotonic() - begin) * 1e3)
+    return waits
+
+
 def measure_answers(start: Starter) -> list[Row]:
-    """Time until a service answers while a hundred of the dearest trajectories wait."""
-    peer = Peer()
+    """Time until services answer while a hundred of the dearest trajectories wait.
+
+    Asked by a node that hears and sends nothing else, so that its own work does not count.
+    """
+    peer, asker, rows = Peer(), Peer(without=tuple(TOPICS)), []
     process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
     try:
-        peer.call(Trigger, "reset")
         publisher = peer.publisher("platform/joint_trajectory")
-        message, waits = quintics(450, [*OFFSET_JOINTS]), []
-        publisher.publish(message)
-        peer.next_diagnostics()
-        for _ in range(SECONDS):
-            for _ in range(100):
-                publisher.publish(message)
-            begin = time.monotonic()
-            peer.call(SetBool, "pause", SetBool.Request(data=False))
-            waits.append((time.monotonic() - begin) * 1e3)
+        answers_of(asker)  # the clients are matched
+        for name, message in DEAR_TRAJECTORIES.items():
+            waits = []
+            publisher.publish(message)
             peer.next_diagnostics()
+            for _ in range(SECONDS):
+                for _ in range(100):
+                    publisher.publish(message)
+                waits += answers_of(asker)
+                peer.next_diagnostics()
+            what = f"an answer behind 100 messages of {name}"
+            rows.append(row("inputs", what, "ms", waits, Aim(at_most=200.0)))
     finally:
+        asker.close()
         peer.close()
     assert process.end() == 0, process.output
-    what = "an answer behind 100 messages of 450 knots"
-    return [row("inputs", what, "ms", waits, Aim(at_most=200.0))]
+    return rows
+
+
+def measure_gate_answers(start: Starter) -> list[Row]:
+    """Time until services answer while a hundred of them act at a gate."""
+    peer, rows = Peer(), []
+    options = ("lockstep:=tick", "lockstep_controllers:='1'", "real_time_factor:=0.0")
+    process = start("simulator", "--ros-args", *(x for one in options for x in ("-p", one)))
+    controller = GateController(1, context=peer.context)
+    try:
+        peer.add(controller)
+        peer.spin_until(lambda: controller.gates > 3)
+        answers_of(peer)
+        for name, message in DEAR_TRAJECTORIES.items():
+            controller.silent = True
+            for _ in range(100):
+                controller.send(message)
+            controller.silent = False
+            released, waits = controller.gates + 1, []
+            while controller.gates <= released:
+                waits += answers_of(peer)
+            what = f"an answer while 100 inputs of {name} act at a gate"
+            rows.append(row("inputs", what, "ms", waits, Aim(at_most=200.0)))
+    finally:
+        controller.destroy_node()
+        peer.close()
+    assert process.end() == 0, process.output
+    return rows
 
 
 def per_call(take: Callable[[bytes, dict[str, Any]], None], data: bytes, calls: int) -> list[float]:
@@ -214,4 +268,4 @@ def measure_flood(start: Starter) -> list[Row]:
 def measure(start: Starter) -> list[Row]:
     """Cost and flood."""
     rows = measure_cost() + measure_dearest()
-    return rows + measure_answers(start) + measure_flood(start)
+    return rows + measure_answers(start) + measure_gate_answers(start) + measure_flood(start)

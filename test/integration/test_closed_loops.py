@@ -283,16 +283,36 @@ def test_an_impact_at_time_0_comes_before_the_first_gate(
 
 
 def test_hundreds_of_inputs_at_one_gate_all_act_in_order(loops: Callable[..., Loop]) -> None:
+    """In turns, between which services answer; a reset among them refuses the rest."""
     loop = loops(1, lockstep="tick")
     controller = loop.controllers[0]
-    controller.silent = True
     loop.spin_until(lambda: controller.is_matched)
-    for k in range(300):
-        controller.send(move("platform_axial", 1e-6 * k))
-    controller.silent = False
-    loop.spin_until(lambda: loop.gate >= 2)
-    found = [one["joints"]["platform_axial"][0][2] for one in loop.records if "joints" in one]
-    assert found[:300] == [1e-6 * k for k in range(300)]
+
+    def hold(count: int) -> None:
+        controller.silent = True
+        for k in range(count):
+            controller.send(move("platform_axial", 1e-6 * k))
+        controller.silent = False
+
+    def acted() -> list[float]:
+        return [one["joints"]["platform_axial"][0][2] for one in loop.records if "joints" in one]
+
+    hold(300)
+    seen: set[int] = set()
+    loop.spin_until(lambda: (seen.add(len(acted())), max(seen) >= 300)[-1])  # type: ignore[func-returns-value]
+    assert acted()[:300] == [1e-6 * k for k in range(300)]
+    assert len(seen & set(range(1, 300))) >= 3
+    before = len(acted())
+    hold(60)
+    loop.spin_until(lambda: len(acted()) > before + 1)
+    assert loop.node.run is not None
+    health = loop.node._diagnostics._health
+    begun, refused = len(acted()) - before, health.refused
+    loop.node.run.reset()
+    assert 0 < begun < 60
+    assert health.refused - refused == 60 - begun
+    gate = loop.gate
+    loop.spin_until(lambda: loop.gate >= gate + 2)
 
 
 def test_more_inputs_than_a_gate_keeps_are_refused_in_words(loops: Callable[..., Loop]) -> None:

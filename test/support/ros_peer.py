@@ -86,6 +86,10 @@ class Peer:
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
 
+    def add(self, node: Node) -> None:
+        """Run the callbacks of another node too."""
+        self._executor.add_node(node)
+
     def spin_until(self, condition: Callable[[], Any], timeout: float = PATIENCE) -> None:
         """Run callbacks until a condition holds."""
         end = time.monotonic() + timeout

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -14,7 +15,7 @@ from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.nodes.simulator.refusals import ended, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
-from bouncing_disk_ros.run.gates import Lockstep
+from bouncing_disk_ros.run.gates import HeldInput, Lockstep
 from bouncing_disk_ros.run.health import LAG_WARN, Reading
 from bouncing_disk_ros.run.loop import Loop, Steps
 from bouncing_disk_ros.run.session import Session
@@ -26,6 +27,7 @@ from bouncing_disk_ros.run.time_map import (
     scaled,
     tick_period,
 )
+from bouncing_disk_ros.run.work_turns import TURN_NS
 from bouncing_disk_ros.units import NS
 
 _STEP_NS = 100_000_000
@@ -60,6 +62,7 @@ class Run:
         self._next_snapshot = 0
         self._lockstep = Lockstep(str(values["lockstep"]))
         self.gates: GateTopics | None = None
+        self._released: deque[HeldInput] = deque()  # inputs of a closed gate, not applied yet
         if self._lockstep is not Lockstep.OFF:
             self.gates = GateTopics(node, values, refuse, lambda: self.tick(time.monotonic_ns()))
             self._begin_gates(self.gates)
@@ -173,9 +176,9 @@ class Run:
             if not gates.is_complete:
                 return False
             self._forgive(gates)
-            self._apply_inputs(gates)
-            if gates.is_open:
-                return False
+            self._released.extend(gates.close())
+        if not self._apply_inputs(gates):
+            return False
         before = self.session.simulation.rows_total
         if self._lockstep is Lockstep.IMPACT:
             self.loop.slice(until_ns, to_impact=True)
@@ -188,15 +191,22 @@ class Run:
                 self._open_gate(gates)
         return self.session.time_ns >= until_ns
 
-    def _apply_inputs(self, gates: GateTopics) -> None:
-        """Close a complete gate; an impact that its inputs bring about at once opens the next."""
-        before = self.session.simulation.rows_total
-        for held in gates.close():
-            held.act()
-        is_by_impact = self._lockstep is Lockstep.IMPACT
-        if is_by_impact and self.session.simulation.rows_total > before:
+    def _apply_inputs(self, gates: GateTopics) -> bool:
+        """Apply the inputs of the gate that was closed, for one slice; whether time may move on.
+
+        An impact that they bring about at once opens the next gate.
+        """
+        if not self._released:
+            return True
+        end_ns = time.thread_time_ns() + TURN_NS
+        while self._released:
+            if time.thread_time_ns() >= end_ns:
+                return False
+            self._released.popleft().act()
+        if self._lockstep is Lockstep.IMPACT and self.session.simulation.rows_total > gates.rows:
             self.loop.flush()
             self._open_gate(gates)
+        return not gates.is_open
 
     def _begin_gates(self, gates: GateTopics) -> None:
         """Open the first gate of a series, once all that is due at its instant has been published.
@@ -218,6 +228,11 @@ class Run:
         rows = self.session.simulation.rows_total
         if gates is not None and gates.is_open and rows > gates.rows:
             self._open_gate(gates)
+
+    @property
+    def _waits_at_gate(self) -> bool:
+        """Whether a gate of a lockstep is open, or its inputs are not all applied."""
+        return self.gates is not None and (self.gates.is_open or bool(self._released))
 
     def _forgive(self, gates: GateTopics) -> None:
         """Leave a wait that put simulated time behind out of the line: it is nobody's load.
@@ -323,7 +338,7 @@ class Run:
         end, what = self._steps.end(session, self._values, times)
         deadline = time.monotonic_ns() + _STEP_NS
         while not self._slice_step(end) and not session.fault:
-            if time.monotonic_ns() >= deadline or (self.gates is not None and self.gates.is_open):
+            if time.monotonic_ns() >= deadline or self._waits_at_gate:
                 self._step_until = end
                 break
         self._publish_work()
@@ -345,7 +360,9 @@ class Run:
         self.loop.flush()
         self._publish_work()
         if self.gates is not None:
-            for held in self.gates.refuse_all():
+            dropped = [*self._released, *self.gates.refuse_all()]
+            self._released.clear()
+            for held in dropped:
                 refused = InputError(held.topic, "an input before the reset", "inputs after it")
                 self._refuse(refused)
             self._begin_gates(self.gates)
