@@ -35,12 +35,12 @@ def extremes(segments: Sequence[Segment]) -> Extremes:
     """Extremes of segments of which each begins where the one before it ends."""
     first = segments[0]
     instants = [first.begin_ns, *[one.end_ns for one in segments]]
-    states = chain(first.start, chain.from_iterable([one.end for one in segments]))
+    states = [*first.start, *chain.from_iterable([one.end for one in segments])]
     return Extremes(
         *_largest_of(
             np.array(instants, np.int64),
             np.array([one.degree for one in segments], np.int64),
-            np.fromiter(states, np.float64, 3 * len(instants)).reshape(-1, 3),
+            np.array(states, np.float64).reshape(-1, 3),
         )
     )
 
