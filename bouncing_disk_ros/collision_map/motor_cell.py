@@ -85,11 +85,11 @@ ledger."""
 _ENTRIES = len(LEDGER_FIELDS) - 1  # without the throughput
 SEEN = SEEN_LEDGER + _ENTRIES
 RUN_CONTACT, RUN_CONTACTS, RUN_DECIDED, RUN_TAU, RUN_U, RUN_CYCLES, RUN_W = range(7)
-RUN_ERROR, RUN_LARGEST = 7, 10
+RUN_ERROR, RUN_LARGEST, RUN_CARRIED = 7, 10, 11
 """What a run keeps: seconds and number of contacts, and how many roundings have decided; of the
 last impact its forcing phase, u after it, cycles, and w_A (πg/ω; 0: contact since); error by
-roundings since contact (three numbers) and its largest size."""
-_RUN = RUN_LARGEST + 1
+roundings since contact (three numbers) and its largest size, since contact and since the start."""
+_RUN = RUN_CARRIED + 1
 
 BEGIN_TAU, BEGIN_U, BEGIN_SETTLING, BEGIN_PRECISION, BEGIN_BOUND = range(5)
 """Of a start: forcing phase, relative speed after an impact there (0: the disk lies on the
@@ -107,7 +107,10 @@ RISE = CYCLE_IMPACTS + 1
 RISES = (1.0 - math.exp(-1.0), 0.95)
 OUTCOME = RISE + len(RISES)
 """DONE, NOT_SETTLED or FAULTY; nan: passed over."""
-MEANS_COLUMNS = OUTCOME + 1
+CARRIED = OUTCOME + 1
+"""How far roundings carry an axial motion that comes back (rad, πg/ω): the part of its means that
+is not known."""
+MEANS_COLUMNS = CARRIED + 1
 PRECISION_PART = 1e-3
 """Error of a mean speed that is asked for, in its scale ωΦ."""
 DONE, NOT_SETTLED, FAULTY = range(3)
@@ -183,6 +186,7 @@ def _note_impact(rotor: Rotor, motion: Record, w: float) -> None:
         before = (run[RUN_ERROR], run[RUN_ERROR + 1], run[RUN_ERROR + 2])
         p = carried(before, t, delay, w)
         run[RUN_LARGEST] = max(run[RUN_LARGEST], error_size(p))
+        run[RUN_CARRIED] = max(run[RUN_CARRIED], run[RUN_LARGEST])
     run[RUN_ERROR], run[RUN_ERROR + 1], run[RUN_ERROR + 2] = p
     run[RUN_CYCLES], run[RUN_W] = float(state.cycles), w
     run[RUN_TAU], run[RUN_U] = state.tau, state.u
@@ -445,7 +449,8 @@ def _measure_cycle(
             return FAULTY
         _look(cycle.rotor, cycle.base, motion, looks[i], cycles)
     _write_means(looks[0], looks[1], motion.f, out)
-    out[SPEED_ERROR] = error
+    out[CARRIED] = cycle.rotor.run[RUN_CARRIED]
+    out[SPEED_ERROR] = error + out[CARRIED] * scale
     out[CYCLE], out[CYCLE_IMPACTS] = cycle.periods, looks[1, SEEN_ROWS] - looks[0, SEEN_ROWS]
     return DONE
 

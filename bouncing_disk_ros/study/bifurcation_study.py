@@ -171,6 +171,7 @@ class Bifurcation(Study):
         """As in analysis.dynamics.bifurcation.Branch."""
         line = ("value", "start") if self._starts else ("value",)
         cloud, speed = (*line, "impact"), "omega Phi"
+        known = "nan where roundings decide how contact goes on"
         return {
             "forcing_phase": Field(cloud, "float64", "rad", "forcing phase at impact", "τ_imp"),
             "axial_impact_velocity": Field(
@@ -178,8 +179,10 @@ class Bifurcation(Study):
             ),
             "angular_velocity": Field(cloud, "float64", speed, "speed before impact", "α̇/(ωΦ)"),
             "contact": Field(cloud, "uint8", "1", "whether it was in contact before", fill=0),
-            "mean_speed": Field(line, "float64", speed, "mean speed in time"),
-            "mean_speed_per_impact": Field(line, "float64", speed, "mean speed of the impacts"),
+            "mean_speed": Field(line, "float64", speed, f"mean speed in time, {known}"),
+            "mean_speed_per_impact": Field(
+                line, "float64", speed, f"mean speed of the impacts, {known}"
+            ),
             "lyapunov_exponent": Field(line, "float64", "1", "Lyapunov exponent per impact", "λ"),
             "contacts": Field(line, "float64", "1", CONTACTS_PER_IMPACT),
             "state": Field((*line, "number"), "float64", "1", "state after the last impact"),

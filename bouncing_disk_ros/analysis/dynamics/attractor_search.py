@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.attractors import (
+    LOWEST,
     SAME,
     Attractor,
     AttractorKind,
@@ -46,7 +47,6 @@ VISITS = 50_000
 """... in so many impacts."""
 CLEARLY = 20.0
 """An orbit is chaotic when a small change grows by more than e^CLEARLY over VISITS impacts."""
-LOWEST = 1.5 * math.pi
 MOST_OPEN = 64
 """So many of the starts that are left open are followed to find attractors that were missed."""
 

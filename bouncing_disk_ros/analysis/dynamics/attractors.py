@@ -9,18 +9,28 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
-from bouncing_disk_ros.collision_map.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
+from bouncing_disk_ros.collision_map.axial_map import (
+    MAP_CONTACT,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
 from bouncing_disk_ros.collision_map.rounding import LARGEST_ERROR, largest_error
 from bouncing_disk_ros.errors import InputError
 
 Floats = NDArray[np.float64]
 
+LOWEST = 1.5 * math.pi
+"""Forcing phase (rad) at which a disk that is in contact is begun with: the lowest point."""
 SAME = 1e-6
 """Orbits nearer than this to each other are one."""
 CELLS = 128
@@ -92,6 +102,19 @@ def rounding_decides(rows: Floats, axial_forcing: float, restitution: float) -> 
     state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
     flights = np.ascontiguousarray(np.hstack([rows[:-1, state], rows[1:, arrival]]))
     return bool(largest_error(flights, axial_forcing, restitution) > LARGEST_ERROR)
+
+
+@lru_cache(4096)
+def contact_is_forgotten(axial_forcing: float, restitution: float, impacts: int) -> bool:
+    """Whether roundings decide how the orbit from contact goes on, in so many impacts at most.
+
+    Up to the next contact. Where contact comes again, its speed is then that of one of many orbits.
+    """
+    rows = np.empty((impacts, 4))
+    rows = rows[: axial_orbit(LOWEST, 0.0, axial_forcing, restitution, impacts, rows)]
+    ends = np.flatnonzero(rows[1:, ORBIT_KIND] == MAP_CONTACT)
+    return rounding_decides(rows[: int(ends[0]) + 1 if len(ends) else None], axial_forcing,
+                            restitution)  # fmt: skip
 
 
 def separation(first: Floats, second: Floats) -> Floats:

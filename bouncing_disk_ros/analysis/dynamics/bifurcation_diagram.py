@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.analysis.dynamics.attractors import contact_is_forgotten
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
 from bouncing_disk_ros.collision_map.axial_map import MAP_CONTACT, ORBIT_KIND, ORBIT_TAU, ORBIT_W
@@ -41,7 +42,8 @@ STATE = 5
 class Branch(NamedTuple):
     """What was found at n values of a parameter, from m starts each (m = 1 when following).
 
-    nan stands where the disk came to rest on the platform for good.
+    nan stands where the disk came to rest on the platform for good. Speeds are nan, too, where
+    contact was measured and roundings decide how it goes on from one contact to the next.
     """
 
     values: Array  # (n,) of the parameter
@@ -107,6 +109,7 @@ def follow(
             if not measure_attractor(one[0], *parameters, settling, measured, *one[1:]):
                 one[1].fill(math.nan)
         _fill(branch, slice(i * len(state), (i + 1) * len(state)), rows, results, state)
+    _leave_out_unknown_speeds(branch, sections, measured)
     return branch
 
 
@@ -148,7 +151,20 @@ def from_starts(
         given = (parameters[part], settling, measured)
         measure_attractors(states[part], *given, rows, results, workers=workers)
         _fill(branch, part, rows, results, states[part])
+    _leave_out_unknown_speeds(branch, sections, measured)
     return branch
+
+
+def _leave_out_unknown_speeds(
+    branch: Branch, sections: list[NextCollisionMap], measured: int
+) -> None:
+    """Put nan for the speeds of trajectories with contact that is forgotten before the next."""
+    for i, here in enumerate(sections):
+        touches = branch.contacts[i] > 0.0
+        place = float(here.axial_forcing), float(here.restitution)
+        if touches.any() and contact_is_forgotten(*place, measured):
+            branch.mean_speed[i, touches] = math.nan
+            branch.mean_speed_per_impact[i, touches] = math.nan
 
 
 def sections_along(section: NextCollisionMap, axis: str, values: Array) -> list[NextCollisionMap]:

@@ -16,6 +16,7 @@ from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.collision_map.motor_cell import (
     BATCHES,
     BEGINS,
+    CARRIED,
     CONTACT_RATE,
     CONTACT_SHARE,
     CYCLE,
@@ -98,7 +99,7 @@ class MotorMeans(NamedTuple):
     rise_time_95: Floats  # to 95 % of it
     stop_time: Floats  # by 1 − 1/e of the mean speed, on a platform that rests
     stop_time_95: Floats
-    errors: Mapping[str, Floats]  # standard errors of means by name; 0 where the state repeats
+    errors: Mapping[str, Floats]  # standard errors of means by name; of what repeats, by roundings
 
 
 MEANS = (
@@ -189,24 +190,24 @@ def _ratios(rates: Mapping[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
     }
 
 
-def _error(parts: Floats, repeats: NDArray[np.bool_]) -> Floats:
-    """Standard errors from parts (n, BATCHES); 0 where the motion repeats."""
-    return np.where(repeats, 0.0, [standard_error(part) for part in parts])
+def _error(parts: Floats, mean: Floats, out: Floats) -> Floats:
+    """Standard errors from parts (n, BATCHES); where the motion repeats, what roundings leave."""
+    carried = out[:, CARRIED] * np.abs(mean)
+    return np.where(out[:, CYCLE] > 0.0, carried, [standard_error(part) for part in parts])
 
 
 def _means(out: Floats, batches: Floats, disks: Sequence[Disk]) -> MotorMeans:
     loads = np.array([disk.load_torque for disk in disks])
     rates, parts = _rates(out, loads), _rates(batches, loads[:, None])
     ratios, of_parts = _ratios(rates), _ratios(parts)
-    repeats = out[:, CYCLE] > 0.0
     found = dict(rates)
-    errors = {name: _error(parts[name], repeats) for name in rates}
+    errors = {name: _error(parts[name], rates[name], out) for name in rates}
     errors["mean_speed"] = out[:, SPEED_ERROR]
     with np.errstate(divide="ignore", invalid="ignore"):
         for name, (over, under) in ratios.items():
             ratio = over / under
             left = of_parts[name][0] - ratio[:, None] * of_parts[name][1]
-            errors[name] = _error(left / under[:, None], repeats)
+            errors[name] = _error(left / under[:, None], ratio, out)
             found[name] = np.abs(ratio)
         known = (ratios["efficiency"][0] > 0.0) & (ratios["efficiency"][1] > 0.0)
         turns = ratios["friction_work_per_turn"][1] != 0.0

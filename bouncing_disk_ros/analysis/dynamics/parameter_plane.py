@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST, LOWEST
+from bouncing_disk_ros.analysis.dynamics.attractor_search import CLEARLY, LONGEST
 from bouncing_disk_ros.analysis.dynamics.attractors import (
+    LOWEST,
     SAME,
     AttractorKind,
-    rounding_decides,
+    contact_is_forgotten,
 )
 from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import STATE
 from bouncing_disk_ros.analysis.phases import wrap_to_pi
@@ -55,9 +56,10 @@ class Settled(NamedTuple):
     period: Ints  # impacts in one repetition; 0: chaotic, at rest, longer or not known
     cycles: Ints  # periods of the platform in one repetition; 0 as above
     lyapunov_exponent: Floats  # of the axial part, per impact; −inf with contact, nan at rest
-    mean_speed: Floats  # mean of α̇/(ωΦ) in time over the last half measured; nan at rest, and
-    # where contact repeats after a number of impacts that roundings decide, or that is not known
-    mean_speed_change: Floats  # from the first half measured to the last one
+    mean_speed: Floats  # mean of α̇/(ωΦ) in time over the last repetition, of what does not repeat
+    # over the last half measured; nan at rest, and where contact repeats after a number of impacts
+    # that roundings decide, or that is not known
+    mean_speed_change: Floats  # from the end of the first half measured, or from it, to that
     contacts: Floats  # phases of contact per impact
 
 
@@ -116,6 +118,7 @@ def settle_states(parameters: Floats, states: Floats, settling: int, measured: i
     rows = np.empty((n, KEPT, ORBIT_TURNED + 1))
     first, last = np.empty((n, MEASURED + 1)), np.empty((n, MEASURED + 1))
     measure_attractors(states, parameters, settling, measured - half, rows, first)
+    before = rows.copy()
     measure_attractors(states, parameters, 0, half, rows, last)
     exponent = ((measured - half) * first[:, LYAPUNOV] + half * last[:, LYAPUNOV]) / measured
     contacts = first[:, CONTACT_COUNT] + last[:, CONTACT_COUNT]
@@ -127,14 +130,13 @@ def settle_states(parameters: Floats, states: Floats, settling: int, measured: i
     shaken = kind == CHATTERING
     period[shaken] = _between_contacts(rows[shaken])
     for i in np.flatnonzero(shaken & (period > 0)):
-        one = _last_repetition(rows[i], int(period[i]))
-        if rounding_decides(one, *parameters[i, :2].tolist()):
+        if contact_is_forgotten(*parameters[i, :2].tolist(), KEPT):
             period[i] = 0
     calm = np.flatnonzero((contacts == 0.0) & (exponent < 0.0))
     period[calm] = _repetition(rows[calm])
     kind[calm[period[calm] > 0]] = PERIODIC
-    speed = np.where(shaken & (period == 0), math.nan, last[:, MEAN_PER_TIME])
-    change = speed - first[:, MEAN_PER_TIME]
+    speed = _mean_speeds(rows, period, np.where(shaken, math.nan, last[:, MEAN_PER_TIME]))
+    change = speed - _mean_speeds(before, period, first[:, MEAN_PER_TIME])
     cycles = _cycles(rows, period)
     return Settled(kind, period, cycles, exponent, speed, change, contacts / measured)
 
@@ -146,12 +148,6 @@ def _between_contacts(rows: Floats) -> Ints:
     later = np.arange(contact.shape[1]) > last[:, None]
     before = (contact & later).argmax(axis=1)
     return np.where(before > last, before - last, 0).astype(np.int32)
-
-
-def _last_repetition(rows: Floats, period: int) -> Floats:
-    """The impacts from the last contact but one to the last one; the first is the one after it."""
-    contact = int(np.flatnonzero(rows[:, ORBIT_KIND] == MAP_CONTACT)[-1])
-    return rows[contact - period : contact]
 
 
 def _repetition(rows: Floats) -> Ints:
@@ -169,8 +165,20 @@ def _repetition(rows: Floats) -> Ints:
     return found
 
 
+def _in_repetition(rows: Floats, period: Ints, column: int) -> Floats:
+    """Sum of a column over the last repetition; 0 where none is known."""
+    taken = np.arange(rows.shape[1]) >= rows.shape[1] - period[:, None]
+    sums: Floats = np.where(taken, rows[..., column], 0.0).sum(axis=1)
+    return sums
+
+
+def _mean_speeds(rows: Floats, period: Ints, others: Floats) -> Floats:
+    """The mean speed in time over the last repetition; `others` where none is known."""
+    time = _in_repetition(rows, period, ORBIT_DELAY)
+    turned = _in_repetition(rows, period, ORBIT_TURNED)
+    return np.divide(turned, time, out=others.copy(), where=period > 0)
+
+
 def _cycles(rows: Floats, period: Ints) -> Ints:
     """Periods of the platform in one repetition."""
-    taken = np.arange(rows.shape[1]) >= rows.shape[1] - period[:, None]
-    time = np.where(taken, rows[..., ORBIT_DELAY], 0.0).sum(axis=1)
-    return np.rint(time / math.tau).astype(np.int32)
+    return np.rint(_in_repetition(rows, period, ORBIT_DELAY) / math.tau).astype(np.int32)

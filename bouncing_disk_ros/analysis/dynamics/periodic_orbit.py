@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from bouncing_disk_ros.analysis.dynamics.next_collision import Array, MapState, NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.settled_speed import repeated_speed
+from bouncing_disk_ros.analysis.dynamics.settled_speed import (
+    LEAST_CHANGE,
+    largest_change,
+    repeated_speed,
+)
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.renamed import renamed_keywords
@@ -16,6 +21,8 @@ from bouncing_disk_ros.renamed import renamed_keywords
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""
 _STEPS = 40
+_NEARBY = 1e-7
+"""ωΦ, a change of a speed that shows its multiplier."""
 
 
 class PeriodicOrbit(NamedTuple):
@@ -30,7 +37,8 @@ class PeriodicOrbit(NamedTuple):
     contacts: int  # phases of contact in one repetition
     trace: float  # of the derivatives of τ and w_A over one repetition
     determinant: float  # of the same: ε²ⁿ, or 0 with contact
-    angular_multiplier: float  # of w_T: 0 where some impact sticks, 1 where all slip; nan
+    angular_multiplier: float  # of w_T: 0 where some impact sticks, 1 where all slip; nan where
+    # one is just able to stick, and without friction or with so little that roundings hide it
 
     def __repr__(self) -> str:
         """How often it hits, whether it is stable, where it begins."""
@@ -174,13 +182,27 @@ def _rotation(
     section: NextCollisionMap, phases: Array, speeds: Array
 ) -> tuple[Array, float, float]:
     """w_T at each impact of an orbit that friction has settled, mean speed and multiplier."""
-    if math.isinf(section.angular_forcing):
+    change = largest_change(section, speeds)
+    if not change >= LEAST_CHANGE:
         return np.full(len(phases), math.nan), math.nan, math.nan
     speed = repeated_speed(lambda speed: _repetition(section, phases, speeds, speed)[0])
     _, slips, turned, lasted = _repetition(section, phases, speeds, speed)
-    nearby = _repetition(section, phases, speeds, speed + 1e-7)[0]
-    multiplier = round((nearby - speed) / 1e-7)
-    return slips, turned / lasted, float(multiplier)
+    multiplier = _multiplier(lambda speed: _repetition(section, phases, speeds, speed)[0], speed,
+                             min(_NEARBY, change))  # fmt: skip
+    return slips, turned / lasted, multiplier
+
+
+def _multiplier(repetition: Callable[[float], float], speed: float, step: float) -> float:
+    """Derivative of the speed after a repetition: 0 or 1, from both sides by the largest step.
+
+    nan where they differ down to LEAST_CHANGE.
+    """
+    while (step := step / 4.0) >= LEAST_CHANGE:
+        low, middle, high = (repetition(speed + side * step) for side in (-1.0, 0.0, 1.0))
+        parts = {round((high - middle) / step, 1), round((middle - low) / step, 1)}
+        if parts in ({0.0}, {1.0}):
+            return parts.pop()
+    return math.nan
 
 
 def _repetition(

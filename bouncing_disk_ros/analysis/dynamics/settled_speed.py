@@ -34,6 +34,19 @@ IMPACTS = 6_000
 """Impacts that stand for one repetition of an orbit that does not repeat."""
 
 
+LEAST_CHANGE = 1e-14
+"""ωΦ: an impact that changes the speed by less shows in its last digits only."""
+
+
+def largest_change(section: NextCollisionMap, velocities: NDArray[np.float64]) -> float:
+    """Most that an impact with these w_A (πg/ω) can change the speed by (ωΦ); 0: no friction.
+
+    Below LEAST_CHANGE roundings decide the speed, and not friction.
+    """
+    hardest = float(np.max(-velocities, initial=0.0))
+    return (1.0 + section.restitution) * hardest / section.angular_forcing
+
+
 def repeated_speed(repetition: Callable[[float], float], start: float = 0.0) -> float:
     """The speed (ωΦ) that repeats, from `start`; repetition: the speed after that before it."""
     speed = repetition(start)
@@ -52,11 +65,11 @@ def repeated_speed(repetition: Callable[[float], float], start: float = 0.0) -> 
 def settled_speed(found: Attractor, section: NextCollisionMap, start: float = 0.0) -> float:
     """Mean of α̇/(ωΦ) in time on an attractor of `section`, from a disk with the speed `start`.
 
-    Of chaos over IMPACTS impacts. nan at rest, without friction, and where roundings decide how
-    long it is from contact to contact.
+    Of chaos over IMPACTS impacts. nan at rest, without friction or with so little that roundings
+    hide it, and where roundings decide how long it is from contact to contact.
     """
     unknown = found.kind is AttractorKind.CHATTERING and not found.cycles
-    if found.kind is AttractorKind.REST or unknown or math.isinf(section.angular_forcing):
+    if unknown or not largest_change(section, found.velocities) >= LEAST_CHANGE:
         return math.nan
     given = (
         float(section.axial_forcing), float(section.restitution), float(section.phase_lag),

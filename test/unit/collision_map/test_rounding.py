@@ -9,6 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.dynamics.attractors import rounding_decides
+from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow, from_starts
+from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.parameter_plane import settle_states, start_states
 from bouncing_disk_ros.collision_map.axial_map import (
     MAP_CONTACT,
@@ -70,3 +72,25 @@ def test_fewer_impacts_can_be_decided_by_them_too(axial_forcing: float, restitut
     found = settle_states(parameters, start_states(parameters, "contact"), 2000, 2000)
     assert (found.kind[0], found.period[0], found.cycles[0]) == (1, 0, 0)
     assert math.isnan(found.mean_speed[0])
+
+
+@pytest.mark.parametrize(
+    ("axial_forcing", "restitution", "known"), [(72.84625, 0.1825, False), (0.4, 0.5, True)]
+)
+def test_a_diagram_has_no_speed_of_what_they_decide(
+    axial_forcing: float, restitution: float, known: bool
+) -> None:
+    """Followed, and from starts; the impacts are there."""
+    section = NextCollisionMap(axial_forcing, restitution, 0.0, 50.0)
+    start = MapState(1.5 * math.pi, 0.0)
+    values = np.array([axial_forcing])
+    counts = {"settling": 50, "measured": 200, "kept": 50}
+    branches = (
+        follow(section, "axial_forcing", values, begin(section, start), **counts),
+        from_starts(section, "axial_forcing", values, [start], **counts),
+    )
+    for branch in branches:
+        assert np.isfinite(branch.forcing_phase).all()
+        assert branch.contacts[0, 0] > 0.0
+        assert np.isfinite(branch.mean_speed[0, 0]) == known
+        assert np.isfinite(branch.mean_speed_per_impact[0, 0]) == known

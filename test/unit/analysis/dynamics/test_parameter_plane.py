@@ -26,6 +26,7 @@ from bouncing_disk_ros.analysis.dynamics.parameter_plane import (
     start_states,
 )
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speed
 from bouncing_disk_ros.collision_map.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
 from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
 from bouncing_disk_ros.errors import InputError
@@ -39,6 +40,21 @@ def plane(axial_forcing: list[float], restitution: float = 0.5) -> Floats:
 
 def settled(parameters: Floats, start: str = "period-1") -> Settled:
     return settle_states(parameters, start_states(parameters, start), 5000, 1024)
+
+
+@pytest.mark.parametrize(("axial_forcing", "start"), [(0.5, "period-1"), (0.4, "contact")])
+def test_mean_speeds_are_over_whole_repetitions(axial_forcing: float, start: str) -> None:
+    """Half of 1098 impacts are no whole number of them: period 2, and 18 impacts with contact."""
+    parameters = plane([axial_forcing])
+    parameters[:, 3] = 2.0  # so that the speed has settled
+    found = settle_states(parameters, start_states(parameters, start), 5000, 1098)
+    assert 549 % int(found.period[0])
+    section = NextCollisionMap(*parameters[0].tolist())
+    kind = AttractorKind.CHATTERING if start == "contact" else AttractorKind.PERIODIC
+    known = find_attractors(section, [(1.0, -1.3)]).found
+    one = next(each for each in known if each.kind is kind)
+    assert found.mean_speed[0] == pytest.approx(settled_speed(one, section), abs=1e-12)
+    assert abs(found.mean_speed_change[0]) < 1e-12
 
 
 def test_the_cascade_of_the_paper() -> None:

@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
 from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speed
 from bouncing_disk_ros.analysis.period_one import stability_limit
 from bouncing_disk_ros.errors import InputError
 
@@ -121,3 +123,22 @@ def test_the_fold_itself_has_an_orbit() -> None:
     orbit = fixed_point(1 / 3, 0.5)
     assert orbit.forcing_phase[0] == pytest.approx(0.0, abs=1e-7)  # arccos of 1: half the digits
     assert max(m.real for m in orbit.multipliers) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("angular_forcing", [1.0, 1e4, 3e7, 1e10, 1e12])
+def test_however_weak_friction_is_one_impact_sticks(angular_forcing: float) -> None:
+    """The speed of period 1 is that of the platform at its impact; period 2 has a harder impact."""
+    one = fixed_point(0.45, 0.5, 0.3, angular_forcing)
+    assert one.angular_multiplier == 0.0
+    assert one.mean_speed == pytest.approx(math.cos(one.state.forcing_phase + 0.3), abs=1e-13)
+    section = NextCollisionMap(0.5, 0.5, 0.3, angular_forcing)
+    two = periodic_orbit(section, section.iterate(MapState(1.0, -1.3), 4000), 2)
+    assert two.angular_multiplier == 0.0
+
+
+def test_a_speed_that_roundings_hide_is_not_known() -> None:
+    orbit = fixed_point(0.45, 0.5, 0.3, 1e18)
+    assert math.isnan(orbit.mean_speed)
+    assert math.isnan(orbit.angular_multiplier)
+    known = find_attractors(orbit.map, [(0.7, -1.3)]).found
+    assert all(math.isnan(settled_speed(one, orbit.map)) for one in known)
