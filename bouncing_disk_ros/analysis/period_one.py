@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.errors import InputError
 
 
 class PeriodOne(NamedTuple):
@@ -51,3 +52,20 @@ def period_one(motion: Motion, disk: Disk) -> PeriodOne | None:
         omega * motion.angular_amplitude * math.cos(phase + motion.phase_lag),
         least < axial_forcing < stability_limit(e),
     )
+
+
+def refuse_unsettled(programme: str, motion: Motion, disk: Disk) -> None:
+    """Refuse a programme that ends with a motion on which the disk has no stable period-1 orbit.
+
+    InputError with the reason.
+    """
+    orbit, e = period_one(motion, disk), disk.restitution
+    if orbit is not None and orbit.stable:
+        return
+    least, most = (1.0 - e) / (1.0 + e), stability_limit(e)
+    allowed = f"a disk for which its last motion has Γ from {least:.4g} to {most:.4g}"
+    hint = (
+        f"There period 1 is stable at ε = {e:g}. The programme is the pizza's: its amplitudes and "
+        "times are not fitted to other disks."
+    )
+    raise InputError(programme, f"Γ = {axial_forcing_of(motion, disk):.4g}", allowed, hint)

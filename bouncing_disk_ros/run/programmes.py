@@ -70,8 +70,11 @@ class Programme(NamedTuple):
         return accept_programme(self.fitted(latest).request, _AT_START, latest)
 
 
+FIRST_TOSS = "first_toss_to_period_1"
+"""A programme of the package in SI units, made for the pizza, that ends in its period-1 orbit."""
 _AT_START = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
-_ANY_MOTION = Motion(*(float(parameters.DEFAULTS[name]) for name in MOTION_NAMES))
+ANY_MOTION = Motion(*(float(parameters.DEFAULTS[name]) for name in MOTION_NAMES))
+"""Where it does not matter which motion a programme begins with."""
 
 
 def programmes_directory() -> Path:
@@ -101,7 +104,7 @@ def load_programme(name: str) -> Programme:
         raise InputError(field, error.given, error.allowed, error.hint) from None
 
 
-def parse_programme(name: str, content: object, start: Motion = _ANY_MOTION) -> Programme:
+def parse_programme(name: str, content: object, start: Motion = ANY_MOTION) -> Programme:
     """A programme from the content of its file, or InputError naming the field at fault.
 
     `start` is the motion that values and times may be multiples of.

@@ -19,8 +19,11 @@ from bokeh.models import (
     TextInput,
 )
 
+from bouncing_disk_ros.analysis.period_one import refuse_unsettled
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import TABLE, spec_of
+from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
@@ -38,7 +41,6 @@ from bouncing_disk_ros.workbench.control_table import (
     Control,
     shown_unit,
 )
-from bouncing_disk_ros.workbench.first_toss_check import FIRST_TOSS, check_first_toss
 from bouncing_disk_ros.workbench.juggling_controls import JugglingControls
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_view import numbers
@@ -174,7 +176,9 @@ class ControlPane:
     def _on_first_toss(self) -> None:
         """Send it, or say why the disk in force would not stay in the orbit that it is for."""
         try:
-            check_first_toss(self._values)
+            if set(Disk._fields) <= self._values.keys():  # before they are known nothing is refused
+                toss = load_programme(FIRST_TOSS)
+                refuse_unsettled(FIRST_TOSS, toss.targets(ANY_MOTION)[-1][1], Disk.of(self._values))
         except InputError as error:
             self._link.history.note(error.line, is_refusal=True)
             return

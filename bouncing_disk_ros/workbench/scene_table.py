@@ -10,10 +10,10 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.parameters import TABLE, Value
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Action, Lifecycle, Perform, Sequel, Set
 from bouncing_disk_ros.workbench.control_table import amplitude_of
-from bouncing_disk_ros.workbench.first_toss_check import FIRST_TOSS
 from bouncing_disk_ros.workbench.run_view import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 

@@ -134,6 +134,14 @@ def test_a_paused_simulator_is_named(start: Starter) -> None:
     assert "perform: the simulator is paused: resume it first" in process.stderr
 
 
+def test_a_first_toss_of_another_disk_is_refused(start: Starter) -> None:
+    start("simulator", "--ros-args", "-p", "preset:=swum").wait_for(RUNNING)
+    code, process = start.finish("perform", "first_toss_to_period_1")
+    assert code == 2, process.output
+    assert len(process.stderr.splitlines()) == 1
+    assert "first_toss_to_period_1: got 'Γ = 0.0001009', allowed: a disk for" in process.stderr
+
+
 def test_a_free_running_simulator_is_named(start: Starter) -> None:
     free = start("simulator", "--ros-args", "-p", "real_time_factor:=0.0")
     free.wait_for(RUNNING)

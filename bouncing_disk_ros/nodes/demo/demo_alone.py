@@ -11,7 +11,6 @@ from bouncing_disk_ros.analysis.recorded.run_record import RunRecord, State
 from bouncing_disk_ros.core.model import Disk, Sample
 from bouncing_disk_ros.nodes.demo.demo_story import (
     OPENING,
-    PROGRAMME,
     change_text,
     picture_of,
     show_summary,
@@ -22,7 +21,7 @@ from bouncing_disk_ros.nodes.shared.option_values import option_values
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.run.loop import Loop
-from bouncing_disk_ros.run.programmes import load_programme, start_of
+from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.units import NS
 
@@ -56,7 +55,7 @@ class _Story:
 
     def run(self, duration_ns: int) -> None:
         """Perform the programme and simulate for so long from its beginning."""
-        programme = load_programme(PROGRAMME)
+        programme = load_programme(FIRST_TOSS)
         begin_ns = start_of(programme, self._session.simulation.motion_in_force, 0)
         targets = programme.targets(self._session.latest_target)
         self._session.command([(begin_ns + at_ns, motion) for at_ns, motion in targets])

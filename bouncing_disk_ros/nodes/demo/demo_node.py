@@ -18,7 +18,6 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     AT_REST,
     OPENING,
     PRESET,
-    PROGRAMME,
     change_text,
     picture_of,
     show_summary,
@@ -30,6 +29,7 @@ from bouncing_disk_ros.nodes.shared.child import Child
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.units import NS
 
 START_SECONDS = 120.0
@@ -64,7 +64,9 @@ class DemoNode(DemoWatcher):
         with (
             Child("recorder", str(folder), "--ros-args", "-p", "status_period:=0.0") as recorder,
             Child("simulator", "--ros-args", *arguments) as simulator,
-            Child("perform", PROGRAMME, "--ros-args", "-p", f"timeout:={START_SECONDS}") as perform,
+            Child(
+                "perform", FIRST_TOSS, "--ros-args", "-p", f"timeout:={START_SECONDS}"
+            ) as perform,
         ):
             yield recorder, simulator, perform
 

@@ -13,9 +13,9 @@ from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.programmes import FIRST_TOSS
 
 PRESET = "pizza_multiple_toss"
-PROGRAMME = "first_toss_to_period_1"
 AT_REST = {
     "axial_amplitude": 0.0,
     "angular_amplitude": 0.0,
@@ -27,7 +27,7 @@ AT_REST = {
 SETTLING_SECONDS = 12.0
 """So long after the programme's beginning the orbit must have been found."""
 FORMATS = (".png", ".pdf", ".svg")
-OPENING = f"A disk at rest on its platform (preset {PRESET}). Programme: {PROGRAMME}."
+OPENING = f"A disk at rest on its platform (preset {PRESET}). Programme: {FIRST_TOSS}."
 
 
 def start_values() -> dict[str, Value]:

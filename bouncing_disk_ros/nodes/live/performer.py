@@ -13,7 +13,8 @@ from rclpy.parameter import parameter_value_to_python
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from bouncing_disk_ros.core.model import Motion, MotionInForce
+from bouncing_disk_ros.analysis.period_one import refuse_unsettled
+from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
@@ -21,13 +22,13 @@ from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_ms
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.run.programmes import load_programme, start_of
+from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds, scaled
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 
-ASKED = ("real_time_factor", "crossfade_duration", "publish_clock")
-"""Parameters of the simulator that decide when a stamp acts."""
+ASKED = ("real_time_factor", "crossfade_duration", "publish_clock", *Disk._fields)
+"""Parameters of the simulator: when a stamp acts, and which disk a programme is for."""
 PATIENCE = 5.0
 """Seconds by which a simulator may be late before it counts as not obeying."""
 
@@ -129,8 +130,8 @@ class Performer(Node):
         )
 
     def _settings(self, stop: Stop) -> dict[str, Value]:
-        """What the simulator says about its time; the defaults when it does not answer."""
-        settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False), strict=True))
+        """What the simulator says about its time and disk; real time when it does not answer."""
+        settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False), strict=False))
         wait_for(self, stop, self._simulator, PATIENCE)
         name = self._simulator() or "the simulator"
         if name.startswith("/") and not stop.asked:
@@ -171,6 +172,10 @@ class Performer(Node):
             )
         if self._phase == "paused":
             raise FailedError("the simulator is paused: resume it first (service ~/pause, false)")
+        if self.programme.name == FIRST_TOSS and set(Disk._fields) <= settings.keys():
+            assert self._motion is not None
+            last = self.programme.targets(self._motion.target)[-1][1]
+            refuse_unsettled(FIRST_TOSS, last, Disk.of(settings))
 
     def _publish(self, settings: Mapping[str, Value]) -> tuple[Motion, int, float]:
         """Publish; the last motion, when it is reached (simulated ns), and in how many seconds."""

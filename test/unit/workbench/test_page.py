@@ -165,7 +165,9 @@ def test_a_first_toss_is_refused_where_the_disk_would_not_stay_in_period_1() -> 
         assert (Perform("first_toss_to_period_1") in link.sent) == sent, preset
         notices = [one for one in link.history.notices_after(0) if one.is_refusal]
         assert len(notices) == (not sent)
-    assert "first toss: got 'Γ = 0.0001009', allowed: a disk for which" in notices[0].text
+    assert (
+        "first_toss_to_period_1: got 'Γ = 0.0001009', allowed: a disk for which" in notices[0].text
+    )
 
 
 def test_a_paused_run_is_resumed_and_stepped(link: ListLink) -> None:

@@ -8,20 +8,27 @@ from typing import Any
 import pytest
 from rcl_interfaces.msg import ParameterValue
 
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.nodes.live.performer import answered
+from bouncing_disk_ros.parameters import complete
+from bouncing_disk_ros.run.presets import load_preset
 
 FACTOR = ParameterValue(type=3, double_value=0.5)
 FADE = ParameterValue(type=3, double_value=0.25)
 CLOCK = ParameterValue(type=1, bool_value=True)
+SWUM = complete(load_preset("swum"))
+DISK = [ParameterValue(type=3, double_value=float(SWUM[name])) for name in Disk._fields]
 
 
 def test_an_answer_gives_the_values_asked_for() -> None:
-    assert answered([FACTOR, FADE, CLOCK]) == [0.5, 0.25, True]
-    assert answered([ParameterValue(type=2, integer_value=2), FADE, CLOCK]) == [2.0, 0.25, True]
+    disk = [SWUM[name] for name in Disk._fields]
+    assert answered([FACTOR, FADE, CLOCK, *DISK]) == [0.5, 0.25, True, *disk]
+    whole = ParameterValue(type=2, integer_value=2)
+    assert answered([whole, FADE, CLOCK, *DISK]) == [2.0, 0.25, True, *disk]
 
 
 @pytest.mark.parametrize(
-    "values",
+    "first",
     [
         [],
         [FACTOR, FADE],
@@ -35,5 +42,5 @@ def test_an_answer_gives_the_values_asked_for() -> None:
         [FACTOR, FADE, ParameterValue(type=3, double_value=1.0)],
     ],
 )
-def test_any_other_answer_is_none(values: list[Any]) -> None:
-    assert answered(values) is None
+def test_any_other_answer_is_none(first: list[Any]) -> None:
+    assert answered([*first, *DISK]) is None
