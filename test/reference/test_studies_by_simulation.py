@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from reference.cases import examples
-from support.studied import ATTACKS
+from support.study_attacks import ATTACKS
 
-DRAWS = {"basins": 2, "parameter_map": 3, "resilience": 1, "toss_map": 1, "toss_paths": 2}
-"""So many of each, for they take up to a second of CPU."""
+DRAWS = {"basins": 2, "parameter_map": 3, "resilience": 1, "toss_map": 1, "toss_paths": 2,
+         "basin_shares": 2, "bifurcation": 5, "motor": 3}  # fmt: skip
+"""So many of each, for they take up to a second of CPU; `make soak` has a thousand."""
 
 
 @pytest.mark.parametrize(

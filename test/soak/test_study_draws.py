@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reference.cases import examples
-from support.studied import ATTACKS
+from support.study_attacks import ATTACKS
 
 pytestmark = pytest.mark.soak
 DRAWS = 50
