@@ -398,6 +398,23 @@ def _idle(study: str, values: Mapping[str, Value]) -> Iterator[tuple[str, str, s
             yield name, "none without angular_velocities", "The basins themselves do not need it."
     if study == "juggling" and "small" not in str(values["strategies"]).replace(",", " ").split():
         yield "small_limit", "none without small", "Add small to strategies."
+    if study == "juggling":
+        starts, targets = (_of_conditions(values, name) for name in ("start", "target"))
+        if "window" not in starts:
+            yield "velocity_end", "none without start:=window", "The runs begin elsewhere."
+            if starts <= {"rest", "period-1"} and targets == {"period-1"}:
+                hint = "The runs begin elsewhere, and no attractor is searched for."
+                yield "velocity_begin", "none without start:=window", hint
+
+
+def _of_conditions(values: Mapping[str, Value], name: str) -> set[str]:
+    """The values that a text has in the conditions of the study juggling."""
+    found = set()
+    for condition in str(values["conditions"]).split(";"):
+        pairs = (part.partition("=") for part in condition.split(","))
+        given = {key.strip(): value.strip() for key, _, value in pairs}
+        found.add(given.get(name, str(values[name])))
+    return found
 
 
 def table_of(study: str) -> Mapping[str, Spec]:
