@@ -253,3 +253,16 @@ def test_topic_table_of_the_readme_is_complete() -> None:
     text = PAGES["README.md"]
     for name in TOPICS:
         assert name in text or f"…/{name.split('/')[-1]}" in text, name
+
+
+# security.md --------------------------------------------------------------------------------------
+def test_each_promise_of_the_security_page_names_a_test_that_exists() -> None:
+    page = PAGES["security.md"]
+    rows = [line for line in page.splitlines() if line.startswith("| ")][1:]
+    assert len(rows) >= 6
+    assert [row for row in rows if "`test_" not in row] == []
+    named = re.findall(r"`(test_\w+\.py)(?:::(test_\w+))?`", page)
+    assert page.count("`test_") == len(named) >= 25
+    for file, function in named:
+        (path,) = (ROOT / "test").rglob(file)
+        assert f"def {function}(" in path.read_text("utf-8") or not function, function

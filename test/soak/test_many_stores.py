@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.study import run
-from support.hostile_stores import attempt, disturb, flip, whole
+from support.hostile_stores import HOSTILE, attempt, check_hostile, disturb, flip, whole
 
 STORES = int(os.environ.get("BOUNCING_DISK_SOAK_STORES", "1000"))
 SEED = int(os.environ.get("BOUNCING_DISK_SOAK_SEED", "20090501"))
@@ -37,3 +37,13 @@ def test_damaged_stores_give_the_same_numbers_or_a_refusal(tmp_path: Path) -> No
         shutil.rmtree(copy)
     print(f"\n{STORES} stores: (opened, run again) the same {dict(seen)}")
     assert seen[False, True] > STORES / 10
+
+
+def test_every_hostile_store_is_refused_in_one_line_or_computed_anew(tmp_path: Path) -> None:
+    study = whole(tmp_path / "r.zarr")
+    expected = run(study, tmp_path / "r.zarr")
+    assert expected is not None
+    expected.load()
+    for name in HOSTILE:
+        copy = tmp_path / name / "r.zarr"
+        check_hostile(name, study, Path(shutil.copytree(tmp_path / "r.zarr", copy)), expected)

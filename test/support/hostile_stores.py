@@ -223,3 +223,11 @@ HOSTILE: dict[str, tuple[Change, str]] = {
     "bomb": (_bomb, ANEW),
 }  # fmt: skip
 """Name -> what is done to a store, and what a run of its study does then."""
+
+
+def check_hostile(name: str, study: Study, path: Path, expected: xr.Dataset) -> None:
+    """Change a store as the name says: its study then runs anew or refuses it, as is stated."""
+    change, outcome = HOSTILE[name]
+    change(path)
+    _, again = attempt(study, path, expected)
+    assert (again == "same") == (outcome == ANEW), (name, again)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 import xarray as xr
 
@@ -39,6 +40,25 @@ def test_result_does_not_depend_on_cutting_or_workers(
     assert result.attrs["total"] == expected.sum()
     assert result["product"].attrs["units"] == "m²"
     assert result.attrs["parameter_factor"] == 0.5
+
+
+def ports() -> set[int]:
+    """The ports at which this process listens."""
+    every = psutil.Process().net_connections()
+    return {one.laddr.port for one in every if one.status == "LISTEN"}
+
+
+def test_a_study_without_a_scheduler_opens_no_port(tmp_path: Path) -> None:
+    before, seen = ports(), []
+
+    class Watched(Products):
+        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+            seen.append(ports())
+            return super().compute(region, context, before)
+
+    whole(run(Watched(VALUES), tmp_path / "r.zarr", workers=2))
+    assert seen
+    assert set().union(*seen) <= before
 
 
 @pytest.mark.parametrize("kind", [Products, Sums])

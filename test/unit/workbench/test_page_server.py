@@ -12,6 +12,7 @@ from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 
+import psutil
 import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest, HTTPResponse
 from tornado.websocket import WebSocketClosedError, websocket_connect
@@ -129,6 +130,15 @@ def test_the_page_brings_all_it_needs_from_its_own_server(
     token = token_of(page.body)
     with pytest.raises(HTTPClientError, match="403"):
         run(open_session(server, token, cookie_of(page), "http://elsewhere.example"))
+
+
+def test_nobody_else_can_connect(serve: Callable[..., PageServer]) -> None:
+    """All that listens at its port does so on addresses of this machine alone."""
+    port = serve().port
+    listening = [one.laddr for one in psutil.Process().net_connections() if one.status == "LISTEN"]
+    hosts = {str(place.ip) for place in listening if place.port == port}
+    assert hosts
+    assert hosts <= {"127.0.0.1", "::1"}
 
 
 def test_a_page_from_elsewhere_opens_no_session(run: Run, serve: Callable[..., PageServer]) -> None:
