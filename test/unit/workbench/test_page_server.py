@@ -47,11 +47,17 @@ def pages() -> Pages:
 
 
 @pytest.fixture
-def serve(run: Run, pages: Pages) -> Iterator[Callable[..., PageServer]]:
+def serve(run: Run) -> Iterator[Callable[..., PageServer]]:
+    """Makes servers; of an empty page where none is given, for the real one takes a second."""
     made: list[PageServer] = []
 
-    def make(address: str = "localhost", port: int = 0, **options: Any) -> PageServer:
-        made.append(PageServer(pages.make, address, port, **options))
+    def make(
+        address: str = "localhost",
+        port: int = 0,
+        page: Any = lambda _document: None,
+        **options: Any,
+    ) -> PageServer:
+        made.append(PageServer(page, address, port, **options))
         return made[-1]
 
     yield make
@@ -101,7 +107,7 @@ async def open_session(
 def test_the_page_is_served_to_several_browsers(
     run: Run, serve: Callable[..., PageServer], pages: Pages
 ) -> None:
-    server = serve()
+    server = serve(page=pages.make)
     assert server.url == f"http://localhost:{server.port}/?token={server.token}"
     visits = [visit(run, server) for _ in range(2)]
     assert len(pages.open) == 2
@@ -112,12 +118,12 @@ def test_the_page_is_served_to_several_browsers(
 
 
 def test_the_page_brings_all_it_needs_from_its_own_server(
-    run: Run, serve: Callable[..., PageServer], monkeypatch: pytest.MonkeyPatch
+    run: Run, serve: Callable[..., PageServer], pages: Pages, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also where the environment asks Bokeh for another place, or for open doors."""
     monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
     monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
-    server = serve()
+    server = serve(page=pages.make)
     page = run(get(server.url))
     body = page.body.decode()
     sources = re.findall(r'(?:src|href)="([^"]+)"', body)
