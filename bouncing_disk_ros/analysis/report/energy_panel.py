@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
+from bouncing_disk_ros.analysis.recorded.run_record import Health
 from bouncing_disk_ros.analysis.report.panel import Panel, SeriesStyle, envelope, series
 from bouncing_disk_ros.analysis.report.run_report import Report
 
@@ -26,6 +28,13 @@ def time_range(report: Report) -> tuple[float, float]:
     return report.begin - margin, report.end + margin
 
 
+def rows_before(rows: NDArray[np.void], health: Health) -> int:
+    """How many of some rows came before a report: by its count of them, else by its time."""
+    if health.rows >= 0:
+        return int(np.searchsorted(rows["index"], health.rows))
+    return int(np.searchsorted(rows["time"], health.simulated, side="right"))
+
+
 def energy_panel(report: Report, most: int) -> Panel:
     """The ledger over time; rings are the losses recomputed from the impacts."""
     health = [row for row in report.record.health if row.energy is not None]
@@ -43,19 +52,20 @@ def energy_panel(report: Report, most: int) -> Panel:
         first, last = np.searchsorted(report.rows["index"], (check.first, check.last))
         rows = report.rows[int(first) : int(last)]
         losses = impact_energy(rows, check.disk)
-        at = times[(times >= check.begin) & (times <= check.end)]
-        at = at[np.unique(np.linspace(0, len(at) - 1, min(len(at), _RINGS)).astype(int))]
+        within = [row for row in health if check.begin <= row.simulated <= check.end]
+        some = np.linspace(0, len(within) - 1, min(len(within), _RINGS)).astype(int)
+        shown = [within[place] for place in np.unique(some)]
+        until = [rows_before(rows, one) for one in shown]
         axial = np.where(losses.summed, 0.0, losses.axial)
         for name, each, start, colour in (
             ("axial", axial, check.start_axial, 1),
             ("friction", losses.friction, check.start_friction, 3),
         ):
             summed = np.concatenate(([0.0], np.cumsum(each)))
-            until = np.searchsorted(rows["time"], at, side="right")
             drawn.append(
                 series(
                     f"{name}, from the impacts",
-                    at,
+                    np.array([one.simulated for one in shown]),
                     start + summed[until],
                     SeriesStyle.RINGS,
                     colour,

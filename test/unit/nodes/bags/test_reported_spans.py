@@ -11,6 +11,7 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
+from bouncing_disk_ros.analysis.report.energy_panel import energy_panel
 from bouncing_disk_ros.analysis.report.report_panels import panels
 from bouncing_disk_ros.analysis.report.report_tables import tables
 from bouncing_disk_ros.analysis.report.run_report import Report, report_of
@@ -194,6 +195,11 @@ def test_an_impact_at_the_instant_of_a_report_counts_once(tmp_path: Path) -> Non
     assert check is not None
     assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8)
     assert check.begin > 3.0
+    plain = made(tmp_path / "plain", 12.0)
+    drawn = {series.name: series for series in energy_panel(plain, 1000).series}
+    line, rings = drawn["loss in impacts, axial"], drawn["axial, from the impacts"]
+    assert len(rings.x) > 3
+    assert rings.y == pytest.approx(line.y[np.searchsorted(line.x, rings.x)], rel=1e-8)
 
 
 def test_no_rise_time_across_a_reset_or_a_gap(tmp_path: Path) -> None:
