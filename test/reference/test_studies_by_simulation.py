@@ -11,7 +11,7 @@ from reference.cases import examples
 from support.study_attacks import ATTACKS
 
 DRAWS = {"basins": 2, "parameter_map": 3, "resilience": 1, "toss_map": 1, "toss_paths": 2,
-         "basin_shares": 2, "bifurcation": 5, "motor": 3}  # fmt: skip
+         "basin_shares": 2, "bifurcation": 5, "motor": 3, "curves": 1, "manifolds": 1}  # fmt: skip
 """So many of each, for they take up to a second of CPU; `make soak` has a thousand."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from support import studied
 from support.studied_branches import attack_basin_shares, attack_bifurcation
+from support.studied_lines import attack_curves, attack_manifolds
 from support.studied_motor import attack_motor
 
 ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
@@ -20,5 +21,7 @@ ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
     "basin_shares": attack_basin_shares,
     "bifurcation": attack_bifurcation,
     "motor": attack_motor,
+    "manifolds": attack_manifolds,
+    "curves": attack_curves,
 }
 """Study -> what differs at one draw of its options, nothing if all agrees."""
