@@ -187,26 +187,26 @@ def flipped(content: bytes, place: int) -> bytes:
 
 def test_writers_killed_at_random_moments(tmp_path: Path) -> None:
     command = [sys.executable, str(HERE / "killed_writer.py"), str(tmp_path), str(KILLS), "7"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
     bags = messages = open_files = 0
-    for line in process.stdout:
-        folder = tmp_path / line.strip()
-        (least,) = struct.unpack("<Q", (tmp_path / f"{folder.name}.told").read_bytes())
-        try:
-            (rows, *_), _ = read(folder)
-        except InputError:  # killed before there was anything
-            assert least == 0
-            continue
-        assert len(rows) >= least, "a finished chunk is not there"
-        assert rows == expected(len(rows))
-        assert mended(folder) == rows
-        with Reader(folder.with_name("mended")) as reader:
-            assert sum(1 for _ in reader.messages()) == len(rows) == reader.message_count
-        bags, messages = bags + 1, messages + len(rows)
-        open_files += len(list(folder.glob("*.mcap"))) > 1
-        shutil.rmtree(folder)
-    assert process.wait() == 0
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            folder = tmp_path / line.strip()
+            (least,) = struct.unpack("<Q", (tmp_path / f"{folder.name}.told").read_bytes())
+            try:
+                (rows, *_), _ = read(folder)
+            except InputError:  # killed before there was anything
+                assert least == 0
+                continue
+            assert len(rows) >= least, "a finished chunk is not there"
+            assert rows == expected(len(rows))
+            assert mended(folder) == rows
+            with Reader(folder.with_name("mended")) as reader:
+                assert sum(1 for _ in reader.messages()) == len(rows) == reader.message_count
+            bags, messages = bags + 1, messages + len(rows)
+            open_files += len(list(folder.glob("*.mcap"))) > 1
+            shutil.rmtree(folder)
+    assert process.returncode == 0
     print(f"\n{KILLS} kills, {bags} bags, {open_files} of several files, {messages} messages")
     assert bags > KILLS / 2
     assert messages > bags
