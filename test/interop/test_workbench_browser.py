@@ -150,3 +150,30 @@ def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) 
     first = float(browser.execute_script(script))
     wait(lambda: float(browser.execute_script(script)) > first + 3.0)
     assert abs(float(browser.execute_script(script)) - seconds_shown(browser)) < 1.0
+
+
+def test_pages_from_elsewhere_get_nothing(tmp_path: Path, workbench: Process) -> None:
+    """A foreign name that is pointed to this machine, a frame, the address without its token."""
+    if why := chromium.missing():
+        pytest.skip(why)
+    url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
+    base, _, token = url.partition("?")
+    browser = chromium.new_browser(
+        tmp_path / "profile", flags=("--host-resolver-rules=MAP elsewhere.example 127.0.0.1",)
+    )
+    try:
+        for address in (base, url.replace("localhost", "elsewhere.example")):
+            browser.get(address)
+            assert browser.title != "Bouncing disk workbench"
+            assert "bokeh" not in browser.page_source.lower()
+        frame = tmp_path / "frame.html"
+        frame.write_text(f"<title>a frame</title><iframe id='inner' src='{base}?{token}'></iframe>")
+        browser.get(frame.as_uri())
+        browser.switch_to.frame("inner")
+        assert "bokeh" not in browser.page_source.lower()
+        browser.switch_to.default_content()
+        browser.get(url)
+        assert browser.title == "Bouncing disk workbench"
+        wait(lambda: seconds_shown(browser) > 0.0)
+    finally:
+        browser.quit()

@@ -32,14 +32,16 @@ def missing() -> str:
     return "" if find_spec("selenium") else "no selenium (pip install selenium)"
 
 
-def new_browser(profile: Path, width: int = 1500, height: int = 1120) -> Any:
-    """A browser with a profile of its own; `quit` ends it."""
+def new_browser(
+    profile: Path, width: int = 1500, height: int = 1120, flags: tuple[str, ...] = ()
+) -> Any:
+    """A browser with a profile and further flags of its own; `quit` ends it."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
     options = webdriver.ChromeOptions()
     options.binary_location = str(shutil.which("chromium"))
-    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"):
+    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}", *flags):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     return webdriver.Chrome(options=options, service=Service(str(shutil.which("chromedriver"))))
