@@ -262,6 +262,9 @@ _SPECS = (
 SLOWEST = 1e-6
 """Smallest real-time factor above 0."""
 
+LEAST_HEIGHT = 1e-200
+"""Smallest initial height above 0, m: from lower ones a speed squared is no normal number."""
+
 TABLE: Mapping[str, Spec] = MappingProxyType({spec.name: spec for spec in _SPECS})
 DEFAULTS: Mapping[str, Value] = MappingProxyType({spec.name: spec.default for spec in _SPECS})
 GROUPS: Mapping[str, str] = MappingProxyType(
@@ -352,6 +355,9 @@ def check_together(values: Mapping[str, Value]) -> None:
     if values["initial_with_platform"] and speed != 0.0:
         hint = "Set initial_with_platform to false too (before, or in the same call)."
         raise InputError("initial_axial_velocity", speed, "0 with initial_with_platform true", hint)
+    height = float(values["initial_height"])
+    if 0.0 < height < LEAST_HEIGHT:
+        raise InputError("initial_height", height, f"0 or >= {LEAST_HEIGHT:g} m")
     items = items_of(str(values["lockstep_controllers"]))
     if not items or not all(one.isascii() and one.isdigit() and len(one) < 10 for one in items):
         allowed = "whole numbers with blanks between them, such as 1 2"

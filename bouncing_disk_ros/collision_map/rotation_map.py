@@ -25,8 +25,10 @@ from bouncing_disk_ros.collision_map.axial_map import (
     launched_impact,
 )
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
-from bouncing_disk_ros.core.contact import load, slide, slip_sign
+from bouncing_disk_ros.core.brake import sign_of
+from bouncing_disk_ros.core.contact import load, slide
 from bouncing_disk_ros.core.contact_event import after_sliding, after_sticking
+from bouncing_disk_ros.core.contact_rows import what_holds
 from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import (
@@ -87,7 +89,7 @@ def contact_until_flight(
     sine, cosine = sincos(tau)
     b = angular_jet(motion, sine, cosine, 0.0)
     a, _ = load(motion, disk.g, axial_jet(motion, sine, cosine, 0.0))
-    sign = slip_sign(disk, a, omega - b[1], b[2])
+    sign = float(what_holds(sign_of(omega - b[1]), 0, 0, disk, a, b)[0])
     for _ in range(_MOST_EVENTS):
         state = ContactState(tau, sine, cosine, sign, disk.lag, omega)
         if sign == 0.0:
@@ -111,7 +113,7 @@ def contact_until_flight(
             sign = value
         elif kind == SLIP_ENDS:
             a = disk.g + axial_jet(motion, sine, cosine, 0.0)[2]
-            sign = slip_sign(disk, a, 0.0, b[2])
+            sign = float(what_holds(0, 0, 0, disk, a, b)[0])
             omega = b[1] if sign == 0.0 else omega
     return math.nan, math.nan, math.nan
 

@@ -29,8 +29,6 @@ def left_over(load: float, brake: float) -> float:
 @kernel
 def tie(disk: Record) -> float:
     """What counts as equality where friction or a brake must hold a disk, rad/s²: rounding."""
-    if disk.brake == 0.0:
-        return 0.0
     return 8.0 * ROUNDING * (abs(disk.lag) + disk.brake + disk.grip * disk.g)
 
 

@@ -63,7 +63,7 @@ def watched(
     sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
     TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
     brake has left: for these `slip` begins with the speed, or the most that the brake can hold, and
-    the sign of friction. MARGIN and TURNING are raised by the first of `slip`.
+    the sign of friction. TURNING is raised by the first of `slip`.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
@@ -86,7 +86,7 @@ def watched(
         return sign * b1 + w, sign * b2
     rho = b2 + drag
     if which == MARGIN:
-        return disk.grip * a - sign * rho + w, disk.grip * s3 - sign * b3
+        return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
@@ -221,14 +221,13 @@ def stick_fails(
 ) -> tuple[Search, float]:
     """Delay at which |ρ| outgrows grip·a while sticking, and the sign of ρ there."""
     weakest = disk.g - motion.s2
-    if motion.b2 + abs(drag) <= disk.grip * weakest:
+    if motion.b2 + abs(drag) <= disk.grip * weakest + tie(disk):
         return Search(math.inf, horizon, 0), 0.0
     within = horizon
     if motion.kind == STEADY:
         within = min(horizon, ONE_PERIOD * period_of(motion))
-    slack = (tie(disk), 0.0, 0.0, 0.0)
-    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, slack, 0.0, within)
-    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, slack, 0.0, up.reached)
+    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), -1.0
@@ -298,16 +297,6 @@ def _periods_without_root(
     if n < 4.0:
         return 0
     return int(min(n, 1e15))
-
-
-@kernel
-def slip_sign(disk: Record, a: float, slip: float, rho: float) -> float:
-    """0 where a disk in contact with w_T = `slip` sticks, else the sign with which it slides."""
-    if slip != 0.0:
-        return 1.0 if slip > 0.0 else -1.0
-    if disk.grip > 0.0 and abs(rho) <= disk.grip * a:
-        return 0.0
-    return -1.0 if rho > 0.0 else 1.0
 
 
 @kernel

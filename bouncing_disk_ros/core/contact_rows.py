@@ -53,7 +53,7 @@ def what_holds(slip: int, spin: int, ahead: int, disk: Record, a: float, b: Jet)
     grip = disk.grip * a
     if disk.brake == 0.0:
         rho = b[2] + disk.lag
-        if slip != 0 or (disk.grip > 0.0 and abs(rho) <= grip):
+        if slip != 0 or (disk.grip > 0.0 and abs(rho) <= grip + tie(disk)):
             return slip, 0
         return (-1 if rho > 0.0 else 1), 0
     if slip != 0 and spin != 0:

@@ -36,13 +36,11 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.offset import Segment, hold
 from bouncing_disk_ros.core.offset_record import with_offset
-from bouncing_disk_ros.core.roots import ROUNDING
+from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
 _MANY = 1_000_000  # events of one call of the stepper
-_INSTANT = 16.0 * ROUNDING
-"""Of a period, or of a speed: within it two of them are the same to rounding."""
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
@@ -108,7 +106,7 @@ class Engine:
             self._observe(state)
             u = initial.axial_velocity - float(self._observed["s1"][0])
             fastest = TWO_PI * motion.frequency * motion.axial_amplitude
-            at_rest = initial.height == 0.0 and abs(u) <= _INSTANT * fastest
+            at_rest = initial.height == 0.0 and abs(u) <= INSTANT * fastest
             state["u"] = 0.0 if at_rest else u  # ṡ itself is rounded by that
         self.resume()
         self._ledger[:] = 0.0
@@ -149,7 +147,7 @@ class Engine:
         """
         ns, sub = int(self.state["ns"][0]), float(self.state["sub"][0])
         passed = (ns - self._stands_at[0]) + (sub - self._stands_at[1])
-        if passed * 1e-9 * float(self.m["f"][0]) > _INSTANT:
+        if passed * 1e-9 * float(self.m["f"][0]) > INSTANT:
             self._begin_instant()
             return
         self._events_here += events

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import kernel, part
-from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.flight import MOST_GROWTH, flown_far, separation_phase
 from bouncing_disk_ros.core.forcing_clock import (
     clock_after,
     elapsed,
@@ -18,6 +18,7 @@ from bouncing_disk_ros.core.forcing_clock import (
 )
 from bouncing_disk_ros.core.layout import (
     DISK,
+    IMPACT,
     LONGEST,
     MOTION,
     NEVER,
@@ -49,6 +50,17 @@ def take_to_input(state: Record, motion: Record, ns: int) -> bool:
     if motion.kind != STEADY or state.event != SEPARATION:  # which keeps its phase
         state.event_cycles, state.event_tau = phase_of(motion, ns, 0.0)
     return True
+
+
+@rare_kernel
+def _see_platform_at_its_phase(state: Record, motion: Record, g: float, d: float) -> None:
+    """Take w_A of the stored impact, d seconds on, by the platform's speed at its stored phase."""
+    before = elapsed(motion, state.ns, state.sub)
+    then, tau = elapsed(motion, state.event_ns, state.event_sub), state.event_tau
+    sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
+    _, w = flown_far(motion, before, sine, cosine, gap, u, g, d, then, tau)
+    if w < 0.0:  # else the rounding of a graze
+        state.event_value = w
 
 
 @part(
@@ -95,3 +107,5 @@ def store_event(
     state.event_tau = tau
     if boundary_ns != NEVER:
         take_to_input(state, motion, boundary_ns)
+    if kind == IMPACT and motion.omega_max * d > MOST_GROWTH:
+        _see_platform_at_its_phase(state, motion, disk.g, d)

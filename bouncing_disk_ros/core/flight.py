@@ -15,6 +15,7 @@ from bouncing_disk_ros.core.arithmetic import (
     chosen_by_motion,
     kernel,
     rare_kernel,
+    sincos,
     sincos_excess,
 )
 from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
@@ -22,6 +23,7 @@ from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import (
     Jet,
     Record,
+    axial_jet,
     blend_jet,
     fade_time,
     relative_blend,
@@ -37,6 +39,9 @@ from bouncing_disk_ros.core.roots import (
 
 SEARCH_STEPS = 4096
 """Steps of one search: the work of a call is bounded whatever the motion."""
+MOST_GROWTH = 1024.0
+"""Rounding may grow by so much, to 1e-13: over a flight of so many rad, or where the platform is so
+much faster than the disk. What is beyond is computed, and its scale counted, by itself."""
 _REGULAR_STEPS = 8  # Newton's steps have converged by then, if rounding lets them
 _BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 once the scale is right
 
@@ -140,6 +145,32 @@ def gap_after(
     else:
         jet = fading_gap(motion, elapsed, sine, cosine, g, gap, u, d)
     return gap_with_offset(motion, elapsed, d, jet)
+
+
+@rare_kernel
+def flown_far(
+    motion: Record,
+    elapsed: float,
+    sine: float,
+    cosine: float,
+    gap: float,
+    u: float,
+    g: float,
+    d: float,
+    elapsed_end: float,
+    tau_end: float,
+) -> tuple[float, float]:
+    """Gap and its velocity after a flight of many periods.
+
+    The phase grown is rounded by 2⁻⁵³ of itself, and the platform's speed on the way with it; here
+    it is that of the phases at both ends, so that the disk's own speed changes by g d alone.
+    """
+    s = axial_jet(motion, sine, cosine, elapsed)
+    sine_end, cosine_end = sincos(tau_end)
+    s_end = axial_jet(motion, sine_end, cosine_end, elapsed_end)
+    v = s[1] + u
+    x = s[0] + gap + (v - 0.5 * g * d) * d
+    return x - s_end[0], (v - g * d) - s_end[1]
 
 
 @kernel

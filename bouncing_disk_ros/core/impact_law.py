@@ -6,6 +6,8 @@ slip up to grip·(1 + ε)w.
 
 from __future__ import annotations
 
+import math
+
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.brake import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
 from bouncing_disk_ros.core.flight import gap_after
@@ -17,15 +19,16 @@ from bouncing_disk_ros.core.platform import (
     phase_advance,
     turns_not,
 )
-from bouncing_disk_ros.core.roots import ROUNDING
+from bouncing_disk_ros.core.roots import INSTANT, ROUNDING
 
 UNDECIDED, ALL_SLIP, ALL_STICK = 0, 1, 2
 BOUNCES, COMPLETES, STILL = 0, 1, 2
 # A completion is taken only where what its series leaves out moves the forcing phase by less than
 # this, rad.
 _PHASE_ROUNDING = ROUNDING
-# A bounce that lasts less than this (rad) does not move the forcing phase: it is contact.
-_NO_BOUNCE = 1e-17
+# A bounce that lasts less than this (rad) ends at the instant at which it begins, to rounding: it
+# is contact. With ε = 1 bounces that short would follow one another without end.
+_NO_BOUNCE = 2.0 * math.pi * INSTANT
 # Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
 _STRAIGHT = 4e-6
 # Up to here (rad) the series of β̇ is exact to rounding with its first four derivatives.

@@ -16,9 +16,9 @@ from bouncing_disk_ros.core.energy_ledger import (
     add_sliding_work,
     add_sticking_work,
 )
-from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.flight import MOST_GROWTH, flown_far, gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
-from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, UNKNOWN
+from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, THROUGHPUT, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, turns_next
 
 _MOST_TURNS = 2.0**62  # as checkpoints hold them
@@ -60,6 +60,31 @@ def set_clock(state: Record, ns: int, sub: float, cycles: int, tau: float) -> No
     state.event = UNKNOWN
 
 
+@rare_kernel
+def _fly(
+    state: Record,
+    motion: Record,
+    disk: Record,
+    ledger: Ledger,
+    before: float,
+    d: float,
+    after: float,
+    tau: float,
+) -> None:
+    """Gap and its velocity after d seconds of flight, to the phase τ.
+
+    Its velocity is that of the disk less the platform's, and is rounded on the scale of both.
+    """
+    sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
+    if motion.omega_max * d <= MOST_GROWTH:
+        state.gap, state.u, _, _, _ = gap_after(motion, before, sine, cosine, disk.g, gap, u, d)
+    else:
+        state.gap, state.u = flown_far(motion, before, sine, cosine, gap, u, disk.g, d, after, tau)
+    v = axial_jet(motion, sine, cosine, before)[1] + u - disk.g * d
+    if abs(state.u) > MOST_GROWTH * abs(v):
+        ledger[0, THROUGHPUT] += disk.mass * abs(v * state.u)
+
+
 @kernel
 def propagate(
     state: Record,
@@ -75,10 +100,7 @@ def propagate(
     """Propagate a state by d seconds, to the clock given, without leaving its phase of motion."""
     before = elapsed(motion, state.ns, state.sub)
     if state.phase == FLIGHT:
-        sine_before, cosine_before = state.sine, state.cosine
-        state.gap, state.u, _, _, _ = gap_after(
-            motion, before, sine_before, cosine_before, disk.g, state.gap, state.u, d
-        )
+        _fly(state, motion, disk, ledger, before, d, elapsed(motion, ns, sub), tau)
         spin(state, disk, ledger, d)
     else:
         after = elapsed(motion, ns, sub)

@@ -14,6 +14,8 @@ from bouncing_disk_ros.core.arithmetic import kernel
 
 Jet = tuple[float, float, float, float, float]
 ROUNDING = 1.1102230246251565e-16  # 2⁻⁵³
+INSTANT = 16.0 * ROUNDING
+"""Of a period, or of a speed: within it two of them are the same to rounding."""
 
 
 @kernel

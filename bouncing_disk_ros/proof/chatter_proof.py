@@ -32,7 +32,7 @@ from bouncing_disk_ros.proof.interval_platform import Platform, interval, second
 from bouncing_disk_ros.proof.offset_platform import platform_of
 from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared, worst
 
-_NO_BOUNCE = 1.0001e-17
+_NO_BOUNCE = 1.0001 * 2.0 * math.pi * 16.0 * 2.0**-53
 """A bounce that turns the forcing phase by less than this (rad) is contact."""
 
 

@@ -13,7 +13,14 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 import bouncing_disk_ros
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
+from bouncing_disk_ros.core.model import (
+    RESIDUAL_LIMIT,
+    Disk,
+    Energy,
+    InitialState,
+    Motion,
+    SimulationError,
+)
 from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
@@ -142,6 +149,16 @@ class Session:
             return True
         self._gather(rows)
         return bool(behind)
+
+    def checked_energy(self) -> Energy:
+        """The energy ledger now; one that does not close is a `fault`: the run ends."""
+        energy = self.simulation.energy()
+        if not energy.relative_residual <= RESIDUAL_LIMIT and not self.fault:  # so is nan
+            given = f"a residual of {energy.residual:.3g} J, throughput {energy.throughput:.3g} J"
+            sample = self.simulation.sample()._asdict()
+            state = ", ".join(f"{name} {value}" for name, value in sample.items())
+            self.fault = f"the energy ledger does not close: {given}, at {state}"
+        return energy
 
     def resolve_present(self) -> None:
         """Resolve what is due at the instant reached, within one budget of events."""

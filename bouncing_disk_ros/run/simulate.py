@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import RESIDUAL_LIMIT, Energy, Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.command_validation import (
@@ -262,14 +262,10 @@ def _run(session: Session, end_ns: int, sample_rate: SupportsFloat | None) -> ND
 
 def _closed(session: Session) -> Energy:
     """The energy ledger at the end; FailedError where it does not close."""
-    energy = session.simulation.energy()
-    if energy.relative_residual <= RESIDUAL_LIMIT:  # not of nan
-        return energy
-    given = f"a residual of {energy.residual:.3g} J, throughput {energy.throughput:.3g} J"
-    state = ", ".join(
-        f"{name} {value}" for name, value in session.simulation.sample()._asdict().items()
-    )
-    raise FailedError(f"the energy ledger does not close: {given}, at {state}")
+    energy = session.checked_energy()
+    if session.fault:
+        raise FailedError(session.fault)
+    return energy
 
 
 def _advance(session: Session, until_ns: int) -> None:

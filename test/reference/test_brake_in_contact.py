@@ -63,6 +63,10 @@ KNOWN = {
         1.0, {**STANDS, "brake_torque": 0.2, "trajectory": THERE_AND_BACK}, 0.0, 0.0,
     ),
     "tied with friction": (4.0, TIED, 0.0, 0.0),
+    "friction tied with the load": (
+        1.0, {**STANDS, "mass": 0.5, "friction": 0.5, "friction_radius": 0.125, "gravity": 10.0,
+              "gyration_radius": 0.25, "load_torque": 0.3125, "load_inertia": 0.015625}, 0.0, 0.0,
+    ),
     "tied with the load after a chatter": (
         1.0, {**PRESSED, "friction": 0.0, "initial_height": 0.05, "load_torque": 0.01,
               "brake_torque": 0.01}, 0.0, 0.0,

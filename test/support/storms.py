@@ -37,7 +37,8 @@ def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Stor
 
     `offsets`: half of the commands are offset trajectories.
 
-    AssertionError, with the seed, where a number is not finite or the run has ended.
+    AssertionError, with the seed, where a number is not finite, the ledger does not close or the run
+    has ended.
     """
     rng = random.Random(seed)
     draw = RandomCommands(rng, wild=seed % 2 == 1 and not offsets)
@@ -55,6 +56,7 @@ def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Stor
         if session.resolve_waiting():
             ahead = round(between(rng, 1.0, 1e8))
             session.advance(min(session.time_ns + ahead, FAR_NS), EVENTS_AT_ONCE)
+        session.checked_energy()
         assert not session.fault, f"seed {seed}: {session.fault}"
         assert all(map(np.isfinite, session.simulation.sample())), f"seed {seed}"
         if rng.random() < 0.05:

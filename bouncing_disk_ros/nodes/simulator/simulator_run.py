@@ -405,7 +405,7 @@ class Run:
             rows=session.simulation.rows_total,
             skipped=self.loop.skipped,
             accepted=session.accepted,
-            energy=None if session.fault else session.simulation.energy(),
+            energy=None if session.fault else session.checked_energy(),
             state=self._state,
             factor=self._times.factor,
             other_publishers=max(0, self._node.count_publishers(self.outputs.motion_topic) - 1),

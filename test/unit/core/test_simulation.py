@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.core.engine import Engine
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
     LARGEST_FLOAT32,
@@ -20,7 +21,7 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
     join_rows,
 )
-from bouncing_disk_ros.core.offset import Knot, OffsetState
+from bouncing_disk_ros.core.offset import Knot, OffsetState, hold
 from bouncing_disk_ros.core.simulation import Simulation
 
 MOTION = Motion(0.04, 0.5, 3.0, -0.7)
@@ -278,14 +279,67 @@ def test_contact_never_ends_at_the_forcing_where_the_load_touches_0(joint: str, 
     assert sim.sample().phase is not Phase.FLIGHT
 
 
-def test_time_that_stands_ends_the_run() -> None:
-    """With ε = 1 a bounce of 4e-18 s does not move the clock, and none is shorter."""
+@pytest.mark.parametrize("speed", [2e-17, 1e-15, 2e-15])
+def test_bounces_within_the_rounding_of_an_instant_are_contact(speed: float) -> None:
+    """With ε = 1 they follow one another without end, each one ulp of the clock after the other.
+
+    A bounce of 2u/g lasts less than 16 · 2⁻⁵³ of the period of 1/3 s.
+    """
     sim = Simulation(STILL, DISK._replace(restitution=1.0), InitialState())
-    sim.apply_impulse(SECOND, -2e-17 * DISK.mass, 0.0)
-    for _ in range(9):
-        assert sim.advance(2 * SECOND, 10_000)[1]  # behind
-    with pytest.raises(SimulationError, match=r"time does not go on: .* 1000000000 ns: flight, "):
-        [sim.advance(2 * SECOND, 10_000) for _ in range(3)]
+    sim.apply_impulse(SECOND, -speed * DISK.mass, 0.0)
+    assert len(ended(sim, 2 * SECOND)) == 1
+    assert sim.sample().phase is not Phase.FLIGHT
+    assert sim.energy().relative_residual < 1e-12
+
+
+def test_time_that_stands_ends_the_run() -> None:
+    """Whatever the events are: so many within the rounding of one instant are without end."""
+    engine = Engine(DISK, 0.0)
+    engine.place(0, InitialState(), STILL, (hold(0, 0.0), hold(0, 0.0)))
+    engine._check_that_time_goes_on(99_999)
+    with pytest.raises(SimulationError, match=r"time does not go on: .* 0 ns: sticking, "):
+        engine._check_that_time_goes_on(2)
+
+
+# --- long flights over a fast platform ------------------------------------------------------------
+FAST = Motion(0.1, 0.0, 1e6, 0.3)
+SPEED_ROUNDING = 4 * 2.0**-53 * math.tau * FAST.frequency * FAST.axial_amplitude
+"""Of a difference from Aω, m/s: both numbers are rounded, and so are sine and cosine."""
+
+
+@pytest.mark.parametrize("fades", [False, True])
+def test_a_long_flight_changes_the_disk_s_speed_by_gravity_alone(fades: bool) -> None:
+    """Impulses of 0 divide it; the platform's phase grows by 1e6 rad, rounded by 2⁻⁵³ of that."""
+    sim = Simulation(FAST, DISK, InitialState(height=2.0, axial_velocity=0.0))
+    if fades:
+        sim.command([(SECOND, FAST._replace(axial_amplitude=0.2))], SECOND)
+    for i in range(1, 11):
+        at = i * SECOND // 23
+        sim.apply_impulse(at, 0.0, 0.0)
+        sim.advance(at)
+        sample, allowed = sim.sample(), i * SPEED_ROUNDING
+        assert sample.phase is Phase.FLIGHT
+        assert sample.axial_velocity == pytest.approx(-DISK.gravity * at / 1e9, abs=allowed)
+        assert abs(sim.energy().residual) <= DISK.mass * abs(sample.axial_velocity) * 2.0 * allowed
+
+
+def test_the_impact_that_ends_a_long_flight_keeps_the_disk_s_speed() -> None:
+    sim = Simulation(FAST, DISK, InitialState(height=2.0, axial_velocity=0.0))
+    row = sim.advance(SECOND, 1)[0][0]
+    jump = (1.0 + DISK.restitution) * row["axial_impact_velocity"]
+    before = row["axial_velocity"] + jump
+    assert before == pytest.approx(-DISK.gravity * row["time"], abs=2.0 * SPEED_ROUNDING)
+
+
+def test_a_platform_faster_by_far_rounds_its_speed_not_the_ledger() -> None:
+    """Within a part of a period: v = ṡ + u is rounded as ṡ is, 1e6 times as fast as the disk."""
+    slow = Motion(1e-3, 0.0, 3.0, 0.0)
+    sim = Simulation(slow, DISK, InitialState(height=1.0, axial_velocity=0.0))
+    sim.command([(SECOND // 3, slow._replace(axial_amplitude=1e6))], SECOND // 3)
+    for i in range(1, 100):
+        sim.apply_impulse(i * SECOND // 2000, 0.0, 0.0)
+        sim.advance(i * SECOND // 2000)
+        assert sim.energy().relative_residual < 1e-12
 
 
 def test_turns_beyond_the_range_of_numbers_end_the_run() -> None:

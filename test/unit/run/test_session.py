@@ -12,6 +12,7 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, join_rows
 from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
+from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run import input_replay
@@ -246,3 +247,14 @@ def test_a_run_whose_state_is_not_finite_stands_still() -> None:
     assert session.advance(3 * NS)
     assert session.time_ns == stood
     assert len(records) == count
+
+
+def test_a_run_whose_ledger_does_not_close_stands_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    session, _ = started()
+    assert session.checked_energy().relative_residual < 1e-12
+    energy = session.simulation.energy()._replace(residual=1.0)
+    monkeypatch.setattr(Simulation, "energy", lambda _: energy)
+    session.checked_energy()
+    assert session.fault.startswith("the energy ledger does not close: a residual of 1 J, ")
+    assert session.advance(NS)
+    assert session.time_ns == 0

@@ -261,6 +261,7 @@ def test_a_point_may_be_written_as_in_a_file() -> None:
             {"trajectory": [(5e-7, {"platform_axial": 0.1})]},
             r"trajectory points\[0\].time_from_start: got '5e-07 s', allowed: >= 1e-06 s",
         ),
+        ({"initial_height": 1e-201}, "initial_height: got 1e-201, allowed: 0 or >= 1e-200 m"),
         ({"preset": 5}, "preset: got 5, allowed: a name, or the path"),
         ({"preset": None}, "preset: got None"),
         ({"sample_rate": 1e5, "duration": 1e6}, "sample_rate: got .* allowed: at most 10000000"),
