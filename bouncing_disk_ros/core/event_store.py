@@ -8,7 +8,7 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.flight import MOST_GROWTH, flown_far, separation_phase
+from bouncing_disk_ros.core.flight import flies_far, flown_far, separation_phase
 from bouncing_disk_ros.core.forcing_clock import (
     clock_after,
     elapsed,
@@ -107,5 +107,5 @@ def store_event(
     state.event_tau = tau
     if boundary_ns != NEVER:
         take_to_input(state, motion, boundary_ns)
-    if kind == IMPACT and motion.omega_max * d > MOST_GROWTH:
+    if kind == IMPACT and flies_far(motion, disk.g, state.u, d):
         _see_platform_at_its_phase(state, motion, disk.g, d)

@@ -147,6 +147,20 @@ def gap_after(
     return gap_with_offset(motion, elapsed, d, jet)
 
 
+@kernel
+def flies_far(motion: Record, g: float, u: float, d: float) -> bool:
+    """Whether d seconds of flight are left to `flown_far`.
+
+    Over many periods, and over a cross-fade on whose way the platform is faster by far than the
+    speeds at its ends: both are rounded on the scale of what the phase, or the blend, goes through.
+    """
+    if motion.omega_max * d > MOST_GROWTH:
+        return True
+    if motion.kind != FADE or 2.0 * d <= motion.duration:
+        return False
+    return motion.s2 * d > MOST_GROWTH * MOST_GROWTH * (abs(u) + g * d)  # rounded by 1e-10
+
+
 @rare_kernel
 def flown_far(
     motion: Record,
@@ -160,7 +174,7 @@ def flown_far(
     elapsed_end: float,
     tau_end: float,
 ) -> tuple[float, float]:
-    """Gap and its velocity after a flight of many periods.
+    """Gap and its velocity after a flight of many periods, or across a steep cross-fade.
 
     The phase grown is rounded by 2⁻⁵³ of itself, and the platform's speed on the way with it; here
     it is that of the phases at both ends, so that the disk's own speed changes by g d alone.

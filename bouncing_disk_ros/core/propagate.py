@@ -16,10 +16,11 @@ from bouncing_disk_ros.core.energy_ledger import (
     add_sliding_work,
     add_sticking_work,
 )
-from bouncing_disk_ros.core.flight import MOST_GROWTH, flown_far, gap_after
+from bouncing_disk_ros.core.flight import MOST_GROWTH, flies_far, flown_far, gap_after
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, THROUGHPUT, UNKNOWN
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, turns_next
+from bouncing_disk_ros.core.roots import ROUNDING
 
 _MOST_TURNS = 2.0**62  # as checkpoints hold them
 _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
@@ -73,16 +74,22 @@ def _fly(
 ) -> None:
     """Gap and its velocity after d seconds of flight, to the phase τ.
 
-    Its velocity is that of the disk less the platform's, and is rounded on the scale of both.
+    They are those of the disk less the platform's, and are rounded on the scale of both: where the
+    platform's is the larger one by far, the energy of that scale enters the throughput.
     """
     sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
-    if motion.omega_max * d <= MOST_GROWTH:
-        state.gap, state.u, _, _, _ = gap_after(motion, before, sine, cosine, disk.g, gap, u, d)
-    else:
+    if flies_far(motion, disk.g, u, d):
         state.gap, state.u = flown_far(motion, before, sine, cosine, gap, u, disk.g, d, after, tau)
-    v = axial_jet(motion, sine, cosine, before)[1] + u - disk.g * d
-    if abs(state.u) > MOST_GROWTH * abs(v):
-        ledger[0, THROUGHPUT] += disk.mass * abs(v * state.u)
+    else:
+        state.gap, state.u, _, _, _ = gap_after(motion, before, sine, cosine, disk.g, gap, u, d)
+    s = axial_jet(motion, sine, cosine, before)
+    v = s[1] + u - disk.g * d
+    x = s[0] + gap + (v + 0.5 * disk.g * d) * d
+    if abs(state.gap) > MOST_GROWTH * MOST_GROWTH * abs(x):
+        ledger[0, THROUGHPUT] += disk.weight * abs(state.gap)
+    fast = abs(state.u)
+    if fast > MOST_GROWTH * abs(v):
+        ledger[0, THROUGHPUT] += disk.mass * fast * (abs(v) + ROUNDING * fast)
 
 
 @kernel

@@ -37,8 +37,8 @@ def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Stor
 
     `offsets`: half of the commands are offset trajectories.
 
-    AssertionError, with the seed, where a number is not finite, the ledger does not close or the run
-    has ended.
+    AssertionError, with the seed, where a number is not finite, the ledger does not close or the
+    run has ended.
     """
     rng = random.Random(seed)
     draw = RandomCommands(rng, wild=seed % 2 == 1 and not offsets)
