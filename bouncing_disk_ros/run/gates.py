@@ -296,7 +296,7 @@ class Gates:
             self._answers.pop(controller, None)
             self._voices.forget(controller)
         waited = now_ns - self._asked_ns >= self.timeout_ns
-        if left or (self.state is State.ASKED and waited):
+        if left or (waited and self.state is State.ASKED):
             self._asked_ns = now_ns
             return True
         return False
@@ -307,12 +307,13 @@ class Gates:
 
     def is_overdue(self, now_ns: int) -> bool:
         """Whether time has waited for longer than is left unreported."""
-        waits = self.state not in (State.MOVING, State.COMPLETE)
-        return waits and self.waited_ns(now_ns) >= self.timeout_ns
+        if self.waited_ns(now_ns) < self.timeout_ns:  # first: it is asked at every tick
+            return False
+        return self.state not in (State.MOVING, State.COMPLETE)
 
     def newly_overdue(self, now_ns: int) -> str:
         """The same in words: what it waits for, once for each state of a gate; else nothing."""
-        if self.state in self._reported or not self.is_overdue(now_ns):
+        if not self.is_overdue(now_ns) or self.state in self._reported:
             return ""
         self._reported.add(self.state)
         return self.waiting
