@@ -63,7 +63,7 @@ def watched(
     sign; DRIVE its derivative −grip·a − sign·ρ. `slip` describes the start of a slip. With a brake:
     TURNING sign·β̇; SPINNING sign·α̇ of a sliding disk, SPIN_DRIVE its derivative, HOLD what the
     brake has left: for these `slip` begins with the speed, or the most that the brake can hold, and
-    the sign of friction. TURNING is raised by the first of `slip`.
+    the sign of friction. MARGIN and TURNING are raised by the first of `slip`.
     """
     sine, cosine = sincos(tau + phase_advance(motion, elapsed, d))
     _, _, s2, s3, _ = axial_jet(motion, sine, cosine, elapsed + d)
@@ -86,7 +86,7 @@ def watched(
         return sign * b1 + w, sign * b2
     rho = b2 + drag
     if which == MARGIN:
-        return disk.grip * a - sign * rho, disk.grip * s3 - sign * b3
+        return disk.grip * a - sign * rho + w, disk.grip * s3 - sign * b3
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
@@ -226,8 +226,10 @@ def stick_fails(
     within = horizon
     if motion.kind == STEADY:
         within = min(horizon, ONE_PERIOD * period_of(motion))
-    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, within)
-    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, NO_SLIP, 0.0, up.reached)
+    # with a brake an event must leave another row of `contact_rows`: what is a tie there is no end
+    slack = (tie(disk) if disk.brake > 0.0 else 0.0, 0.0, 0.0, 0.0)
+    up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, slack, 0.0, within)
+    down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, slack, 0.0, up.reached)
     steps = up.steps + down.steps
     if down.zero < up.zero:
         return Search(down.zero, down.reached, steps), -1.0

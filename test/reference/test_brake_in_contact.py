@@ -67,6 +67,13 @@ KNOWN = {
         1.0, {**STANDS, "mass": 0.5, "friction": 0.5, "friction_radius": 0.125, "gravity": 10.0,
               "gyration_radius": 0.25, "load_torque": 0.3125, "load_inertia": 0.015625}, 0.0, 0.0,
     ),
+    "where the load touches 0": (  # Γ = 1/π
+        0.3, {"axial_amplitude": 0.06332573977646111, "angular_amplitude": 0.0, "frequency": 2.0,
+              "gravity": 10.0, "restitution": 0.97, "friction": 0.07533036207198225,
+              "friction_radius": 0.03566413246282494, "brake_torque": 0.004484617009191801,
+              "initial_forcing_phase": 0.0,
+              "trajectory": [(0.5, {"platform_rotation": (0.0, 0.0, 0.0)})]}, 0.0, 0.0,
+    ),
     "tied with the load after a chatter": (
         1.0, {**PRESSED, "friction": 0.0, "initial_height": 0.05, "load_torque": 0.01,
               "brake_torque": 0.01}, 0.0, 0.0,
