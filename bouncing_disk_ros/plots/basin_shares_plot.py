@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.plots.resilience_plot import draw_shares, line_colors, line_legend
+from bouncing_disk_ros.plots.line_picture import draw_shares, line_colors, line_legend
 from bouncing_disk_ros.plots.style import (
     BLUE,
     CONTACT,

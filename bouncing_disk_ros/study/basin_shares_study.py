@@ -23,7 +23,7 @@ from bouncing_disk_ros.analysis.dynamics.attractors import (
 from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED, shares
 from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+from bouncing_disk_ros.analysis.dynamics.start_window import (
     IN_CONTACT,
     Labelled,
     label_window,

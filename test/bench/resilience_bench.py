@@ -12,7 +12,7 @@ from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
 from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
 from bouncing_disk_ros.analysis.dynamics.orbit_curves import Window
 from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
-from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+from bouncing_disk_ros.analysis.dynamics.start_window import (
     label_window,
     window_starts,
 )

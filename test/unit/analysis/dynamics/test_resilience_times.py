@@ -9,7 +9,7 @@ import pytest
 
 from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
 from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+from bouncing_disk_ros.analysis.dynamics.start_window import (
     IN_CONTACT,
     label_window,
     window_starts,

@@ -10,7 +10,7 @@ import pytest
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.recorded.first_toss import (
+from support.first_toss import (
     HELICAL,
     final_orbit,
     joint_margin,
