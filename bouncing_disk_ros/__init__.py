@@ -8,23 +8,7 @@ What a user calls is a name of this package (`dir(bouncing_disk_ros)`), or in `b
 >>> fixed_point(0.45, 0.5).multipliers
 >>> basins(axial_forcing=0.34, width=60, height=60)["fraction"]
 
-The packages, from the top; imports point down only:
-
-| package | what it holds | may import |
-|---|---|---|
-| `nodes` | the executables, one package for each kind | all below |
-| `testing` | a pytest fixture with a stepped simulator, for tests of one's own | all below |
-| `ros` | conversions between messages and numbers, QoS, parameters | `run`, `core` |
-| `workbench` | the page in the browser | `plots`, `study`, `run`, `analysis`, `core` |
-| `plots` | results in, figures out | `analysis`, `core` |
-| `run` | one run without ROS: clocks, validation of commands, the record of inputs | `core` |
-| `study` | long work in chunks: stored as it grows, resumed, on many cores | `analysis`, `core` |
-| `analysis` | arrays in, results out | `core` |
-| `bag` | bytes and messages, never physics: write, read and mend bags | mcap, rosbags |
-| `core` | the physics: numbers in, numbers out; no clock, log, file or ROS | numpy, numba |
-
-Beside them the tables that every package but `core` may read: `parameters`, `topics`, `errors`,
-`executables`, `limits`, `environment` with `folders`, `kernel_cache` and `safe_path`.
+docs/architecture.md says which folder holds what, and which may import which.
 
 Importing the package is cheap: what is named below is loaded when first used.
 """
@@ -45,66 +29,66 @@ from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
     from bouncing_disk_ros import bag, plots, study
-    from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-    from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind, Attractors
-    from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
-    from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
-    from bouncing_disk_ros.analysis.dynamics.boundary import (
+    from bouncing_disk_ros.core.simulation import Simulation
+    from bouncing_disk_ros.errors import FailedError, InputError
+    from bouncing_disk_ros.maps.attractor_search import find_attractors
+    from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
+    from bouncing_disk_ros.maps.basin_labels import label_starts
+    from bouncing_disk_ros.maps.boundary import (
         basin_entropy,
         box_dimension,
         uncertainty_exponent,
     )
-    from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
-    from bouncing_disk_ros.analysis.dynamics.curve_family import curve_family
-    from bouncing_disk_ros.analysis.dynamics.edge_states import (
-        EdgeState,
-        edge_state,
-        saddle_of,
-    )
-    from bouncing_disk_ros.analysis.dynamics.fatal_changes import (
-        FatalRule,
-        fatal_impulses,
-        fatal_timing_errors,
-    )
-    from bouncing_disk_ros.analysis.dynamics.manifold_area import enclosed_share
-    from bouncing_disk_ros.analysis.dynamics.manifold_growth import (
-        GrowthRule,
-        Manifold,
-        saddle_manifolds,
-    )
-    from bouncing_disk_ros.analysis.dynamics.next_collision import (
+    from bouncing_disk_ros.maps.continuation import period_doublings
+    from bouncing_disk_ros.maps.mean_speed import best_lag
+    from bouncing_disk_ros.maps.next_collision import (
         Impacts,
         MapState,
         NextCollisionMap,
         spread_starts,
     )
-    from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
-    from bouncing_disk_ros.analysis.dynamics.orbit_curves import Curve, Window
-    from bouncing_disk_ros.analysis.dynamics.orbit_instants import instants_of
-    from bouncing_disk_ros.analysis.dynamics.periodic_orbit import (
+    from bouncing_disk_ros.maps.periodic_orbit import (
         PeriodicOrbit,
         fixed_point,
         periodic_orbit,
     )
-    from bouncing_disk_ros.analysis.recorded.estimate import (
+    from bouncing_disk_ros.maps.tosses import TossSetting, toss
+    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
+    from bouncing_disk_ros.report.estimate import (
         Estimate,
         friction_of,
         platform_velocities,
         restitution_of,
     )
-    from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
-    from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
-    from bouncing_disk_ros.analysis.recorded.run_summary import summary_of
-    from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss
-    from bouncing_disk_ros.core.simulation import Simulation
-    from bouncing_disk_ros.errors import FailedError, InputError
-    from bouncing_disk_ros.nodes.bags.bag_run import read_run
-    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
-    from bouncing_disk_ros.nodes.studies.figures import figures
+    from bouncing_disk_ros.report.orbit import Orbit, orbit_of
+    from bouncing_disk_ros.report.read_run import read_run
+    from bouncing_disk_ros.report.run_record import RunRecord
+    from bouncing_disk_ros.report.run_summary import summary_of
+    from bouncing_disk_ros.resilience_studies.curve_family import curve_family
+    from bouncing_disk_ros.resilience_studies.edge_states import (
+        EdgeState,
+        edge_state,
+        saddle_of,
+    )
+    from bouncing_disk_ros.resilience_studies.fatal_changes import (
+        FatalRule,
+        fatal_impulses,
+        fatal_timing_errors,
+        instants_of,
+    )
+    from bouncing_disk_ros.resilience_studies.manifold_area import enclosed_share
+    from bouncing_disk_ros.resilience_studies.manifold_growth import (
+        GrowthRule,
+        Manifold,
+        saddle_manifolds,
+    )
+    from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
+    from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, Window
     from bouncing_disk_ros.ros.from_messages import impacts_from_msg
     from bouncing_disk_ros.run.presets import load_preset, preset_names
     from bouncing_disk_ros.run.programmes import load_programme, programme_names
     from bouncing_disk_ros.run.simulate import Result, simulate
+    from bouncing_disk_ros.study.figures import figures
     from bouncing_disk_ros.study.functions import (
         basin_shares,
         basins,
@@ -122,31 +106,30 @@ if TYPE_CHECKING:
 
 #: module that has them -> public names
 _PUBLIC = {
-    "analysis.dynamics.attractor_search": "find_attractors",
-    "analysis.dynamics.attractors": "Attractor AttractorKind Attractors",
-    "analysis.dynamics.basin_labels": "label_starts",
-    "analysis.dynamics.best_lag": "best_lag",
-    "analysis.dynamics.boundary": "basin_entropy box_dimension uncertainty_exponent",
-    "analysis.dynamics.continuation": "period_doublings",
-    "analysis.dynamics.curve_family": "curve_family",
-    "analysis.dynamics.edge_states": "EdgeState edge_state saddle_of",
-    "analysis.dynamics.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors",
-    "analysis.dynamics.manifold_area": "enclosed_share",
-    "analysis.dynamics.manifold_growth": "GrowthRule Manifold saddle_manifolds",
-    "analysis.dynamics.next_collision": "Impacts MapState NextCollisionMap spread_starts",
-    "analysis.dynamics.orbit_branch": "orbit_curve",
-    "analysis.dynamics.orbit_curves": "Curve Window",
-    "analysis.dynamics.orbit_instants": "instants_of",
-    "analysis.dynamics.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
-    "analysis.recorded.estimate": "Estimate friction_of platform_velocities restitution_of",
-    "analysis.recorded.orbit": "Orbit orbit_of",
-    "analysis.recorded.run_record": "RunRecord",
-    "analysis.recorded.run_summary": "summary_of",
-    "analysis.toss.tosses": "TossSetting toss",
+    "maps.attractor_search": "find_attractors",
+    "maps.attractors": "Attractor AttractorKind Attractors",
+    "maps.basin_labels": "label_starts",
+    "maps.mean_speed": "best_lag",
+    "maps.boundary": "basin_entropy box_dimension uncertainty_exponent",
+    "maps.continuation": "period_doublings",
+    "resilience_studies.curve_family": "curve_family",
+    "resilience_studies.edge_states": "EdgeState edge_state saddle_of",
+    "resilience_studies.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors instants_of",
+    "resilience_studies.manifold_area": "enclosed_share",
+    "resilience_studies.manifold_growth": "GrowthRule Manifold saddle_manifolds",
+    "maps.next_collision": "Impacts MapState NextCollisionMap spread_starts",
+    "resilience_studies.orbit_branch": "orbit_curve",
+    "resilience_studies.orbit_curves": "Curve Window",
+    "maps.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
+    "report.estimate": "Estimate friction_of platform_velocities restitution_of",
+    "report.orbit": "Orbit orbit_of",
+    "report.run_record": "RunRecord",
+    "report.run_summary": "summary_of",
+    "maps.tosses": "TossSetting toss",
     "core.simulation": "Simulation",
     "errors": "FailedError InputError",
-    "nodes.bags.bag_run": "read_run",
-    "nodes.studies.figures": "figures",
+    "report.read_run": "read_run",
+    "study.figures": "figures",
     "nodes.simulator.simulator_node": "SimulatorNode",
     "ros.from_messages": "impacts_from_msg",
     "run.presets": "load_preset preset_names",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from collections.abc import Sequence
 
 from bouncing_disk_ros.environment import accept_any_text, outlive_reader
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
-from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+from bouncing_disk_ros.executables import EXECUTABLES, entry_point, loaded
 
 USAGE = "usage: python -m bouncing_disk_ros <executable> [arguments] [--ros-args ...]"
 
@@ -26,9 +25,8 @@ def run(name: str, arguments: Sequence[str]) -> int | None:
     if name not in EXECUTABLES:
         hint = closest(name, EXECUTABLES) or "Without a name, all executables are listed"
         raise InputError("executable", name, ", ".join(EXECUTABLES), hint)
-    module, function = entry_point(name).split(":")
     sys.argv = [name, *arguments]
-    code: int | None = getattr(importlib.import_module(module), function)()
+    code: int | None = loaded(entry_point(name))()
     return code
 
 

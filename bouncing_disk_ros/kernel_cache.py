@@ -24,8 +24,8 @@ from typing import Any
 
 from bouncing_disk_ros.folders import PACKAGE, base_folders, made_private
 
-KERNEL_FOLDERS = ("core", "collision_map", "juggling/kernels")
-"""The packages that hold all compiled functions."""
+KERNEL_FOLDERS = ("core", "maps", "motor_study", "juggling/kernels")
+"""The folders that hold all compiled functions."""
 UNUSED_DAYS = 30
 Shares = tuple[tuple[str, ...], ...]
 """Modules whose kernels are compiled side by side, those of a share by one process. Shares take
@@ -33,7 +33,7 @@ about the same time; modules that call the same inner functions are in one, for 
 compiles these anew."""
 _PHYSICS: tuple[Shares, ...] = (
     (
-        ("core.contact_event", "core.flight_event", "core.next_event"),
+        ("core.next_event", "core.next_event", "core.next_event"),
         ("core.event_store", "core.resolve_event", "core.input_kernels"),
     ),
     (("core.stepper",),),  # calls what the first two have compiled
@@ -44,19 +44,19 @@ _OFFSETS: tuple[Shares, ...] = (
 )
 _STUDIES: Shares = (
     (
-        "collision_map.lanes.attractor_lanes",
-        "collision_map.single_toss",
+        "maps.lanes.attractor_lanes",
+        "maps.single_toss",
         "juggling.kernels.loop_kernel",
     ),
     (
-        "collision_map.lanes.basin_kernel",
-        "collision_map.lanes.toss_lanes",
-        "collision_map.lyapunov_and_speed",
-        "collision_map.map_tangent",
-        "collision_map.clearance",
-        "collision_map.contact_return",
-        "collision_map.inverse_map",
-        "collision_map.motor_cell",
+        "maps.lanes.basin_kernel",
+        "maps.lanes.toss_lanes",
+        "maps.lyapunov_and_speed",
+        "maps.map_tangent",
+        "maps.clearance",
+        "maps.contact_return",
+        "maps.inverse_map",
+        "motor_study.motor_cell",
     ),
 )
 _UNUSED = ("scipy.linalg.cython_blas", "coverage")
@@ -69,10 +69,29 @@ _held: dict[Path, int] = {}
 def kernel_digest() -> str:
     """Return a digest of the kernels' sources; numba itself misses edits in their callees."""
     digest = hashlib.sha256()
-    package = Path(__file__).parent
-    for file in sorted(file for name in KERNEL_FOLDERS for file in (package / name).rglob("*.py")):
-        digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes() + b"\0")
+    for name, source in kernel_sources().items():
+        digest.update(name.encode() + b"\0" + source + b"\0")
     return digest.hexdigest()[:16]
+
+
+def kernel_sources() -> dict[str, bytes]:
+    """Modules with compiled functions and all that they import from KERNEL_FOLDERS: name -> source.
+
+    `name`: the path of the file in the package. Other files beside them, such as those that draw or
+    print, do not count: to change one of them compiles nothing anew.
+    """
+    package = Path(__file__).parent
+    files = (file for name in KERNEL_FOLDERS for file in sorted((package / name).rglob("*.py")))
+    sources = {str(file.relative_to(package)): file.read_bytes() for file in files}
+    waiting = [name for name, text in sources.items() if b".core.arithmetic import" in text]
+    needed: set[str] = set()
+    while waiting:
+        needed.add(name := waiting.pop())
+        for found in re.findall(rb"from bouncing_disk_ros\.([\w.]+) import", sources[name]):
+            target = found.decode().replace(".", "/") + ".py"
+            if target in sources and target not in needed:
+                waiting.append(target)
+    return {name: sources[name] for name in sorted(needed)}
 
 
 def numba_cache_directory() -> Path | None:

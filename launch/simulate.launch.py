@@ -142,7 +142,7 @@ def _transforms(given, flags, shared):
 
 def _robot_description(preset, prefix):
     """The URDF with the frames' names and the size of a preset's disk."""
-    from bouncing_disk_ros.ros.frames import robot_description
+    from bouncing_disk_ros.ros.transforms import robot_description
     from bouncing_disk_ros.run.presets import load_preset
 
     return robot_description({**(load_preset(preset) if preset else {}), "frame_prefix": prefix})

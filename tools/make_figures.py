@@ -29,8 +29,8 @@ from paper_figures import FIGURES, PaperFigure, page
 if TYPE_CHECKING:
     import xarray as xr
 
-    from bouncing_disk_ros.nodes.studies.study_tool import StudyTool
     from bouncing_disk_ros.study import Progress
+    from bouncing_disk_ros.study.study_tool import StudyTool
 
 ROOT = Path(__file__).resolve().parents[1]
 DPI = 110

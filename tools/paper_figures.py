@@ -10,18 +10,17 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
-from bouncing_disk_ros.analysis.dynamics.motor_points import Run, measure
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point, periodic_orbit
-from bouncing_disk_ros.analysis.motor_curves import friction_limit
-from bouncing_disk_ros.analysis.period_one import stability_limit
-from bouncing_disk_ros.analysis.scales import axial_forcing_of
-from bouncing_disk_ros.analysis.toss.extremes import extreme
-from bouncing_disk_ros.analysis.toss.tosses import toss
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.nodes.studies.basins import scales
+from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.motor_curves import friction_limit
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.maps.scales import axial_forcing_of, stability_limit
+from bouncing_disk_ros.maps.toss_extremes import extreme
+from bouncing_disk_ros.maps.tosses import toss
+from bouncing_disk_ros.motor_study.motor_points import Run, measure
 from bouncing_disk_ros.parameters import complete
 from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.study.basins.tool import scales
 
 
 class Number(NamedTuple):

@@ -32,7 +32,7 @@ COLORS = 128
 _START = """
 from bouncing_disk_ros.workbench import run_pane
 run_pane.PATH_SECONDS, run_pane.SPEED_SECONDS = 40.0, 300.0  # as long as in real time
-from bouncing_disk_ros.nodes.workbench.workbench import main
+from bouncing_disk_ros.workbench.workbench import main
 raise SystemExit(main())
 """
 

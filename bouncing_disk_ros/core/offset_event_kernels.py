@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import compile_also
-from bouncing_disk_ros.core.contact_event import after_contact
-from bouncing_disk_ros.core.flight_event import after_flight
 from bouncing_disk_ros.core.layout import MOTION, OFFSET_MOTION
-from bouncing_disk_ros.core.next_event import find_next
+from bouncing_disk_ros.core.next_event import after_contact, after_flight, find_next
 
 for _entry in (after_contact, after_flight, find_next):
     compile_also(_entry, MOTION.dtype, OFFSET_MOTION.dtype)

@@ -12,7 +12,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from bouncing_disk_ros.analysis.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
@@ -32,6 +31,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
     controller_settings,
     period_one_points,
 )
+from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 
 _GIGA = 1e9
 

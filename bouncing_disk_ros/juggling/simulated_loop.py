@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
-from bouncing_disk_ros.juggling.orbit_rotation import mean_rotor_speed
+from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed
+from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 
 _GIGA = 10**9
 _MASK = (1 << 64) - 1

@@ -6,14 +6,14 @@ import math
 from collections import deque
 from typing import Any
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.juggling.juggler import Controller, Juggler
 from bouncing_disk_ros.juggling.loop_settings import Array
 from bouncing_disk_ros.juggling.loop_verdict import Watch
-from bouncing_disk_ros.juggling.orbit_rotation import mean_rotor_speed
 from bouncing_disk_ros.juggling.own_controller import Setup
 from bouncing_disk_ros.juggling.simulated_loop import heard_of
+from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed
+from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.units import NS
 
 _MEASURED = 11

@@ -21,7 +21,7 @@ from bouncing_disk_ros.environment import security_is_on
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.run.refusal_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 try:
     from rclpy.experimental import EventsExecutor

@@ -1,7 +1,8 @@
-"""How the run is doing: counts and clocks in, a short report out, once a second."""
+"""What of the accepted inputs has not acted yet, counted."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -11,8 +12,35 @@ import numpy as np
 
 from bouncing_disk_ros.core.model import RESIDUAL_LIMIT, Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.pending_inputs import NOTHING_PENDING, Pending
 from bouncing_disk_ros.units import NS
+
+
+class Pending(NamedTuple):
+    """Accepted inputs that have not acted."""
+
+    motions: int = 0  # cross-fades that have not begun
+    impulses: int = 0
+    waiting: int = 0  # inputs whose instant is not resolved yet
+    next_ns: int | None = None  # when the first of them acts that waits for its stamp
+    trajectories: int = 0  # instants at which offset trajectories take over
+
+    def __str__(self) -> str:
+        parts = (
+            (self.motions, "motion(s)"), (self.trajectories, "offset(s)"),
+            (self.impulses, "impulse(s)"), (self.waiting, "waiting"),
+        )  # fmt: skip
+        if not any(count for count, _ in parts):
+            return "none"
+        text = ", ".join(f"{count} {what}" for count, what in parts if count)
+        return text if self.next_ns is None else f"{text}, the first at {self.next_ns / NS:.9f} s"
+
+
+NOTHING_PENDING = Pending()
+
+
+# ------------------------------------------------------------------------------------------------
+# How the run is doing: counts and clocks in, a short report out, once a second.
+
 
 LAG_WARN = 0.1
 LAG_ERROR = 1.0
@@ -174,3 +202,36 @@ class Health:
             "pending": str(now.pending),
         }
         return Status("inputs", level, message, values)
+
+
+# ------------------------------------------------------------------------------------------------
+# How a run stands, as named numbers that tools can plot: the content of disk/run_state.
+
+
+STATES = ("unconfigured", "inactive", "paused", "running", "stepping", "ended by a fault")
+"""The states of a run; `state` in disk/run_state is the index in this table."""
+_NO_ENERGY = Energy._make([math.nan] * len(Energy._fields))
+
+
+def run_values(now: Reading, refused: int) -> dict[str, float]:
+    """The fields of disk/run_state in their order; nan where there is none."""
+    pending = now.pending
+    values = {
+        "state": STATES.index(now.state),
+        "simulated_time": now.simulated_ns / NS,
+        "behind": now.lag_ns / NS,
+        "motion_index": now.motion_index,
+        "pending_motions": pending.motions,
+        "pending_impulses": pending.impulses,
+        "waiting_inputs": pending.waiting,
+        "next_input_time": math.nan if pending.next_ns is None else pending.next_ns / NS,
+        "accepted_inputs": now.accepted,
+        "refused_inputs": refused,
+        "lost_commands": now.lost,
+        "impact_rows": now.rows,
+        "skipped_samples": now.skipped,
+    }
+    energy = _NO_ENERGY if now.energy is None else now.energy
+    values |= {f"energy_{name}": value for name, value in energy._asdict().items()}
+    values["pending_trajectories"] = pending.trajectories
+    return {name: float(value) for name, value in values.items()}

@@ -24,9 +24,9 @@ from bouncing_disk_ros.core.model import (
 from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.health import Pending
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
-from bouncing_disk_ros.run.pending_inputs import Pending
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.run.trajectory_validation import Splice, as_record
 

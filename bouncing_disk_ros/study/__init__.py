@@ -1,14 +1,42 @@
-"""Long computations in chunks: stored as they grow, resumed, on all cores or on many machines.
+"""Long computations in parts: stored as they grow, resumed, on all cores or on many machines.
 
-A `Study` says what is computed; `run` computes what its store does not hold yet.
+A `Study` says what is computed; `run` computes what its store does not hold yet. The names are
+loaded when first used: the help of a study needs none of them.
 """
 
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study.runner import Progress, run
-from bouncing_disk_ros.study.store import export, open_result
-from bouncing_disk_ros.study.study_by_name import named
+from __future__ import annotations
 
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+    from bouncing_disk_ros.study.runner import Progress, run
+    from bouncing_disk_ros.study.store import export, open_result
+    from bouncing_disk_ros.study.study_by_name import named
+
+_PUBLIC = {
+    "definition": "Arrays Axis Field Region Study",
+    "runner": "Progress run",
+    "store": "export open_result",
+    "study_by_name": "named",
+}
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = [
     "Arrays", "Axis", "Field", "Progress", "Region", "Study", "export", "named", "open_result",
     "run",
 ]  # fmt: skip
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name when it is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names, loaded or not."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.attractor_matching import Seen, match_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import (
+from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
+    Seen,
+    match_attractors,
     numbered,
     periodic_name,
 )

@@ -9,8 +9,7 @@ from itertools import islice
 from typing import Any
 
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.lock import token_of
-from bouncing_disk_ros.study.store import Store, put
+from bouncing_disk_ros.study.store import Store, put, token_of
 
 PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""

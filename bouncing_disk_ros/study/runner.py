@@ -20,9 +20,8 @@ from tqdm import tqdm
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.described import described
-from bouncing_disk_ros.study.lock import exclusive_lock
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import RESULT, Store, opened
+from bouncing_disk_ros.study.store import RESULT, Store, exclusive_lock, opened
 from bouncing_disk_ros.study.study_by_name import named
 
 NICENESS = 10

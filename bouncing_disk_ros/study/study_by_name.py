@@ -10,17 +10,17 @@ from bouncing_disk_ros.study.definition import Study
 from bouncing_disk_ros.study_tables import LISTS, STUDY_TABLES, refuse_idle, refuse_not_taken
 
 _MODULES = {
-    "basin_shares": ("basin_shares_study", "BasinShares"),
-    "basins": ("basin_study", "Basins"),
-    "bifurcation": ("bifurcation_study", "Bifurcation"),
-    "curves": ("curves_study", "Curves"),
-    "juggling": ("juggling_study", "Juggling"),
-    "manifolds": ("manifolds_study", "Manifolds"),
-    "motor": ("motor_study", "Motor"),
-    "parameter_map": ("parameter_map_study", "ParameterMap"),
-    "resilience": ("resilience_study", "ResilienceStudy"),
-    "toss_map": ("toss_map_study", "TossMap"),
-    "toss_paths": ("toss_paths_study", "TossPaths"),
+    "basin_shares": ("study.basin_shares.compute", "BasinShares"),
+    "basins": ("study.basins.compute", "Basins"),
+    "bifurcation": ("study.bifurcation.compute", "Bifurcation"),
+    "curves": ("resilience_studies.curves.compute", "Curves"),
+    "juggling": ("juggling.compute", "Juggling"),
+    "manifolds": ("resilience_studies.manifolds.compute", "Manifolds"),
+    "motor": ("motor_study.compute", "Motor"),
+    "parameter_map": ("study.parameter_map.compute", "ParameterMap"),
+    "resilience": ("resilience_studies.resilience.compute", "ResilienceStudy"),
+    "toss_map": ("study.toss_map.compute", "TossMap"),
+    "toss_paths": ("study.toss_paths.compute", "TossPaths"),
 }
 """Study -> its module and class; loaded when asked for."""
 
@@ -42,7 +42,7 @@ def named(name: str, **given: object) -> Study:
             raise InputError("parameter", key, ", ".join(table), closest(key, table))
     given = {key: listed_text(one) if key in LISTS else one for key, one in given.items()}
     values = {key: spec.checked(given.get(key, spec.default)) for key, spec in table.items()}
-    module = importlib.import_module(f"bouncing_disk_ros.study.{_MODULES[name][0]}")
+    module = importlib.import_module(f"bouncing_disk_ros.{_MODULES[name][0]}")
     made: Study = getattr(module, _MODULES[name][1])(values)
     refuse_idle(name, values)
     return made

@@ -17,9 +17,9 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind
-from bouncing_disk_ros.plots.basin_plot import colors_of
-from bouncing_disk_ros.plots.style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
+from bouncing_disk_ros.maps.attractors import AttractorKind
+from bouncing_disk_ros.report.style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
+from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.workbench.start_orbit import Orbit
 from bouncing_disk_ros.workbench.start_plane import View, Window, described, points_of, whole_window
 

@@ -15,8 +15,7 @@ from bokeh.models import Button, Div
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.workbench.basin_figures import WIDE, MapFigure, PathFigure, legend
 from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane
-from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
 from bouncing_disk_ros.workbench.start_plane import Section, View, Window, pixel_centre, section_of
 

@@ -9,19 +9,19 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.absorbing_region import AbsorbingRegion, absorbing_regions
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import (
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
     Attractors,
     numbered,
 )
-from bouncing_disk_ros.analysis.dynamics.basin_labels import UNRESOLVED as UNDECIDED
-from bouncing_disk_ros.analysis.dynamics.basin_labels import LabelRule, label_starts
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.basin_labels import UNRESOLVED as UNDECIDED
+from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.start_plane import (
     UNRESOLVED,
     View,

@@ -23,11 +23,11 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from matplotlib.colors import Colormap, to_hex
 
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, numbered
 from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.parameters import DEFAULTS, TABLE
-from bouncing_disk_ros.plots.bifurcation_plot import CONTACT_INK, INK
-from bouncing_disk_ros.plots.style import BLACK, GREEN, REST, in_pi
+from bouncing_disk_ros.report.style import BLACK, GREEN, REST, in_pi
+from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK
 from bouncing_disk_ros.workbench.basin_view import attractors_at
 from bouncing_disk_ros.workbench.bifurcation_view import (
     BEGIN,
@@ -42,8 +42,7 @@ from bouncing_disk_ros.workbench.bifurcation_view import (
     diagram,
     images,
 )
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane
-from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
 
 REST_FORCING = 1.0 / math.pi

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import Branch, from_starts
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.plots.bifurcation_plot import density
+from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.study.bifurcation.picture import density
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 COARSE, FULL = 160, 800

@@ -19,9 +19,9 @@ from bokeh.models import (
     TextInput,
 )
 
-from bouncing_disk_ros.analysis.period_one import refuse_unsettled
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.scales import refuse_unsettled
 from bouncing_disk_ros.parameters import TABLE, spec_of
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.workbench.actions import (
@@ -42,8 +42,7 @@ from bouncing_disk_ros.workbench.control_table import (
     shown_unit,
 )
 from bouncing_disk_ros.workbench.juggling_controls import JugglingControls
-from bouncing_disk_ros.workbench.run_link import RunLink
-from bouncing_disk_ros.workbench.run_view import numbers
+from bouncing_disk_ros.workbench.run_link import RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 WIDTH = 320

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import MOTION_NAMES

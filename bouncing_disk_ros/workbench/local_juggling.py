@@ -7,7 +7,6 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
@@ -22,6 +21,7 @@ from bouncing_disk_ros.juggling.loop_verdict import Watch
 from bouncing_disk_ros.juggling.own_controller import Setup
 from bouncing_disk_ros.juggling.simulated_loop import hear_row, run_loop
 from bouncing_disk_ros.juggling.watched_loop import WatchedLoop, phase_at_zero
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap

@@ -1,8 +1,4 @@
-"""What is known of a run, shared by all pages: samples, impacts, speeds, motions, parameters.
-
-One writer (a thread that hears the topics, a simulation of its own, a bag) and any number of
-readers; each call holds the lock for some microseconds. Times are simulated seconds.
-"""
+"""Rows with a time, appended at the end; only the newest are kept."""
 
 from __future__ import annotations
 
@@ -21,7 +17,61 @@ from bouncing_disk_ros.core.model import ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
-from bouncing_disk_ros.workbench.row_buffer import RowBuffer
+
+
+class RowBuffer:
+    """A table of rows of one dtype whose field `time` never falls; holds the newest `keep`.
+
+    Appending costs the same however many rows are held: half of the space is moved at a time.
+    """
+
+    def __init__(self, dtype: Any, keep: int) -> None:
+        self._rows = np.zeros(2 * keep, dtype)
+        self._keep, self._first, self._end = keep, 0, 0
+
+    def __len__(self) -> int:
+        return self._end - self._first
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """All rows held, a view: copy what shall stay."""
+        return self._rows[self._first : self._end]
+
+    def append(self, rows: NDArray[np.void]) -> None:
+        """Add rows at the end; the oldest fall out."""
+        rows = rows[-self._keep :]
+        if self._end + len(rows) > len(self._rows):
+            kept = self.rows[-self._keep :].copy()
+            self._first, self._end = 0, len(kept)
+            self._rows[: len(kept)] = kept
+            if self._end + len(rows) > len(self._rows):
+                raise AssertionError("more rows than the space for them")
+        self._rows[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+        self._first = max(self._first, self._end - self._keep)
+
+    def clear(self) -> None:
+        """Forget all rows."""
+        self._first = self._end = 0
+
+    def between(self, after: float, until: float, most: int) -> NDArray[np.void]:
+        """A copy of the rows with after < time <= until: the last `most` of them."""
+        times = self.rows["time"]
+        low, high = np.searchsorted(times, [after, until], side="right")
+        return self.rows[max(low, high - most) : high].copy()
+
+    def last(self, until: float) -> np.void | None:
+        """The newest row with time <= until; None where there is none."""
+        place = int(np.searchsorted(self.rows["time"], until, side="right"))
+        return self.rows[place - 1].copy() if place else None
+
+
+# ------------------------------------------------------------------------------------------------
+# What is known of a run, shared by all pages: samples, impacts, speeds, motions, parameters.
+#
+# One writer (a thread that hears the topics, a simulation of its own, a bag) and any number of
+# readers; each call holds the lock for some microseconds. Times are simulated seconds.
+
 
 _SAMPLE_FIELDS = (
     "time", "disk_position", "platform_position", "disk_angle", "platform_angle",

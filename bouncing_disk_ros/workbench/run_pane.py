@@ -1,21 +1,25 @@
-"""The pane of a run: puts frames of a `RunView` into the figures, as fast as the page draws."""
+"""When to send a page the next frame: only as fast as it draws.
+
+Bokeh's browser side tells the end of an axis that follows the data once it has drawn them; that is
+the acknowledgement. A page that draws slowly, or lies in a hidden tab and draws nothing, gets fewer
+frames instead of a queue that grows.
+"""
 
 from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from bokeh.layouts import column, row
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench.flow_control import FlowControl
 from bouncing_disk_ros.workbench.run_figures import (
     DISK,
     MARKS,
@@ -26,15 +30,136 @@ from bouncing_disk_ros.workbench.run_figures import (
     run_figures,
 )
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, SPEED_DTYPE, RunHistory
-from bouncing_disk_ros.workbench.run_view import (
+from bouncing_disk_ros.workbench.run_link import (
     PATH_SECONDS,
     SPEED_SECONDS,
     Frame,
     RunView,
     numbers,
 )
-from bouncing_disk_ros.workbench.side_window import SideWindow, fitted, length_unit, side_window
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
+
+MOST_AHEAD = 3
+"""Frames that may be on their way."""
+PATIENCE = 1.0
+"""Seconds after which a frame goes out though nothing was acknowledged: the word may be lost.
+Doubled each time, up to LONGEST."""
+LONGEST = 64.0
+
+
+class FlowControl:
+    """Counts the frames on their way to one page. Times of the clock in s, `end`s of the axis."""
+
+    def __init__(self) -> None:
+        self.sent = 0
+        self.drawn = 0
+        self._ahead: deque[float] = deque()
+        self._last = -LONGEST
+        self._patience = PATIENCE
+
+    def may_send(self, now: float) -> bool:
+        """Whether the page has room for another frame."""
+        if len(self._ahead) < MOST_AHEAD:
+            return True
+        return now - self._last >= self._patience
+
+    def note_sent(self, now: float, end: float) -> None:
+        """A frame has gone out that moves the axis to an end."""
+        if len(self._ahead) >= MOST_AHEAD:
+            self._ahead.popleft()
+            self._patience = min(2.0 * self._patience, LONGEST)
+        self._ahead.append(end)
+        self._last = now
+        self.sent += 1
+
+    def note_drawn(self, end: float) -> None:
+        """The page has drawn an axis up to an end."""
+        self._patience = PATIENCE
+        while self._ahead and (self._ahead[0] <= end + 1e-9 or self._ahead[-1] < end):
+            self._ahead.popleft()
+            self.drawn += 1
+
+    def restart(self) -> None:
+        """The axis begins anew: nothing is on its way."""
+        self._ahead.clear()
+
+
+# ------------------------------------------------------------------------------------------------
+# The window of the side view: to scale where that shows the motion, else heights magnified.
+
+
+MARGIN = 1.15
+"""The picture is so much wider than the disk."""
+STILL = 1e-6
+"""A motion of less than this part of the disk's diameter is none: nothing is magnified."""
+LEAST_SHARE = 0.08
+"""Of the window's height the motion fills this at least; below, heights are magnified."""
+
+
+class SideWindow(NamedTuple):
+    """Ranges of the side view, m. `magnification` of heights against widths; 1: to scale."""
+
+    half_width: float
+    low: float
+    high: float
+    magnification: float
+
+
+def nice_above(value: float) -> float:
+    """The smallest of 1, 2, 5 × a power of ten that is not below a value > 0."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9))
+
+
+def side_window(diameter: float, low: float, high: float, aspect: float) -> SideWindow:
+    """A window that holds the disk's diameter and heights from `low` to `high`, all in m.
+
+    `aspect`: height over width of the picture. To scale where the motion then fills LEAST_SHARE of
+    the height or more; else heights are magnified by 1, 2 or 5 × a power of ten.
+    """
+    span = max(high - low, 1e-12 * diameter, 1e-300)
+    width = MARGIN * diameter
+    needed = 1.3 * span
+    if needed > width * aspect:  # the motion is higher than the picture of the disk is wide
+        height = nice_above(needed)
+        width, magnification = height / aspect, 1.0
+    else:
+        magnification = 1.0
+        if STILL * diameter < needed < LEAST_SHARE * width * aspect:
+            magnification = nice_above(0.35 * width * aspect / needed) / 2.0
+        height = width * aspect / magnification
+    middle = 0.5 * (low + high)
+    step = height / 10.0
+    middle = round(middle / step) * step
+    return SideWindow(0.5 * width, middle - 0.5 * height, middle + 0.5 * height, magnification)
+
+
+def fitted(low: float, high: float, least: float, start: float, end: float) -> tuple[float, float]:
+    """A range for values from `low` to `high`, at least `least` wide.
+
+    It is the one from `start` to `end` where that fits still: so it does not tremble.
+    """
+    span = max(high - low, least, 1e-9 * abs(high), 1e-12)
+    if start <= low and high <= end and span >= 0.4 * (end - start):
+        return start, end
+    middle = 0.5 * (low + high)
+    return middle - 0.65 * span, middle + 0.65 * span
+
+
+LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
+
+
+def length_unit(span: float) -> tuple[float, str]:
+    """A unit of length in which a span has 0.5 to 500 or so: its size in m, its name."""
+    for size, name in LENGTHS:
+        if span >= 0.5 * size:
+            return size, name
+    return LENGTHS[-1]
+
+
+# ------------------------------------------------------------------------------------------------
+# The pane of a run: puts frames of a `RunView` into the figures, as fast as the page draws.
+
 
 KEPT_PATH, KEPT_SPEEDS, KEPT_POINTS = 2000, 1000, 5000
 """Rows that a figure holds in the browser."""

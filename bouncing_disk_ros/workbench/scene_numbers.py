@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
-from bouncing_disk_ros.analysis.dynamics.boundary import uncertainty_exponent
-from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
-from bouncing_disk_ros.analysis.scales import angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.core.model import ImpactKind
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.maps.boundary import uncertainty_exponent
+from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.mean_speed import best_lag
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.scales import angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.study.functions import basins, motor
 from bouncing_disk_ros.workbench.actions import Perform

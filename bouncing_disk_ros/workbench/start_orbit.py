@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.scales import velocity_scale
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import FailedError
+from bouncing_disk_ros.maps.scales import velocity_scale
 from bouncing_disk_ros.parameters import Value, complete
 from bouncing_disk_ros.run.session import Session, motion_of
 from bouncing_disk_ros.run.time_map import Grid, nanoseconds

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.attractors import (
+from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
     refuse_conservative,
 )
-from bouncing_disk_ros.analysis.scales import acceleration, axial_forcing_of, velocity_scale
-from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.study_tables import STUDY_TABLES

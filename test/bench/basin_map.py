@@ -20,7 +20,7 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+from bouncing_disk_ros.maps.lanes.basin_kernel import (
     LaneLabels,
     LaneRule,
     known_points,

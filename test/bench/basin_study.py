@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.study.basin_study import Basins
+from bouncing_disk_ros.study.basins.compute import Basins
 from bouncing_disk_ros.study_tables import COMMON, table_of
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from bench.basin_study import basins
 from bench.table import Row, row
 from bouncing_disk_ros.study import Region, open_result, run
-from bouncing_disk_ros.study.basin_study import Basins
+from bouncing_disk_ros.study.basins.compute import Basins
 from bouncing_disk_ros.study.store import Store
 
 PART = "cluster"

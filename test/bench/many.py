@@ -22,8 +22,8 @@ from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
 from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.rotation_lanes import iterate_rotation
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60

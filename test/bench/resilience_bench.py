@@ -7,18 +7,18 @@ import time
 import numpy as np
 
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.analysis.dynamics.fatal_changes import FatalRule
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
-from bouncing_disk_ros.analysis.dynamics.orbit_curves import Window
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
-from bouncing_disk_ros.analysis.dynamics.start_window import (
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.start_window import (
     label_window,
     window_starts,
 )
-from bouncing_disk_ros.analysis.dynamics.resilience_measures import (
+from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
+from bouncing_disk_ros.resilience_studies.measures import (
     measure as measure_attractor,
 )
+from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
+from bouncing_disk_ros.resilience_studies.orbit_curves import Window
 
 PART = "resilience"
 STARTS = 1000

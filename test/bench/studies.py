@@ -17,9 +17,9 @@ import numpy as np
 from bench import cluster
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.basin_study import Basins
+from bouncing_disk_ros.study.basins.compute import Basins
 
 PART = "studies"
 ROUNDS = 5

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.c_reference import CReference, CTosses
-from bouncing_disk_ros.analysis.toss.tosses import LOWEST, PAPER, amplitudes
-from bouncing_disk_ros.collision_map import single_toss
-from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
+from bouncing_disk_ros.maps import single_toss
+from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
+from bouncing_disk_ros.maps.tosses import LOWEST, PAPER, amplitudes
 
 LAGS, ANGLES = 400, 250
 AGREEMENT = 1e-10  # of the largest speed, delay and work; roundings are magnified near a graze

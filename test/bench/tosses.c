@@ -1,4 +1,4 @@
-/* Single tosses in scalar C: the yardstick of collision_map/lanes/toss_lanes.py in `make bench`.
+/* Single tosses in scalar C: the yardstick of maps/lanes/toss_lanes.py in `make bench`.
 
    One ride after the other, with the sines, arc sines and arc tangents of libm. With x = wt, speeds
    over w, and everything over Iw^2, a slip obeys sign*w_T = K - fall*x - (p cos x - q sin x), so that

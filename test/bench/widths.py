@@ -22,7 +22,7 @@ from bench.basin_map import PIXELS, BasinMap
 from bench.c_reference import CLanes, CReference
 from bench.table import Aim, Row, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 
 PART = "narrower vectors"
 #: name of the processor -> what its vectors are called, and the flags of /proc/cpuinfo it needs

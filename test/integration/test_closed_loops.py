@@ -18,7 +18,7 @@ from std_msgs.msg import String
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator import simulator_run
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
+from bouncing_disk_ros.ros.serialized import trajectory_from_bytes
 from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.testing import SteppedSimulator

@@ -18,14 +18,15 @@ import yaml
 import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES
+from bouncing_disk_ros.juggling import juggle
+from bouncing_disk_ros.nodes import echo_impacts, perform
 from bouncing_disk_ros.nodes.demo import demo
-from bouncing_disk_ros.nodes.live import echo_impacts, juggle, perform
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
-from bouncing_disk_ros.nodes.workbench import workbench
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
+from bouncing_disk_ros.workbench import workbench
 from support.processes import environment
 from support.ros_peer import message_type
 

@@ -22,12 +22,12 @@ from bouncing_disk_ros.core.model import InitialState
 from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.juggling.juggle import OPTIONS
+from bouncing_disk_ros.juggling.juggle_node import JuggleNode
 from bouncing_disk_ros.juggling.juggler import Juggler
 from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
-from bouncing_disk_ros.nodes.live.juggle import OPTIONS
-from bouncing_disk_ros.nodes.live.juggle_node import JuggleNode
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator

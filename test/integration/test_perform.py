@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.recorded.impact_text import csv_heading
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.nodes.live.performer import cancelling
+from bouncing_disk_ros.nodes.performer import cancelling
+from bouncing_disk_ros.report.impact_text import csv_heading
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from support.processes import Process, Starter, environment

@@ -10,7 +10,6 @@ import pytest
 import rclpy
 from bokeh.document import Document
 
-from bouncing_disk_ros.nodes.workbench.ros_link import RosLink
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.testing import SteppedSimulator
@@ -18,6 +17,7 @@ from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Lifecycle
 from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
+from bouncing_disk_ros.workbench.ros_link import RosLink
 from support.page_link import change, click, model
 from support.processes import PATIENCE
 

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
-from bouncing_disk_ros.analysis.dynamics.orbit_branch import orbit_curve
-from bouncing_disk_ros.analysis.dynamics.orbit_curves import Window
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
+from bouncing_disk_ros.resilience_studies.orbit_curves import Window
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(600)]
 

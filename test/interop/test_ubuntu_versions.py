@@ -28,7 +28,6 @@ OURS = (
 TESTED = (
     "test/unit/core",
     "test/unit/ros",
-    "test/unit/plots",
     "test/unit/study/test_studies.py",
     "test/integration/test_simulator_stepped.py",
     "test/integration/test_simulator_process.py",

@@ -13,9 +13,9 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.report.orbit import Orbit, orbit_of
 from bouncing_disk_ros.units import NS
 
 Programme = Sequence[tuple[float, Motion]]

@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.analysis.period_one import period_one
-from bouncing_disk_ros.analysis.scales import velocity_scale
-from bouncing_disk_ros.collision_map.axial_map import (
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, Motion
+from bouncing_disk_ros.maps.axial_map import (
     MAP_IMPACT,
     ORBIT_DELAY,
     ORBIT_KIND,
@@ -17,7 +16,7 @@ from bouncing_disk_ros.collision_map.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, Motion
+from bouncing_disk_ros.maps.scales import period_one, velocity_scale
 
 DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
 

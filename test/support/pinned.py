@@ -14,39 +14,38 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import Simulation, parameters, simulate
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.attractors import AttractorKind, Attractors
-from bouncing_disk_ros.analysis.dynamics.basin_labels import label_starts
-from bouncing_disk_ros.analysis.dynamics.best_lag import best_lag
-from bouncing_disk_ros.analysis.dynamics.boundary import (
+from bouncing_disk_ros.core.arithmetic import sine_and_cosine
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
+from bouncing_disk_ros.maps.axial_map import axial_orbit
+from bouncing_disk_ros.maps.basin_labels import label_starts
+from bouncing_disk_ros.maps.boundary import (
     basin_entropy,
     box_dimension,
     uncertainty_exponent,
 )
-from bouncing_disk_ros.analysis.dynamics.continuation import period_doublings
-from bouncing_disk_ros.analysis.dynamics.grazing import orbit_end
-from bouncing_disk_ros.analysis.dynamics.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import PeriodicOrbit, fixed_point
-from bouncing_disk_ros.analysis.dynamics.settled_speed import settled_speeds
-from bouncing_disk_ros.analysis.toss.extremes import extreme
-from bouncing_disk_ros.analysis.toss.path import toss_paths, toss_trajectory
-from bouncing_disk_ros.analysis.toss.tosses import TossSetting, toss, toss_pixels
-from bouncing_disk_ros.collision_map.axial_map import axial_orbit
-from bouncing_disk_ros.collision_map.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.collision_map.lanes.basin_kernel import (
+from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.grazing import orbit_end
+from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.basin_kernel import (
     LaneLabels,
     LaneRule,
     known_points,
     label_lanes,
 )
-from bouncing_disk_ros.collision_map.lanes.lane_arithmetic import fused
-from bouncing_disk_ros.collision_map.lanes.rotation_lanes import iterate_rotation
-from bouncing_disk_ros.collision_map.lyapunov_and_speed import measure_attractor
-from bouncing_disk_ros.collision_map.map_tangent import axial_tangent
-from bouncing_disk_ros.collision_map.rotation_map import collision_orbit
-from bouncing_disk_ros.core.arithmetic import sine_and_cosine
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
+from bouncing_disk_ros.maps.lanes.lane_arithmetic import fused
+from bouncing_disk_ros.maps.lanes.rotation_lanes import iterate_rotation
+from bouncing_disk_ros.maps.lyapunov_and_speed import measure_attractor
+from bouncing_disk_ros.maps.map_tangent import axial_tangent
+from bouncing_disk_ros.maps.mean_speed import best_lag, settled_speeds
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
+from bouncing_disk_ros.maps.rotation_map import collision_orbit
+from bouncing_disk_ros.maps.toss_extremes import extreme
+from bouncing_disk_ros.maps.toss_path import toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.changed_run import changes_of, what_if
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json

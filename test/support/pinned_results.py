@@ -18,22 +18,22 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import bag, study
-from bouncing_disk_ros.analysis.recorded.estimate import (
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.report.estimate import (
     Estimate,
     friction_of,
     platform_velocities,
     restitution_of,
 )
-from bouncing_disk_ros.analysis.recorded.impact_energy import impact_energy
-from bouncing_disk_ros.analysis.recorded.orbit import Orbit, orbit_of
-from bouncing_disk_ros.analysis.recorded.section import Axis, return_map_of, section_of
-from bouncing_disk_ros.analysis.recorded.transient import Transient, transient_of
-from bouncing_disk_ros.analysis.report.report_tables import tables
-from bouncing_disk_ros.analysis.report.run_report import Report, report_of
-from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
-from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.report.impact_energy import impact_energy
+from bouncing_disk_ros.report.orbit import Orbit, orbit_of
+from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
+from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.run_report import Report, report_of
+from bouncing_disk_ros.report.section import Axis, return_map_of, section_of
+from bouncing_disk_ros.report.transient import Transient, transient_of
 from bouncing_disk_ros.run.simulate import simulate
 from support.digest import nearly
 from support.recorded import START_NS, RecordedRun

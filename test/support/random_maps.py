@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import (
+from bouncing_disk_ros.core.layout import disk_record
+from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.maps.lanes.axial_lanes import (
     COUNT_CONTACTS,
     COUNT_RESTS,
     iterate_axial,
 )
-from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
-from bouncing_disk_ros.core.layout import disk_record
-from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
 from bouncing_disk_ros.proof.event_trace import disk_of
 from bouncing_disk_ros.proof.exact_records import MotionRecord
 from bouncing_disk_ros.proof.map_proof import Collision, MapKind

@@ -19,16 +19,16 @@ from typing import Any
 import numpy as np
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.analysis.recorded.section import single_impacts
-from bouncing_disk_ros.analysis.recorded.spans import Segment, known
-from bouncing_disk_ros.analysis.report.report_panels import panels
-from bouncing_disk_ros.analysis.report.report_text import lines
-from bouncing_disk_ros.analysis.report.run_report import Report, SegmentReport, report_of
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce, join_rows
 from bouncing_disk_ros.core.offset import CUBIC, QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bags.bag_run import BagRun, ReadOptions
+from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
+from bouncing_disk_ros.report.report_panels import panels
+from bouncing_disk_ros.report.report_text import lines
+from bouncing_disk_ros.report.run_report import Report, SegmentReport, report_of
+from bouncing_disk_ros.report.section import single_impacts
+from bouncing_disk_ros.report.spans import Segment, known
 from bouncing_disk_ros.run.input_replay import apply, restored
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice

@@ -247,7 +247,7 @@ def _start_of(
 
 def _spread(count: int, lowest: float) -> list[tuple[float, float]]:
     """As the page of the study says: starts spread evenly over forcing phase and velocity."""
-    from bouncing_disk_ros.analysis.dynamics.next_collision import spread_starts
+    from bouncing_disk_ros.maps.next_collision import spread_starts
 
     return [(one.forcing_phase, one.axial_impact_velocity) for one in spread_starts(count, lowest)]
 

@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 TOOLS = {
-    "bag_report": "bouncing_disk_ros.nodes.bags.bag_report:main",
+    "bag_report": "bouncing_disk_ros.nodes.bag_report:main",
     "replay": "bouncing_disk_ros.nodes.replay.replay:main",
-    "bag_recover": "bouncing_disk_ros.nodes.bags.bag_recover:main",
+    "bag_recover": "bouncing_disk_ros.nodes.bag_recover:main",
     "read": "support.tool_server:read",
     "study": "support.tool_server:study",
 }
@@ -94,8 +94,8 @@ def read(arguments: Sequence[str]) -> int:
 def study(arguments: Sequence[str]) -> int:
     """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
     from bouncing_disk_ros.errors import InputError
-    from bouncing_disk_ros.nodes.studies.study_bag import read_bag
     from bouncing_disk_ros.ros.spin import bad_input
+    from bouncing_disk_ros.study.from_bag import read_bag
     from bouncing_disk_ros.study_tables import STUDY_TABLES
 
     wanted = ("axial_forcing", "restitution", "phase_lag")

@@ -20,7 +20,7 @@ class Finder:
         if name == "bouncing_disk_ros.kernel_cache":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder())
-import bouncing_disk_ros.nodes.bags.bag_report
+import bouncing_disk_ros.nodes.bag_report
 """
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import follow
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.bifurcation_diagram import follow
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = ROOT / "tools"

@@ -134,6 +134,9 @@ def test_the_users_cache_folder_stays(clean: pytest.MonkeyPatch) -> None:
     assert os.environ["NUMBA_CACHE_DIR"] == "/some/where"
 
 
+KERNEL = "from bouncing_disk_ros.core.arithmetic import kernel"
+
+
 @pytest.mark.parametrize("name", kernel_cache.KERNEL_FOLDERS)
 def test_digest_changes_with_any_file_of_the_kernels(
     name: str, clean: pytest.MonkeyPatch, tmp_path: Path
@@ -142,14 +145,15 @@ def test_digest_changes_with_any_file_of_the_kernels(
     core.mkdir(parents=True)
     clean.setattr(kernel_cache, "__file__", str(tmp_path / "kernel_cache.py"))
     seen = {kernel_cache.kernel_digest()}
-    (core / "a.py").write_text("x = 1")
+    (core / "a.py").write_text(f"{KERNEL}\nx = 1")
     seen.add(kernel_cache.kernel_digest())
-    (core / "a.py").write_text("x = 2")
+    (core / "a.py").write_text(f"{KERNEL}\nx = 2")
     seen.add(kernel_cache.kernel_digest())
     (core / "a.py").rename(core / "b.py")
     seen.add(kernel_cache.kernel_digest())
     assert len(seen) == 4
     (core / "notes.txt").touch()
+    (core / "picture.py").write_text("x = 1")  # no kernel
     assert kernel_cache.kernel_digest() in seen
 
 

@@ -19,8 +19,8 @@ import pytest
 import yaml
 
 from bouncing_disk_ros import executables, parameters, topics
-from bouncing_disk_ros.nodes.live import juggle
-from bouncing_disk_ros.ros.frames import robot_description
+from bouncing_disk_ros.juggling import juggle
+from bouncing_disk_ros.ros.transforms import robot_description
 from bouncing_disk_ros.run.presets import load_preset
 
 ROOT = Path(__file__).resolve().parents[2]

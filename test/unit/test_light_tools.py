@@ -13,7 +13,7 @@ from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 
 @pytest.mark.parametrize(
-    "module", ["demo.demo_node", "live.performer", "live.impact_printer", "recorder.recorder_node"]
+    "module", ["demo.demo_node", "performer", "impact_printer", "recorder.recorder_node"]
 )
 def test_importing_a_tool_loads_no_kernels(module: str) -> None:
     code = (

@@ -10,8 +10,8 @@ from pathlib import Path
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.nodes.shared.startup import Start, run_without_ros
 from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.ros.startup import Start, run_without_ros
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
 watch both over DDS, record the run, and show the result: a summary, a picture, a report on

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
-from bouncing_disk_ros.analysis.recorded.run_summary import last_orbit
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
@@ -25,9 +24,10 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     verdict,
 )
 from bouncing_disk_ros.nodes.demo.watcher import DemoWatcher
-from bouncing_disk_ros.nodes.shared.child import Child
-from bouncing_disk_ros.nodes.shared.node_tool import options, wait_for
 from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.report.run_summary import last_orbit
+from bouncing_disk_ros.ros.child import Child
+from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.units import NS

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
-from bouncing_disk_ros.analysis.recorded.run_summary import Summary, lines, summary_of
-from bouncing_disk_ros.analysis.scales import axial_forcing_of
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.report.run_record import RunRecord
+from bouncing_disk_ros.report.run_summary import Summary, lines, summary_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 
@@ -58,7 +58,7 @@ def change_text(motion: MotionInForce, disk: Disk) -> str:
 
 def show_summary(record: RunRecord, picture: Path) -> Summary:
     """Print the summary and draw the picture."""
-    from bouncing_disk_ros.plots.run_plot import run_picture, save_picture
+    from bouncing_disk_ros.report.run_picture import run_picture, save_picture
 
     summary = summary_of(record)
     known = [line for line in lines(summary) if "nan" not in line.split()]

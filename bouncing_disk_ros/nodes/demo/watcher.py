@@ -9,9 +9,9 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from bouncing_disk_ros.analysis.recorded.run_record import RunRecord
 from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.nodes.shared.run_record_builder import RunRecordBuilder
+from bouncing_disk_ros.report.run_record import RunRecord
+from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import TOPICS
 

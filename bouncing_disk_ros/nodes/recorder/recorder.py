@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS
-from bouncing_disk_ros.nodes.shared.startup import Start
+from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C
 completes the bag and ends. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""

@@ -37,11 +37,11 @@ from bouncing_disk_ros.nodes.recorder.recorder_options import (
     writer_options,
 )
 from bouncing_disk_ros.nodes.recorder.recorder_status import RecorderStatus
-from bouncing_disk_ros.nodes.shared.node_tool import options
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
+from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.run.refusal_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 LOOK_SECONDS = 0.2
 """How often the graph is looked at."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bags.recorded_runs import (
+from bouncing_disk_ros.report.recorded_runs import (
     IMPACTS,
     INPUTS,
     Heard,

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.nodes.bags.bag_tool import run_bag_tool, walking
-from bouncing_disk_ros.nodes.shared.startup import split_arguments
+from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
+from bouncing_disk_ros.ros.startup import split_arguments
 from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
 from bouncing_disk_ros.units import NS
 

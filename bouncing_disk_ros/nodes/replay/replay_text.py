@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 import bouncing_disk_ros
-from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
 from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.nodes.replay.bag_streams import ReplayedBag
+from bouncing_disk_ros.report.run_comparison import Shown
 from bouncing_disk_ros.run.replay_check import Gap, Replay
 from bouncing_disk_ros.run.run_pair import SPEED_SECONDS, TwoRuns
 from bouncing_disk_ros.units import NS

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bouncing_disk_ros.analysis.recorded.run_comparison import Shown
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.regular_file import replaced
+from bouncing_disk_ros.report.run_comparison import Shown
 from bouncing_disk_ros.run.changed_run import Changes, what_if
 from bouncing_disk_ros.run.run_pair import Trace
 from bouncing_disk_ros.units import NS
@@ -31,8 +31,8 @@ def compare(
         from bouncing_disk_ros.folders import use_matplotlib_folder
 
         use_matplotlib_folder()
-        from bouncing_disk_ros.plots.comparison_plot import two_runs_picture
-        from bouncing_disk_ros.plots.run_plot import save_picture
+        from bouncing_disk_ros.report.comparison_picture import two_runs_picture
+        from bouncing_disk_ros.report.run_picture import save_picture
 
         diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
         title = f"{recorded.bag.path.name}: what if {changes.label}"

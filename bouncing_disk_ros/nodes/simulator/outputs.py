@@ -18,9 +18,8 @@ from trajectory_msgs.msg import JointTrajectory
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
-from bouncing_disk_ros.ros.frames import Frames
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.ros.transforms import TransformPublisher
+from bouncing_disk_ros.ros.transforms import Frames, TransformPublisher
 from bouncing_disk_ros.run.clock_claim import ClockClaim
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
 from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
-from bouncing_disk_ros.nodes.shared.startup import require_ros, split_arguments
+from bouncing_disk_ros.ros.startup import require_ros, split_arguments
 from bouncing_disk_ros.ros.stop import Stop
 
 if TYPE_CHECKING:

@@ -11,10 +11,8 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.conversions import named_numbers_to_msg
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.run.health import Health, Level, Reading
-from bouncing_disk_ros.run.refusal_log import RefusalLog
-from bouncing_disk_ros.run.run_values import run_values
-from bouncing_disk_ros.run.throttled_log import ThrottledLog
+from bouncing_disk_ros.run.health import Health, Level, Reading, run_values
+from bouncing_disk_ros.run.throttled_log import RefusalLog, ThrottledLog
 from bouncing_disk_ros.topics import TOPICS
 
 

@@ -15,8 +15,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.commands import Commands
-from bouncing_disk_ros.nodes.simulator.refusals import inactive, second_clock
+from bouncing_disk_ros.nodes.simulator.commands import Commands, inactive, second_clock
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types

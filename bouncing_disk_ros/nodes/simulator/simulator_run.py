@@ -10,9 +10,9 @@ from dataclasses import replace
 from rclpy.node import Node
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.commands import ended, inactive
 from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
-from bouncing_disk_ros.nodes.simulator.refusals import ended, inactive
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.gates import HeldInput, Lockstep

@@ -20,7 +20,7 @@ from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bags import bag_recover
+from bouncing_disk_ros.nodes import bag_recover
 from support.bags import START_NS, TYPES, Sent, make, messages, write
 from support.hostile.base import content
 from support.hostile.base import messages as messages_of_a_run

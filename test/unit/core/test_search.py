@@ -16,7 +16,6 @@ from bouncing_disk_ros.core import bounds as bounds_kernels
 from bouncing_disk_ros.core import flight as flight_kernels
 from bouncing_disk_ros.core import platform as platform_kernels
 from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
-from bouncing_disk_ros.core.contact_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.model import (
     Disk,
     InitialState,
@@ -24,6 +23,7 @@ from bouncing_disk_ros.core.model import (
     Phase,
     SimulationError,
 )
+from bouncing_disk_ros.core.next_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.simulation import Simulation
 from support.kernels import Kernels, from_python
 

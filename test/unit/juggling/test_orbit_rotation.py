@@ -20,13 +20,13 @@ from bouncing_disk_ros.juggling.loop_settings import (
     plant_settings,
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
-from bouncing_disk_ros.juggling.named_orbit import orbit_named
-from bouncing_disk_ros.juggling.orbit_rotation import (
+from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
+from bouncing_disk_ros.juggling.target_orbit import (
     best_phase_lag,
     flight_times,
     mean_rotor_speed,
+    orbit_named,
 )
-from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
 
 FREQUENCY, GRAVITY, FRICTION, AMPLITUDE = 3.0, 9.81, 0.3, 1.0
 OMEGA = math.tau * FREQUENCY

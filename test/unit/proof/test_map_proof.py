@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.collision_map.lanes.axial_lanes import (
+from bouncing_disk_ros.maps.lanes.axial_lanes import (
     COUNT_CONTACTS,
     COUNT_RESTS,
     iterate_axial,

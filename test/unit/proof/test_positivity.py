@@ -12,9 +12,14 @@ from flint import arb, ctx
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.event_functions import Watched, gap_of
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
-from bouncing_disk_ros.proof.positivity import Sign, positive_from_start, positive_on
+from bouncing_disk_ros.proof.positivity import (
+    Found,
+    Sign,
+    first_zero,
+    positive_from_start,
+    positive_on,
+)
 from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
-from bouncing_disk_ros.proof.zeros import Found, first_zero
 
 POINTS = 20_001
 

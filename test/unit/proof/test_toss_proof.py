@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.collision_map.lanes.toss_lanes import tosses
 from bouncing_disk_ros.core.layout import disk_record
 from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
 from bouncing_disk_ros.proof.event_trace import disk_of
 from bouncing_disk_ros.proof.exact_records import MotionRecord
 from bouncing_disk_ros.proof.toss_proof import NONE, SLID, STAYS, STUCK, Toss, prove_toss

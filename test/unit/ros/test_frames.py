@@ -11,8 +11,13 @@ import pytest
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros.frames import IMPACTS_PLACE, Frames, robot_description
-from bouncing_disk_ros.ros.transforms import TransformMessages, tf_message
+from bouncing_disk_ros.ros.transforms import (
+    IMPACTS_PLACE,
+    Frames,
+    TransformMessages,
+    robot_description,
+    tf_message,
+)
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.topics import IMPACT_FRAME, WORLD_FRAME

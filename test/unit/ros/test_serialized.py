@@ -25,9 +25,9 @@ from bouncing_disk_ros.ros import from_messages
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,
+    trajectory_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.ros.serialized_trajectory import trajectory_from_bytes
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS

@@ -12,8 +12,7 @@ import pytest
 import yaml
 
 from bouncing_disk_ros.nodes.recorder.recorded_topic import message_class
-from bouncing_disk_ros.run.health import Reading
-from bouncing_disk_ros.run.run_values import run_values
+from bouncing_disk_ros.run.health import Reading, run_values
 from bouncing_disk_ros.topics import (
     IMPACT_FRAME,
     IMPACT_LAYOUT,

@@ -11,9 +11,7 @@ import pytest
 
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.health import Health, Level, Reading, Ticks
-from bouncing_disk_ros.run.pending_inputs import Pending
-from bouncing_disk_ros.run.run_values import STATES, run_values
+from bouncing_disk_ros.run.health import STATES, Health, Level, Pending, Reading, Ticks, run_values
 from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 11 + [1e-15, 1.0])

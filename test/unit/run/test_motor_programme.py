@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.analysis.motor_curves import friction_limit, mean_speed
-from bouncing_disk_ros.analysis.recorded.run_record import RunRecord, State
-from bouncing_disk_ros.analysis.report.height_panel import PERIODS, height_panel
-from bouncing_disk_ros.analysis.report.panel import SeriesStyle
-from bouncing_disk_ros.analysis.report.report_tables import tables
-from bouncing_disk_ros.analysis.report.run_report import Report, Source, report_of
-from bouncing_disk_ros.analysis.scales import acceleration
 from bouncing_disk_ros.core.model import Motion, Phase
+from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
+from bouncing_disk_ros.maps.scales import acceleration
+from bouncing_disk_ros.report.panel import SeriesStyle
+from bouncing_disk_ros.report.report_panels import PERIODS, height_panel
+from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.run_record import RunRecord, State
+from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session

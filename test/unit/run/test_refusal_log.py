@@ -8,7 +8,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REASONS
-from bouncing_disk_ros.run.refusal_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 
 class Clock:

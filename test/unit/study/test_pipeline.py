@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.study import Arrays, Region, open_result
-from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.pipeline import FIRST_BATCH, PREFETCH, Pipeline, compute_region
-from bouncing_disk_ros.study.store import Store
+from bouncing_disk_ros.study.store import Store, exclusive_lock, token_of
 from support.studies import VALUES, Products
 
 MANY: dict[str, Any] = {**VALUES, "rows": 64, "columns": 64, "length": 4}  # 256 regions

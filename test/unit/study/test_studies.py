@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from bouncing_disk_ros.analysis.dynamics.attractor_search import find_attractors
-from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import begin, follow
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.nodes.studies.basin_shares import lines as share_lines
-from bouncing_disk_ros.nodes.studies.basins import lines as basin_lines
-from bouncing_disk_ros.nodes.studies.bifurcation import lines
-from bouncing_disk_ros.nodes.studies.juggling import lines as juggling_lines
+from bouncing_disk_ros.juggling import compute as juggling_module
+from bouncing_disk_ros.juggling.tool import lines as juggling_lines
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.bifurcation_diagram import begin, follow
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study import basin_study as basins_module
-from bouncing_disk_ros.study import bifurcation_study as bifurcation_module
-from bouncing_disk_ros.study import juggling_study as juggling_module
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study import parameter_map_study as parameter_map_module
-from bouncing_disk_ros.study.basin_shares_study import CLASSES
-from bouncing_disk_ros.study.basin_study import from_arrays, to_arrays
-from bouncing_disk_ros.study.bifurcation_study import branch_of
+from bouncing_disk_ros.study.basin_shares.compute import CLASSES
+from bouncing_disk_ros.study.basin_shares.tool import lines as share_lines
+from bouncing_disk_ros.study.basins import compute as basins_module
+from bouncing_disk_ros.study.basins.compute import from_arrays, to_arrays
+from bouncing_disk_ros.study.basins.tool import lines as basin_lines
+from bouncing_disk_ros.study.bifurcation import compute as bifurcation_module
+from bouncing_disk_ros.study.bifurcation.compute import branch_of
+from bouncing_disk_ros.study.bifurcation.tool import lines
+from bouncing_disk_ros.study.parameter_map import compute as parameter_map_module
 
 
 def result_of(path: Path, name: str, **given: Value) -> xr.Dataset:

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from bouncing_disk_ros.executables import EXECUTABLES
-from bouncing_disk_ros.nodes.live.juggle import OPTIONS
+from bouncing_disk_ros.juggling.juggle import OPTIONS
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench.actions import (
     Action,

@@ -13,8 +13,8 @@ from bokeh.models import Div
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.plots.basin_plot import colors_of
 from bouncing_disk_ros.run.simulate import simulate
+from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.workbench import basin_pane
 from bouncing_disk_ros.workbench.basin_pane import BasinPane
 from bouncing_disk_ros.workbench.basin_view import view

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.analysis.dynamics.attractors import numbered
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.study.basin_study import Basins, from_arrays
+from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study_tables import STUDY_TABLES
 from bouncing_disk_ros.workbench import basin_view
 from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of, view

@@ -11,9 +11,9 @@ import pytest
 from bokeh.events import Tap
 from bokeh.models import Div
 
-from bouncing_disk_ros.analysis.dynamics.bifurcation_diagram import from_starts
-from bouncing_disk_ros.analysis.dynamics.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.analysis.dynamics.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.bifurcation_diagram import from_starts
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.workbench import bifurcation_pane
 from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane

@@ -37,7 +37,7 @@ from bouncing_disk_ros.workbench.control_table import (
 from bouncing_disk_ros.workbench.juggling_controls import STRATEGIES
 from bouncing_disk_ros.workbench.page import Page, Pages
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE
-from bouncing_disk_ros.workbench.run_view import numbers
+from bouncing_disk_ros.workbench.run_link import numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from support.page_link import ListLink, change, click, model
 

@@ -7,8 +7,16 @@ from itertools import pairwise
 
 import pytest
 
-from bouncing_disk_ros.workbench.flow_control import LONGEST, MOST_AHEAD, PATIENCE, FlowControl
-from bouncing_disk_ros.workbench.side_window import fitted, length_unit, nice_above, side_window
+from bouncing_disk_ros.workbench.run_pane import (
+    LONGEST,
+    MOST_AHEAD,
+    PATIENCE,
+    FlowControl,
+    fitted,
+    length_unit,
+    nice_above,
+    side_window,
+)
 from bouncing_disk_ros.workbench.strobe import Shown, shown_motion, strobe_rate, text_of
 
 # --- flow ---------------------------------------------------------------------------------------

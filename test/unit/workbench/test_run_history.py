@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.units import NS
-from bouncing_disk_ros.workbench.row_buffer import RowBuffer
 from bouncing_disk_ros.workbench.run_history import (
     KEPT_CHANGES,
     SAMPLE_DTYPE,
+    RowBuffer,
     RunHistory,
     Timeline,
 )
-from bouncing_disk_ros.workbench.run_view import RunView
+from bouncing_disk_ros.workbench.run_link import RunView
 
 STILL, FAST = Motion(0.0, 0.0, 3.0, 0.0), Motion(0.1, 0.5, 4.0, 0.2)
 DTYPE = np.dtype([("time", "f8")])

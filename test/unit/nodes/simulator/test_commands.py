@@ -12,7 +12,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.run.pending_inputs import Pending
+from bouncing_disk_ros.run.health import Pending
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 from support.commanded import WALL_NS, CommandedSession

@@ -1,1 +1,0 @@
-"""The next-collision map as a dynamical system: orbits, attractors, basins, bifurcations."""

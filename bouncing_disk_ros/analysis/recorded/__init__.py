@@ -1,1 +1,0 @@
-"""What recorded impacts and states show: sections, orbits, transients, estimates."""

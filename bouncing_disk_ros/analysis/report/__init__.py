@@ -1,1 +1,0 @@
-"""The report on a recorded run: its numbers, tables, figures and words."""

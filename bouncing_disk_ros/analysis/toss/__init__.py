@@ -1,1 +1,0 @@
-"""Single tosses: maps of them, the best ones, their paths in time."""

@@ -1,1 +1,0 @@
-"""Many trajectories and tosses at once, in SIMD lanes: see `lane`."""

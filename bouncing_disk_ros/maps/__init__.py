@@ -1,0 +1,1 @@
+"""The next-collision map, its lanes, attractors, continuation and boundaries; single tosses."""

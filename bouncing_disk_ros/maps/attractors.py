@@ -1,0 +1,258 @@
+"""Attractors of the axial next-collision map, found from many starts; none is given beforehand.
+
+All contact ends at separation, sin τ_sep = 1/(πΓ), with no gap and no relative speed (paper, eq.
+3): every orbit that comes to contact goes on as one and the same orbit. So there is at most one
+attractor that holds a complete chatter, and that orbit decides where all chattering starts end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.axial_map import (
+    MAP_CONTACT,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
+from bouncing_disk_ros.maps.phases import wrap_to_pi
+from bouncing_disk_ros.maps.rounding import LARGEST_ERROR, largest_error
+
+Floats = NDArray[np.float64]
+
+LOWEST = 1.5 * math.pi
+"""Forcing phase (rad) at which a disk that is in contact is begun with: the lowest point."""
+SAME = 1e-6
+"""Orbits nearer than this to each other are one."""
+CELLS = 128
+"""A chaotic attractor is known by the cells it visits of CELLS × CELLS over all τ and its w ..."""
+SHARED = 0.5
+"""Two chaotic orbits are one attractor when the second has more than this part of its visits on the
+cells of the first."""
+
+
+class AttractorKind(StrEnum):
+    """Kind of an attractor."""
+
+    REST = "rest"  # contact for good, Γ ≤ 1/π
+    CHATTERING = "chattering"  # comes to contact, and separates, in every repetition
+    PERIODIC = "periodic"  # single impacts that repeat
+    CHAOTIC = "chaotic"
+
+
+def periodic_name(impacts: int, cycles: int) -> str:
+    """What an orbit of single impacts is called: period-2, period-2 in 1 cycle."""
+    name = f"period-{impacts}"
+    return name if impacts == cycles else f"{name} in {cycles} cycle{'s' if cycles > 1 else ''}"
+
+
+class Attractor(NamedTuple):
+    """An attractor; arrays hold one repetition (chaotic: a long piece of an orbit)."""
+
+    kind: AttractorKind
+    forcing_phases: Floats  # (n,) τ of the impacts, rad; chattering: from the first after contact
+    velocities: Floats  # (n,) w_A of them, πg/ω
+    cycles: int  # periods of the platform in one repetition; 0: chaotic, rest, or not known
+    multiplier: float  # largest modulus of the Floquet multipliers; chaotic: exp of the exponent
+
+    def __repr__(self) -> str:
+        """The name, and the modulus of the largest multiplier where there is one."""
+        size = "" if math.isnan(self.multiplier) else f", |multiplier| {self.multiplier:.6g}"
+        return f"<attractor {self.name}{size}>"
+
+    @property
+    def name(self) -> str:
+        """As people say it: period-1, chattering (3 cycles), chaotic, rest.
+
+        Chattering with cycles not known: rounding decides how long it is from contact to contact.
+        """
+        n = len(self.forcing_phases)
+        if self.kind is AttractorKind.PERIODIC:
+            return periodic_name(n, self.cycles)
+        if self.kind is AttractorKind.CHATTERING and not self.cycles:
+            return "chattering (cycles not known)"
+        if self.kind is AttractorKind.CHATTERING:
+            return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
+        return str(self.kind)
+
+
+class Attractors(NamedTuple):
+    """The attractors of one (Γ, ε); labels of basins are indices into `found`."""
+
+    found: tuple[Attractor, ...]
+    after_contact: int  # where an orbit that came to contact ends; −1: not known
+    unresolved: int  # starts whose end was not understood
+
+
+def rounding_decides(rows: Floats, axial_forcing: float, restitution: float) -> bool:
+    """Whether roundings decide how an orbit goes on from its first impact to its last one.
+
+    rows (n, ≥ 3): τ, w and the delay since the impact before, of impacts without contact between
+    them (columns of `axial_orbit`).
+    """
+    state, arrival = [ORBIT_TAU, ORBIT_W], [ORBIT_DELAY, ORBIT_W]
+    flights = np.ascontiguousarray(np.hstack([rows[:-1, state], rows[1:, arrival]]))
+    return bool(largest_error(flights, axial_forcing, restitution) > LARGEST_ERROR)
+
+
+@lru_cache(4096)
+def contact_is_forgotten(axial_forcing: float, restitution: float, impacts: int) -> bool:
+    """Whether roundings decide how the orbit from contact goes on, in so many impacts at most.
+
+    Up to the next contact. Where contact comes again, its speed is then that of one of many orbits.
+    """
+    rows = np.empty((impacts, 4))
+    rows = rows[: axial_orbit(LOWEST, 0.0, axial_forcing, restitution, impacts, rows)]
+    ends = np.flatnonzero(rows[1:, ORBIT_KIND] == MAP_CONTACT)
+    return rounding_decides(rows[: int(ends[0]) + 1 if len(ends) else None], axial_forcing,
+                            restitution)  # fmt: skip
+
+
+def separation(first: Floats, second: Floats) -> Floats:
+    """Largest difference of τ (angular distance) and w of each state (n, 2) and its partner."""
+    phase = np.abs(wrap_to_pi(first[:, 0] - second[:, 0]))
+    return np.maximum(phase, np.abs(first[:, 1] - second[:, 1]))
+
+
+def distance(first: Floats, second: Floats) -> float:
+    """Largest `separation` along two pieces of orbits of one length."""
+    return float(np.max(separation(first, second)))
+
+
+def same(first: Attractor, second: Attractor) -> bool:
+    """Whether two attractors of one kind are the same."""
+    if first.kind is AttractorKind.CHAOTIC:
+        return bool(Cells(first).hold(second.forcing_phases, second.velocities).mean() > SHARED)
+    if len(first.forcing_phases) != len(second.forcing_phases):
+        return False
+    if not len(first.forcing_phases):
+        return True
+    pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
+    return distance(*pair) < SAME
+
+
+class Cells:
+    """The cells of a grid that a chaotic attractor visits."""
+
+    def __init__(self, attractor: Attractor) -> None:
+        self._low = float(attractor.velocities.min())
+        self._visited = np.zeros((CELLS, CELLS), bool)
+        self._visited[self._place(attractor.forcing_phases, attractor.velocities)] = True
+
+    def _place(self, tau: Floats, w: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        row = np.clip(w / self._low * CELLS, 0, CELLS - 1).astype(np.intp)
+        return row, (tau / math.tau * CELLS).astype(np.intp) % CELLS
+
+    def hold(self, tau: Floats, w: Floats) -> NDArray[np.bool_]:
+        """Which states (τ, w) lie on visited cells."""
+        visited: NDArray[np.bool_] = self._visited[self._place(tau, w)]
+        return visited
+
+
+def refuse_conservative(restitution: float) -> None:
+    """InputError at ε = 1: the map keeps areas there and has no attractors."""
+    if restitution == 1.0:
+        hint = "At 1 the map keeps areas: it has no attractors, and so no basins."
+        raise InputError("restitution", restitution, "less than 1", hint)
+
+
+def numbered(names: list[str]) -> list[str]:
+    """The names, those that occur more than once with a number."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(f"{name} #{seen[name]}" if names.count(name) > 1 else name)
+    return found
+
+
+# ------------------------------------------------------------------------------------------------
+# Attractors along a parameter keep their number: those that are near each other are one line.
+#
+# The distance of two attractors is that of their points: the mean way from the points of each to
+# the
+# nearest one of the other, the larger of the two. Through a doubling, and from a cascade into its
+# chaotic band, it grows from 0. Where two attractors are near one, the nearest pair is joined
+# first.
+# The attractor with contact is always one line: there is at most one
+# (analysis.dynamics.attractors).
+
+
+Array = NDArray[np.float64]
+
+THRESHOLD = 0.3
+"""Attractors further apart (rad and πg/ω together) are not matched."""
+MEMORY = 5
+"""A line that has been missing at more values than this is over."""
+
+
+class Seen(NamedTuple):
+    """An attractor at one value."""
+
+    kind: AttractorKind
+    points: Array  # (m, 2) τ and w_A; (0, 2) of rest
+
+
+def attractor_distance(first: Array, second: Array) -> float:
+    """Distance of two sets of points (m, 2), (n, 2); inf where one is empty."""
+    if not len(first) or not len(second):
+        return math.inf
+    phase = wrap_to_pi(first[:, None, 0] - second[None, :, 0])
+    apart = np.hypot(phase, first[:, None, 1] - second[None, :, 1])
+    return float(max(apart.min(axis=1).mean(), apart.min(axis=0).mean()))
+
+
+def match_attractors(
+    values: Sequence[Sequence[Seen]], threshold: float = THRESHOLD
+) -> list[list[int]]:
+    """The number of the line that each attractor at each value is on, in the order given.
+
+    Lines are numbered as they appear.
+    """
+    last: list[tuple[int, Seen]] = []  # of each line: where it was seen last, and what
+    found = []
+    for k, here in enumerate(values):
+        own = _matched([(line, seen) for line, (at, seen) in enumerate(last)
+                        if k - at <= MEMORY or _always(seen)], here, threshold)  # fmt: skip
+        for i, seen in enumerate(here):
+            if i not in own:
+                own[i] = len(last)
+                last.append((k, seen))
+            last[own[i]] = k, seen
+        found.append([own[i] for i in range(len(here))])
+    return found
+
+
+def _always(seen: Seen) -> bool:
+    """Whether an attractor is the only one of its kind."""
+    return seen.kind in (AttractorKind.REST, AttractorKind.CHATTERING)
+
+
+def _matched(
+    lines: Sequence[tuple[int, Seen]], here: Sequence[Seen], threshold: float
+) -> dict[int, int]:
+    """Attractor -> line, the nearest pairs first."""
+    pairs = []
+    for line, before in lines:
+        for i, seen in enumerate(here):
+            if _always(before) or _always(seen):
+                size = 0.0 if before.kind is seen.kind else math.inf
+            else:
+                size = attractor_distance(before.points, seen.points)
+            if size <= threshold:
+                pairs.append((size, line, i))
+    own: dict[int, int] = {}
+    for _, line, i in sorted(pairs):
+        if i not in own and line not in own.values():
+            own[i] = line
+    return own

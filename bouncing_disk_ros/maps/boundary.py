@@ -1,0 +1,201 @@
+"""Measures of the boundary of basins: basin entropy, uncertainty exponent, box dimension.
+
+All three read a map of labels (rows, columns) in blocks of rows, and look at squares of k × k
+pixels, or at pixels k apart, for several k. A label is known at the centre of its pixel alone: so a
+square of any size is judged by the same number of labels, its corners. (Judged by all its k² labels
+a small square misses more of the boundary than a large one, and the dimension comes out too low.)
+Sources: A. Daza et al., "Basin entropy" (Sci. Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E.
+Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.row_blocks import LabelMap, row_blocks
+
+FRACTAL = math.log(2.0)
+"""A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
+FEWEST_SIZES = 3
+_STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306)
+"""97.5 % of Student's t with 1, 2, 3 … degrees of freedom; the last one for more, too."""
+LARGEST = 256
+"""Largest square and distance (pixels): blocks of a huge map overlap by so much."""
+
+
+class BasinEntropy(NamedTuple):
+    """Basin entropy of a map, in nats."""
+
+    basin: float  # S_b, mean over all squares
+    boundary: float  # S_bb, mean over the squares that hold more than one label; nan: there is none
+    squares: int
+    boundary_squares: int
+
+
+class PowerLaw(NamedTuple):
+    """A count that goes as size^exponent: what was counted, and the fit through it.
+
+    The interval holds the scatter about the line (Student's t) and the change of the slope with
+    size: half the difference of the slopes of the smaller and the larger half of the sizes. It is
+    about these sizes: nothing is said of smaller ones.
+    """
+
+    exponent: float
+    uncertainty: float  # half-width of the interval of 95 % of the exponent
+    sizes: NDArray[np.int64]  # (n,) pixels
+    counts: NDArray[np.float64]  # (n,)
+
+
+def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
+    """Basin entropy of a map, from squares of `size` pixels; pixels left at the edges are cut."""
+    rows, _ = _checked(labels, size).shape
+    total, squares, boundary_squares = 0.0, 0, 0
+    for part in row_blocks(labels, 0, rows // size * size, size):
+        cut = _squares(part, size)
+        mixed = _by_square(np.minimum, cut) != _by_square(np.maximum, cut)
+        sums = _entropies(cut.transpose(0, 2, 1, 3)[mixed].reshape(-1, size * size))
+        total += float(sums.sum())
+        squares += mixed.size
+        boundary_squares += len(sums)
+    boundary = total / boundary_squares if boundary_squares else math.nan
+    return BasinEntropy(total / squares, boundary, squares, boundary_squares)
+
+
+def _entropies(squares: NDArray[Any]) -> NDArray[np.float64]:
+    sums = np.zeros(len(squares))
+    for label in np.unique(squares):
+        p = np.mean(squares == label, axis=1)
+        sums -= np.where(p > 0.0, p * np.log(np.where(p > 0.0, p, 1.0)), 0.0)
+    return sums
+
+
+def uncertainty_exponent(
+    labels: LabelMap, distances: Sequence[int] = (), *, periodic: bool = False
+) -> PowerLaw:
+    """Uncertainty exponent α: f(d) ~ d^α pixels have another label at d pixels along an axis.
+
+    A pixel (not nearer to an edge than the largest distance) counts when a neighbour at distance d
+    to either side, along rows or columns, has another label: then an error of d can change the
+    final state. The boundary has the dimension 2 − α: α = 1 for a smooth line.
+    `periodic`: the columns close to a ring (the forcing phase). Exponent nan: no boundary.
+    """
+    sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
+    _checked(labels, int(sizes.max()))
+    edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
+    rows, columns = labels.shape
+    pixels = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
+    counts = np.zeros(len(sizes))
+    for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
+        ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
+        counts += _uncertain(ring, edge, sizes)
+    return _power_law(sizes, counts / pixels)
+
+
+def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[int]:
+    """How many of the pixels `edge` away from all sides have another label at each distance."""
+    height, width = ring.shape
+    middle = ring[edge : height - edge, edge : width - edge]
+    found = []
+    differs, apart = np.empty(middle.shape, bool), np.empty(middle.shape, bool)
+    for d in (int(size) for size in sizes):
+        differs[:] = False
+        for shift in (-d, d):
+            down = slice(edge + shift, height - edge + shift)
+            along = slice(edge + shift, width - edge + shift)
+            for other in (ring[down, edge : width - edge], ring[edge : height - edge, along]):
+                np.not_equal(other, middle, out=apart)
+                differs |= apart
+        found.append(int(np.count_nonzero(differs)))
+    return found
+
+
+def box_dimension(
+    labels: LabelMap, sizes: Sequence[int] = (), *, periodic: bool = False
+) -> PowerLaw:
+    """Box-counting dimension D of the boundary: N(d) ~ d^−D squares of side d contain a part of it.
+
+    A square holds a part when its four corners do not all have one label. N(d) is the share of such
+    squares, of all positions of their centres where the largest fits, over d². `periodic`:
+    the columns close to a ring. The exponent given is D itself: 1 for a smooth line. nan: none.
+    """
+    chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)
+    most = int(chosen.max())
+    edge = (most + 1) // 2
+    rows, columns = _checked(labels, most).shape
+    squares = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
+    counts = np.zeros(len(chosen))
+    for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
+        ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
+        counts += [_mixed_squares(ring, edge, int(side)) for side in chosen]
+    law = _power_law(chosen, counts / squares / chosen.astype(float) ** 2)
+    return law._replace(exponent=-law.exponent)
+
+
+def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
+    """How many squares about the pixels `edge` away from all sides have unlike corners."""
+    height, width = (length - 2 * edge for length in ring.shape)
+    first = edge - side // 2
+    starts = (first, first + side)
+    corners = [ring[y : y + height, x : x + width] for y in starts for x in starts]
+    mixed: NDArray[np.bool_] = corners[1] != corners[0]
+    for corner in corners[2:]:
+        mixed |= corner != corners[0]
+    return int(np.count_nonzero(mixed))
+
+
+def _checked(labels: LabelMap, size: int) -> LabelMap:
+    if labels.ndim != 2 or min(labels.shape) < 2 * size + 1:
+        allowed = f"a map of at least {2 * size + 1} × {2 * size + 1} labels"
+        raise InputError("labels", "an array of shape " + str(labels.shape), allowed)
+    return labels
+
+
+def _sizes(shape: tuple[int, ...]) -> list[int]:
+    """Powers of two from 1 pixel to a sixteenth of the map, at most LARGEST."""
+    largest = min(max(min(shape) // 16, 4), LARGEST)
+    return [2**k for k in range(int(math.log2(largest)) + 1)]
+
+
+def _squares(labels: NDArray[Any], size: int) -> NDArray[Any]:
+    """A map cut into squares: (rows of squares, size, columns of squares, size)."""
+    rows, columns = (length // size for length in labels.shape)
+    return labels[: rows * size, : columns * size].reshape(rows, size, columns, size)
+
+
+def _by_square(function: np.ufunc, squares: NDArray[Any]) -> NDArray[Any]:
+    """Reduce each square: rows, then columns, turned to lie in rows, for numpy is fast on these."""
+    rows, size, columns, _ = squares.shape
+    if size == 1:
+        return squares.reshape(rows, columns)
+    reduced = function.reduce(squares, axis=1).reshape(rows, columns * size)
+    turned = np.ascontiguousarray(reduced.T).reshape(columns, size, rows)
+    found: NDArray[Any] = function.reduce(turned, axis=1).T
+    return found
+
+
+def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLaw:
+    """Least squares through the logarithms."""
+    known = counts > 0.0
+    n = int(known.sum())
+    if n < FEWEST_SIZES:
+        return PowerLaw(math.nan, math.nan, sizes, counts)
+    x, y = np.log(sizes[known].astype(float)), np.log(counts[known])
+    slope = _slope(x, y)
+    x0 = x - x.mean()
+    rest = y - y.mean() - slope * x0
+    scatter = math.sqrt(float(rest @ rest) / (n - 2) / float(x0 @ x0))
+    half = n // 2 + 1
+    bend = 0.5 * abs(_slope(x[-half:], y[-half:]) - _slope(x[:half], y[:half]))
+    quantile = _STUDENT[min(n - 2, len(_STUDENT)) - 1]
+    return PowerLaw(slope, math.hypot(quantile * scatter, bend), sizes, counts)
+
+
+def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    x0 = x - x.mean()
+    return float(x0 @ y / (x0 @ x0))

@@ -1,0 +1,213 @@
+"""Period doublings of periodic orbits, by continuation to the multiplier −1.
+
+An orbit of n impacts is followed along Γ or ε by Newton's method (predictor: its derivative by the
+parameter). With trace T and determinant ε²ⁿ of its derivatives, a multiplier is −1 where
+1 + T + ε²ⁿ = 0; that root gives the point to about the last digits of a float64. The doubled orbit
+is found by iteration a little further on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.maps.next_collision import Array, MapState
+from bouncing_disk_ros.maps.periodic_orbit import (
+    PeriodicOrbit,
+    followed,
+    periodic_orbit,
+)
+
+AXES = ("axial_forcing", "restitution")
+"""The parameters that the axial part of an orbit depends on."""
+FEIGENBAUM = 4.669201609102990
+"""What the ratios of the distances between doublings tend to (M. J. Feigenbaum, 1978)."""
+_MARCH = 48
+_SETTLE = 4000
+_HALVINGS = 40
+
+
+class Doubling(NamedTuple):
+    """A value of the parameter at which an orbit of n impacts becomes one of 2n."""
+
+    value: float
+    orbit: PeriodicOrbit  # of n impacts, at this value: a multiplier is −1
+
+    @property
+    def impacts(self) -> int:
+        """Impacts in one repetition before the doubling, n."""
+        return self.orbit.impacts
+
+
+def existence_limit(restitution: float) -> float:
+    """Γ = (1 − ε)/(1 + ε), below which there is no period-1 orbit."""
+    return (1.0 - restitution) / (1.0 + restitution)
+
+
+def feigenbaum_ratios(values: Sequence[float]) -> Array:
+    """(vₖ₊₁ − vₖ)/(vₖ₊₂ − vₖ₊₁) of the points of doubling in a row, (n − 2,)."""
+    steps = np.diff(np.asarray(values, dtype=float))
+    return np.asarray(steps[:-1] / steps[1:])
+
+
+def moved(orbit: PeriodicOrbit, axis: str, value: float) -> PeriodicOrbit:
+    """The same orbit at another value of Γ or ε. Raises InputError where it is not found."""
+    check_axis(axis)
+    start = orbit.state
+    _, tangent, contacts = followed(
+        orbit.map, start.forcing_phase, start.axial_impact_velocity, orbit.impacts
+    )
+    shift = np.zeros(2)
+    matrix = np.eye(2) - tangent[:, :2]
+    if not contacts and abs(np.linalg.det(matrix)) > 1e-12:
+        rate = np.linalg.solve(matrix, tangent[:, 2 + AXES.index(axis)])
+        shift = rate * (value - getattr(orbit.map, axis))
+    speed = min(start.axial_impact_velocity + shift[1], 0.5 * start.axial_impact_velocity)
+    guess = MapState(start.forcing_phase + shift[0], speed)
+    found = periodic_orbit(replace(orbit.map, **{axis: value}), guess, orbit.impacts)
+    if found.cycles != orbit.cycles or found.contacts != orbit.contacts:
+        raise InputError(axis, value, "a value nearer to the orbit's", "It led to another orbit")
+    return found
+
+
+def period_doublings(
+    orbit: PeriodicOrbit, axis: str, limit: float, count: int = 5
+) -> list[Doubling]:
+    """Period doublings of a stable orbit along Γ or ε, from its own value to `limit`.
+
+    At most `count` of them; fewer where the cascade ends, or an orbit does, before `limit`. From
+    the period-1 orbit with axis forcing and ε = 0.5: 0.486003, 0.530664, … Raises InputError for
+    an orbit that is not stable, or arguments out of range.
+
+    >>> period_doublings(fixed_point(0.45, 0.5), "axial_forcing", limit=0.55)[0].value
+    """
+    check_axis(axis)
+    value = getattr(orbit.map, axis)
+    if not orbit.stable:
+        given = f"a multiplier of magnitude {abs(orbit.multipliers[0]):.4g}"
+        raise InputError("orbit", given, "a stable orbit, below 1")
+    if not math.isfinite(limit) or limit == value:
+        raise InputError("limit", limit, f"a finite number other than the orbit's {value:g}")
+    if count < 1:
+        raise InputError("count", count, "a whole number >= 1")
+    orbit = without_rotation(orbit)
+    found: list[Doubling] = []
+    step = (limit - value) / _MARCH
+    while len(found) < count:
+        bracket = _march(orbit, axis, limit, step)
+        if bracket is None:
+            break
+        critical = _critical(*bracket, axis)
+        point = Doubling(getattr(critical.map, axis), critical)
+        width = point.value - (found[-1].value if found else value)
+        found.append(point)
+        if len(found) < count:
+            doubled = _doubled(point, axis, limit, 0.4 * width / FEIGENBAUM)
+            if doubled is None:
+                break
+            orbit, step = doubled, (getattr(doubled.map, axis) - point.value) / 4.0
+    return found
+
+
+def without_rotation(orbit: PeriodicOrbit) -> PeriodicOrbit:
+    """The same orbit without friction: the points do not depend on it, and it takes time."""
+    section = replace(orbit.map, angular_forcing=math.inf)
+    return periodic_orbit(section, orbit.state, orbit.impacts)
+
+
+def check_axis(axis: str) -> None:
+    """Raise InputError unless the axial part of an orbit depends on this parameter."""
+    if axis not in AXES:
+        raise InputError("axis", axis, " or ".join(AXES), closest(axis, AXES))
+
+
+def beyond_doubling(orbit: PeriodicOrbit) -> float:
+    """1 + T + ε²ⁿ: > 0 before the doubling, 0 where a multiplier is −1, < 0 beyond."""
+    return 1.0 + orbit.trace + orbit.determinant
+
+
+def _march(
+    orbit: PeriodicOrbit, axis: str, limit: float, step: float
+) -> tuple[PeriodicOrbit, PeriodicOrbit] | None:
+    """Two orbits with the doubling between them; None if it does not come before `limit`."""
+    value = getattr(orbit.map, axis)
+    least = abs(step) * 1e-6
+    while value != limit and abs(step) > least:
+        target = value + step
+        if (limit - target) * step <= 0.0:
+            target = limit
+        try:
+            there = moved(orbit, axis, target)
+        except InputError:
+            step *= 0.5
+            continue
+        if beyond_doubling(there) <= 0.0:
+            return orbit, there
+        orbit, value = there, target
+    return None
+
+
+def _critical(before: PeriodicOrbit, after: PeriodicOrbit, axis: str) -> PeriodicOrbit:
+    """The orbit with multiplier −1 between two of its kind."""
+    near = before
+
+    def defect(value: float) -> float:
+        nonlocal near
+        near = moved(near, axis, value)
+        return beyond_doubling(near)
+
+    low, high = getattr(before.map, axis), getattr(after.map, axis)
+    root = root_between(defect, low, beyond_doubling(before), high, beyond_doubling(after))
+    return moved(near, axis, root)
+
+
+def root_between(
+    function: Callable[[float], float], a: float, fa: float, b: float, fb: float
+) -> float:
+    """Root of a continuous function with fa ≥ 0 ≥ fb, to a few roundings.
+
+    The false position with the weight of the end that stays halved (Illinois), halving the bracket
+    where that does not.
+    """
+    for _ in range(200):
+        if fa == 0.0:
+            return a
+        if fb == 0.0 or abs(b - a) <= 4.0 * math.ulp(max(abs(a), abs(b))):
+            return b
+        width = abs(b - a)
+        c = b - fb * (b - a) / (fb - fa)
+        fc = function(c)
+        if fc > 0.0:
+            a, fa, fb = c, fc, 0.5 * fb
+        else:
+            b, fb, fa = c, fc, 0.5 * fa
+        if abs(b - a) > 0.5 * width:
+            c = 0.5 * (a + b)
+            fc = function(c)
+            a, fa, b, fb = (c, fc, b, fb) if fc > 0.0 else (a, fa, c, fc)
+    return b
+
+
+def _doubled(point: Doubling, axis: str, limit: float, step: float) -> PeriodicOrbit | None:
+    """The stable orbit of 2n impacts a little beyond a doubling; None if there is none."""
+    n = point.impacts
+    step = math.copysign(min(abs(step), abs(limit - point.value)), limit - point.value)
+    start = point.orbit.state
+    for _ in range(_HALVINGS):
+        section = replace(point.orbit.map, **{axis: point.value + step})
+        try:
+            settled = section.iterate(start, _SETTLE * n)
+            orbit = periodic_orbit(section, settled, 2 * n)
+        except InputError:
+            step *= 0.5
+            continue
+        apart = abs(orbit.axial_impact_velocity[n] - orbit.axial_impact_velocity[0])
+        if orbit.stable and apart > 1e-9 and orbit.cycles == 2 * point.orbit.cycles:
+            return orbit
+        step *= 0.5
+    return None

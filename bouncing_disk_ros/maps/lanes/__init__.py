@@ -1,0 +1,1 @@
+"""The map of many starts at once, in SIMD lanes."""

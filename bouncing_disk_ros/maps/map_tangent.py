@@ -1,0 +1,133 @@
+"""Derivatives of the next-collision map in closed form.
+
+The gap of a flight with u = −ε w is h(d) = u d − d²/(2π) − Γ[sin(τ + d) − sin τ − d cos τ]. By
+h(d) = 0 the delay is a function of τ, w, Γ, ε, whose derivatives follow from the implicit function
+theorem; those of τ₁ = τ + d and w₁ = h'(d) by the chain rule. The determinant of one step is
+ε²w/w₁, so that of n impacts on a periodic orbit is ε²ⁿ. What follows a complete chatter does not
+depend on τ and w: there all derivatives by them are 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, sincos_excess
+from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.maps.axial_map import GRAVITY, MAP_CONTACT, MAP_REST, next_impact
+
+Tangent = tuple[float, float, float, float, float, float, float, float]
+
+
+@kernel
+def flight_tangent(
+    tau: float, w: float, d: float, w1: float, forcing: float, restitution: float
+) -> Tangent:
+    """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
+    sine, cosine = sincos(tau)
+    return turned_tangent(sine, cosine, sincos_excess(d), w, d, w1, forcing, restitution)
+
+
+@kernel
+def turned_tangent(
+    sine: float,
+    cosine: float,
+    turn: tuple[float, float, float, float],
+    w: float,
+    d: float,
+    w1: float,
+    forcing: float,
+    restitution: float,
+) -> Tangent:
+    """`flight_tangent` where sin τ, cos τ and `sincos_excess` of d are known."""
+    sx, cx, se, ce = turn
+    bend = forcing * (sine * cx + cosine * sx) - GRAVITY  # h''(d)
+    d_tau = forcing * (cosine * ce - sine * se) / w1
+    d_u = -d / w1
+    d_forcing = (sine * ce + cosine * se) / w1
+    return (
+        1.0 + d_tau,
+        -restitution * d_u,
+        forcing * (sine * ce + cosine * sx) + bend * d_tau,
+        -restitution * (1.0 + bend * d_u),
+        d_forcing,
+        sine * sx - cosine * ce + bend * d_forcing,
+        -w * d_u,
+        -w * (1.0 + bend * d_u),
+    )
+
+
+_FLOAT = types.float64
+_MATRIX = types.Array(_FLOAT, 2, "C")
+
+
+@entry(types.void(_MATRIX, _FLOAT, _FLOAT, types.Array(_FLOAT, 3, "C")))
+def flight_tangents(flights: Record, forcing: float, restitution: float, out: Record) -> None:
+    """Derivatives of each flight: of flights (n, 4), τ, w, delay and w₁, into out (n, 2, 2).
+
+    Rows of a matrix: τ₁, w₁; columns: by τ, by w.
+    """
+    for i in range(len(flights)):
+        tau, w, delay, w1 = flights[i, 0], flights[i, 1], flights[i, 2], flights[i, 3]
+        t = flight_tangent(tau, w, delay, w1, forcing, restitution)
+        out[i, 0, 0], out[i, 0, 1], out[i, 1, 0], out[i, 1, 1] = t[0], t[1], t[2], t[3]
+
+
+@entry(types.int64(_FLOAT, _FLOAT, _FLOAT, _FLOAT, types.int64, _MATRIX, _MATRIX))
+def axial_tangent(
+    tau: float,
+    w: float,
+    forcing: float,
+    restitution: float,
+    impacts: int,
+    states: Record,
+    tangent: Record,
+) -> int:
+    """Follow an orbit with its derivatives; returns how often it was in contact, −1 for rest.
+
+    states (impacts + 1, 3): τ, w and the delay since the impact before, the start first. tangent
+    (2, 4): derivatives of the last (τ, w) by the first τ and w, by Γ and by ε; those by Γ and ε are
+    without meaning after contact.
+    """
+    a, b, c, e = 1.0, 0.0, 0.0, 1.0
+    fa = fb = ra = rb = 0.0
+    contacts = 0
+    states[0] = (tau, w, 0.0)
+    for i in range(impacts):
+        kind, tau1, w1, d = next_impact(tau, w, forcing, restitution)
+        if kind == MAP_REST:
+            return -1
+        if kind == MAP_CONTACT:
+            contacts += 1
+            a = b = c = e = fa = fb = ra = rb = 0.0
+        else:
+            t = flight_tangent(tau, w, d, w1, forcing, restitution)
+            a, c = t[0] * a + t[1] * c, t[2] * a + t[3] * c
+            b, e = t[0] * b + t[1] * e, t[2] * b + t[3] * e
+            fa, fb = t[0] * fa + t[1] * fb + t[4], t[2] * fa + t[3] * fb + t[5]
+            ra, rb = t[0] * ra + t[1] * rb + t[6], t[2] * ra + t[3] * rb + t[7]
+        tau, w = tau1, w1
+        states[i + 1] = (tau, w, d)
+    tangent[0] = (a, b, fa, ra)
+    tangent[1] = (c, e, fb, rb)
+    return contacts
+
+
+@entry(types.float64[::1](types.Array(_FLOAT, 3, "C")))
+def log_growth(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithms of the growth of a small error by each of the matrices in turn, shape (n,)."""
+    growth = np.empty(len(matrices))
+    x, y = 1.0, 0.0
+    for i in range(len(matrices)):
+        m = matrices[i]
+        x, y = m[0, 0] * x + m[0, 1] * y, m[1, 0] * x + m[1, 1] * y
+        size = math.hypot(x, y)
+        if size == 0.0:
+            growth[i:] = -math.inf
+            return growth
+        growth[i] = math.log(size)
+        x, y = x / size, y / size
+    return growth

@@ -1,0 +1,130 @@
+"""Closed forms of a standing-wave motor whose rotor bounces once in each period of the stator.
+
+The rotor leaves each impact with V = ωΦ cos(τ_imp + θ), as far as friction can give it that, and is
+slowed by its loads until the next one. SI units, angles in rad; g + P/m stands for g.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.scales import acceleration, period_one, stability_limit
+
+
+def friction_limit(disk: Disk) -> float:
+    """T* = μ a_e (m g + P), N·m: the mean torque of friction is never larger, in any regime."""
+    return disk.friction * disk.friction_radius * disk.mass * acceleration(disk)
+
+
+def runs_away(disk: Disk) -> bool:
+    """Whether the load turns the rotor ever faster, whatever the stator does."""
+    return abs(disk.load_torque) - disk.brake_torque > friction_limit(disk)
+
+
+def no_load_speed(motion: Motion, disk: Disk) -> float:
+    """V, rad/s; nan where there is no period-1 orbit."""
+    orbit = period_one(motion, disk)
+    return math.nan if orbit is None else orbit.angular_velocity
+
+
+def stall_torque(motion: Motion, disk: Disk) -> float:
+    """The active load at which the mean speed is 0, or friction gives way: min(T*, I ω |V|/π), N·m.
+
+    It has the sign of V. A brake has none: see `knee_torque`.
+    """
+    speed = no_load_speed(motion, disk)
+    if math.isnan(speed):
+        return math.nan
+    balanced = 2.0 * disk.inertia * motion.frequency * speed
+    return math.copysign(min(friction_limit(disk), abs(balanced)), balanced)
+
+
+def knee_torque(motion: Motion, disk: Disk) -> float:
+    """Where a brake begins to stop the rotor before the next impact: min(T*, I ω |V|/(2π)), N·m."""
+    speed = no_load_speed(motion, disk)
+    if math.isnan(speed):
+        return math.nan
+    return min(friction_limit(disk), disk.inertia * motion.frequency * abs(speed))
+
+
+def _against(disk: Disk, sign: float) -> float:
+    """The torque that slows a rotor which turns with this sign, N·m."""
+    return disk.load_torque * sign + disk.brake_torque
+
+
+def _keeps_turning(motion: Motion, disk: Disk, speed: float) -> bool:
+    """Whether each impact gives the rotor V again, and a brake does not stop it in between."""
+    torque = _against(disk, math.copysign(1.0, speed))
+    stops = disk.brake_torque > 0.0 and torque > disk.inertia * motion.frequency * abs(speed)
+    return abs(torque) <= friction_limit(disk) and not stops
+
+
+def mean_speed(motion: Motion, disk: Disk) -> float:
+    """Mean of α̇ on the period-1 orbit, rad/s; nan without one, or where no form is known.
+
+    A load alone: V − πT_L/(Iω). With a brake and |T_L| ≤ T_B: the same line, and beyond the knee
+    I(Δα̇)²f/(2T), Δα̇ what one impact gives a rotor at rest.
+    """
+    speed = no_load_speed(motion, disk)
+    if math.isnan(speed) or runs_away(disk):
+        return math.nan
+    momentum = disk.inertia * motion.frequency
+    sign = math.copysign(1.0, speed)
+    torque = _against(disk, sign)
+    if _keeps_turning(motion, disk, speed):
+        return speed - 0.5 * sign * torque / momentum
+    if abs(disk.load_torque) > disk.brake_torque:
+        return math.nan  # it turns back in each period
+    given = min(abs(speed), friction_limit(disk) / momentum)
+    return 0.5 * sign * momentum * given**2 / torque
+
+
+class PowerFlow(NamedTuple):
+    """Means over a period of the stator, W."""
+
+    output: float  # work on load and brake
+    impacts: float  # lost by restitution
+    friction: float  # lost in the slip of impacts
+    efficiency: float  # output over all three; nan where one of both is not > 0
+
+
+def power_flow(motion: Motion, disk: Disk) -> PowerFlow:
+    """Where the work of the stator goes while each impact sticks at once; nan elsewhere."""
+    orbit = period_one(motion, disk)
+    speed = no_load_speed(motion, disk)
+    if orbit is None:
+        return PowerFlow(*[math.nan] * 4)
+    sign = math.copysign(1.0, speed)
+    if not _keeps_turning(motion, disk, speed):
+        return PowerFlow(*[math.nan] * 4)
+    torque, momentum = _against(disk, sign), disk.inertia * motion.frequency
+    output = torque * (abs(speed) - 0.5 * torque / momentum)
+    lost = (1.0 - disk.restitution**2) * orbit.axial_impact_velocity**2
+    impacts = 0.5 * disk.mass * lost * motion.frequency
+    friction = 0.5 * torque**2 / momentum
+    taken = output + impacts + friction
+    known = output > 0.0 and taken > 0.0
+    return PowerFlow(output, impacts, friction, output / taken if known else math.nan)
+
+
+class PreloadRegimes(NamedTuple):
+    """Preloads at which what the rotor does changes, N; negative: no preload is needed."""
+
+    contact_lasts: float  # above it the stator never lets go of a rotor in contact: Γ = 1/π
+    no_period_one: float  # above it there is no period-1 orbit: Γ = (1−ε)/(1+ε)
+    doubling: float  # below it the period-1 orbit has doubled: Γ = Γ₁
+
+
+def preload_regimes(motion: Motion, disk: Disk) -> PreloadRegimes:
+    """P = m(Aω²/(πΓ) − g) at the three values of Γ; inf where ε = 1."""
+    e = disk.restitution
+    top = motion.axial_amplitude * (math.tau * motion.frequency) ** 2 / math.pi
+
+    def preload(forcing: float) -> float:
+        return disk.mass * (top / forcing - disk.gravity) if forcing > 0.0 else math.inf
+
+    return PreloadRegimes(
+        preload(1.0 / math.pi), preload((1.0 - e) / (1.0 + e)), preload(stability_limit(e))
+    )

@@ -1,0 +1,195 @@
+"""The next-collision map with rotation: what `axial_map` is, and the speed of the disk with it.
+
+Angular velocity unit ωΦ, angle unit Φ: the platform turns as β = sin(τ + θ), and the largest change
+of α̇ in one impact is (1 + ε)|w_A|/Γ_T. State: (τ, w, α̇) just before an impact; w = 0 stands for a
+disk that lies on the platform. The axial part does not depend on the rotation, but a chatter is
+completed in closed form only where friction is decided, which is later: τ and w then differ from
+those of `axial_map` by rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import types
+
+from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import sign_of
+from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_rows import what_holds
+from bouncing_disk_ros.core.flight import gap_after, separation_phase
+from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.impact_law import (
+    BOUNCES,
+    COMPLETES,
+    chatter_rotation,
+    chatter_sums,
+    chatter_verdict,
+    speed_after,
+)
+from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS
+from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
+from bouncing_disk_ros.core.platform import (
+    Record,
+    SteadyMotion,
+    angular_jet,
+    axial_jet,
+    steady_motion,
+)
+from bouncing_disk_ros.maps.axial_map import (
+    GRAVITY,
+    MAP_CONTACT,
+    MAP_IMPACT,
+    MAP_REST,
+    ORBIT_KIND,
+    MapDisk,
+    landing,
+    launched_impact,
+)
+
+ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
+"""Columns of what `collision_orbit` writes, after those of `axial_map`."""
+_MOST_EVENTS = 100_000  # of one contact: far more than any has
+Collision = tuple[int, float, float, float, float, float]  # kind, τ, w, α̇, delay, angle turned
+
+
+class ContactState(NamedTuple):
+    """The disk on the platform, with the fields of layout.STATE_DTYPE that kernels read."""
+
+    tau: float
+    sine: float
+    cosine: float
+    slip_sign: float
+    drag: float
+    omega: float
+
+
+@kernel
+def map_motion(forcing: float, phase_lag: float) -> SteadyMotion:
+    """The platform s = Γ sin τ, β = sin(τ + θ), ω = 1."""
+    sine, cosine = sincos(phase_lag)
+    return steady_motion(forcing, 1.0, 1.0 / (2.0 * math.pi), 1.0, phase_lag, sine, cosine)
+
+
+@kernel
+def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
+    """The disk; Γ_T = inf is one without friction."""
+    return MapDisk(restitution, GRAVITY, 1.0 / angular_forcing, 0.0, 0.0)
+
+
+@rare_kernel
+def contact_until_flight(
+    motion: Record, disk: Record, tau: float, omega: float
+) -> tuple[float, float, float]:
+    """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
+    # The loop of single_toss.py with three sums in place of a state record and its energy ledger:
+    # the map would need work space, and integrals at each slip that nobody reads.
+    lasted = turned = 0.0
+    sine, cosine = sincos(tau)
+    b = angular_jet(motion, sine, cosine, 0.0)
+    a, _ = load(motion, disk.g, axial_jet(motion, sine, cosine, 0.0))
+    sign = float(what_holds(sign_of(omega - b[1]), 0, 0, disk, a, b)[0])
+    for _ in range(_MOST_EVENTS):
+        state = ContactState(tau, sine, cosine, sign, disk.lag, omega)
+        if sign == 0.0:
+            kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
+        else:
+            kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
+            rotation = slide(motion, disk, disk.lag, 0.0, sine, cosine, sign, omega, d)
+            turned += rotation[0]
+            omega = rotation[1]
+        lasted += d
+        tau = separation_phase(motion, disk.g) if kind == SEPARATION else phase_after(tau, d)[1]
+        sine, cosine = sincos(tau)
+        end = angular_jet(motion, sine, cosine, 0.0)
+        if sign == 0.0:
+            turned += end[0] - b[0]
+            omega = end[1]
+        if kind == SEPARATION:
+            return lasted, omega, turned
+        b = end
+        if kind == SLIP:
+            sign = value
+        elif kind == SLIP_ENDS:
+            a = disk.g + axial_jet(motion, sine, cosine, 0.0)[2]
+            sign = float(what_holds(0, 0, 0, disk, a, b)[0])
+            omega = b[1] if sign == 0.0 else omega
+    return math.nan, math.nan, math.nan
+
+
+@kernel
+def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: float) -> Collision:
+    """(kind, τ, w, α̇, delay, angle turned): the impact that follows the one with (τ, w, α̇).
+
+    Motion and disk are those of `map_motion` and `map_disk`; the arguments are not checked. The
+    angle is turned between the two impacts. MAP_REST has nan for all but the kind and the delay.
+    """
+    sine, cosine = sincos(tau)
+    jet = axial_jet(motion, sine, cosine, 0.0)
+    b = angular_jet(motion, sine, cosine, 0.0)
+    if w < 0.0:
+        omega = speed_after(omega, b[1], disk.grip * ((1.0 + disk.restitution) * -w))
+    u = -disk.restitution * w
+    waited = turned = 0.0
+    kind = MAP_IMPACT
+    if u > 0.0:
+        end, waited, sign = chatter_verdict(
+            motion, disk, disk.lag, 0.0, sine, cosine, jet, u, omega
+        )
+        if end == BOUNCES:
+            d, w1 = landing(motion, sine, cosine, jet, disk.g, u, 0.0)
+            return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
+        tau = phase_after(tau, waited)[1]
+        if end == COMPLETES:
+            push = -gap_after(motion, 0.0, sine, cosine, disk.g, 0.0, u, waited)[1]
+            sums = chatter_sums(disk, jet, u)
+            sine, cosine = sincos(tau)
+            b_end = angular_jet(motion, sine, cosine, 0.0)
+            turned, omega = chatter_rotation(
+                disk, disk.lag, sign, omega, b, b_end, push, sums, waited
+            )
+            jet = axial_jet(motion, sine, cosine, 0.0)
+    if load(motion, disk.g, jet)[1]:
+        if separation_phase(motion, disk.g) < 0.0:
+            return MAP_REST, math.nan, math.nan, math.nan, math.inf, math.nan
+        kind = MAP_CONTACT
+        d, omega, angle = contact_until_flight(motion, disk, tau, omega)
+        waited += d
+        turned += angle
+        tau = separation_phase(motion, disk.g)
+        sine, cosine = sincos(tau)
+        jet = axial_jet(motion, sine, cosine, 0.0)
+    d, w1 = launched_impact(motion, disk, tau, sine, cosine, jet)
+    return kind, phase_after(tau, d)[1], w1, omega, waited + d, turned + omega * d
+
+
+_FLOAT = types.float64
+
+
+@entry(types.int64(*[_FLOAT] * 7, types.int64, types.Array(_FLOAT, 2, "C")))
+def collision_orbit(
+    tau: float,
+    w: float,
+    omega: float,
+    forcing: float,
+    restitution: float,
+    phase_lag: float,
+    angular_forcing: float,
+    impacts: int,
+    out: Record,
+) -> int:
+    """Write the next impacts after (τ, w, α̇) into out (impacts, 6).
+
+    Columns: τ, w, delay, kind (those of `axial_orbit`), SPEED α̇ just before the impact, which is
+    that of the flight, and TURNED since the impact before. Returns their number; fewer than asked
+    where contact lasts for good, with a last row of kind MAP_REST.
+    """
+    motion = map_motion(forcing, phase_lag)
+    disk = map_disk(restitution, angular_forcing)
+    for i in range(impacts):
+        kind, tau, w, omega, delay, turned = next_collision(motion, disk, tau, w, omega)
+        out[i] = (tau, w, delay, float(kind), omega, turned)
+        if kind == MAP_REST:
+            return i + 1
+    return impacts

@@ -1,0 +1,1 @@
+"""The ultrasonic motor over two of its parameters."""

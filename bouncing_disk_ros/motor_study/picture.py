@@ -1,0 +1,275 @@
+"""The picture of a motor over two of its parameters: speed, efficiency, power, kind of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    MOST_PIXELS,
+    ORANGE,
+    SKY,
+    UNRESOLVED,
+    VERMILION,
+    new_figure,
+    pixel_frame,
+)
+
+KIND_COLORS: Mapping[int, str] = {
+    -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,
+}  # fmt: skip
+"""Numbers of the study's field `kind` -> colour."""
+_IN_ORDER = sorted(KIND_COLORS)
+
+
+def motor_map_picture(result: xr.Dataset) -> Figure:
+    """Four panels over the two parameters, and what is fixed."""
+    figure = new_figure(11.5, 9.0)
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    speed = downsample(result["mean_speed"], MOST_PIXELS)
+    known = np.isfinite(speed)
+    top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
+    scale = {"cmap": "RdBu_r", "vmin": -top, "vmax": top}
+    _draw(figure, panels[0, 0], result, "mean_speed", scale)
+    _draw(figure, panels[0, 1], result, "efficiency", {"cmap": "viridis", "vmin": 0.0})
+    _draw(figure, panels[1, 0], result, "output_power", {"cmap": "PuOr_r", **_around(result)})
+    _draw_kinds(panels[1, 1], result)
+    up, across = result["kind"].dims
+    for axes in panels[1]:
+        axes.set_xlabel(axis_label(result[across]))
+    for axes in panels[:, 0]:
+        axes.set_ylabel(axis_label(result[up]))
+    figure.suptitle(fixed_text(result), fontsize=10)
+    return figure
+
+
+def _around(result: xr.Dataset) -> dict[str, float]:
+    power = result["output_power"].values
+    known = np.isfinite(power)
+    top = (float(np.abs(power[known]).max()) if known.any() else 0.0) or 1.0
+    return {"vmin": -top, "vmax": top}
+
+
+def _draw(
+    figure: Figure, axes: Any, result: xr.Dataset, field: str, scale: Mapping[str, Any]
+) -> None:
+    values = downsample(result[field], MOST_PIXELS)
+    about = result[field].attrs
+    axes.set_facecolor("#e8e8e8")
+    shown = np.ma.masked_invalid(values)
+    drawn = axes.imshow(shown, **scale, **_frame(result))
+    figure.colorbar(drawn, ax=axes, label=f"{about['units']}; grey: none")
+    axes.set_title(about["long_name"], fontsize=10)
+
+
+def _draw_kinds(axes: Any, result: xr.Dataset) -> None:
+    found = downsample(result["kind"], MOST_PIXELS)
+    edges = [number - 0.5 for number in _IN_ORDER] + [_IN_ORDER[-1] + 0.5]
+    colors = ListedColormap([KIND_COLORS[number] for number in _IN_ORDER])
+    axes.imshow(found, cmap=colors, norm=BoundaryNorm(edges, len(_IN_ORDER)), **_frame(result))
+    names = kinds_of(result)
+    handles = [
+        Patch(facecolor=KIND_COLORS[number], edgecolor=BLACK, linewidth=0.5, label=names[number])
+        for number in sorted({int(number) for number in np.unique(found)})
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3,
+                fontsize=8, frameon=False)  # fmt: skip
+    axes.set_title("kind of motion", fontsize=10)
+
+
+def kinds_of(result: xr.Dataset) -> dict[int, str]:
+    """Number of a kind of motion -> its name."""
+    about = result["kind"].attrs
+    numbers = np.atleast_1d(about["flag_values"])
+    names = str(about["flag_meanings"]).split()
+    return {int(n): name.replace("_", " ") for n, name in zip(numbers, names, strict=True)}
+
+
+def _frame(result: xr.Dataset) -> dict[str, Any]:
+    """How a map is drawn: arguments of imshow."""
+    up, across = result["kind"].dims
+    return pixel_frame(result[across].values, result[up].values)
+
+
+def axis_label(axis: xr.DataArray) -> str:
+    """Name, symbol and unit of an axis."""
+    about = axis.attrs
+    return f"{about['long_name']} {about['symbol']} ({about['units']})"
+
+
+def fixed_text(result: xr.Dataset) -> str:
+    """What is fixed, in two lines."""
+    given = {name.removeprefix("parameter_"): value for name, value in result.attrs.items()}
+    parts = []
+    for name in (*Motion._fields, *Disk._fields):
+        if name in given and (given[name] != 0.0 or name == "phase_lag"):
+            unit = f" {TABLE[name].shown_unit}".rstrip()
+            symbol = TABLE[name].symbol.split(" ")[0]
+            parts.append(f"{symbol} = {given[name]:.4g}{unit}".replace("-", "−"))
+    half = (len(parts) + 1) // 2
+    return f"{', '.join(parts[:half])}\n{', '.join(parts[half:])}; start: {given['start']}"
+
+
+# ------------------------------------------------------------------------------------------------
+# Speed over torque of a motor, with its efficiency; stall torque and no-load speed.
+
+
+LINES = 7
+"""Curves drawn, spread evenly over the axis that is not the torque."""
+_LEVELS = 10
+_BEYOND = 0.05
+"""Where contours do not reach more than this share of the points, cells are drawn."""
+
+
+def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
+    """Speed over `load` for some values of the other axis, and efficiency over both."""
+    figure = new_figure(12.5, 5.4)
+    left, right = figure.subplots(1, 2)
+    other = next(str(dim) for dim in result["mean_speed"].dims if dim != load)
+    speed, efficiency, kind = (
+        result[name].transpose(other, load).values for name in ("mean_speed", "efficiency", "kind")
+    )
+    top = float(np.nanmax(efficiency)) if np.isfinite(efficiency).any() else 1.0
+    norm = Normalize(0.0, top or 1.0)
+    torques = result[load].values
+    for i in _spread(kind):
+        _draw_line(left, torques, speed[i], efficiency[i], norm)
+        _name_line(left, torques, speed[i], f"{float(result[other][i]):.4g}")
+    left.axhline(0.0, color=GREY, linewidth=0.8)
+    left.autoscale_view()
+    left.margins(x=0.12)
+    left.set_xlabel(axis_label(result[load]))
+    left.set_ylabel("mean speed of the rotor (rad/s)")
+    left.set_title(f"Numbers at the lines: {axis_label(result[other])}", fontsize=10)
+    _draw_efficiency(figure, right, result, efficiency, (load, other), norm)
+    figure.suptitle(fixed_text(result), fontsize=10)
+    return figure
+
+
+def _spread(kind: NDArray[np.int32]) -> list[int]:
+    """Some rows, spread evenly over those where the rotor bounces without contact at some load."""
+    rows = np.flatnonzero((kind == 0).any(axis=1))
+    if len(rows) == 0:
+        rows = np.arange(len(kind))
+    picked = np.linspace(0, len(rows) - 1, min(LINES, len(rows))).round().astype(int)
+    return [int(rows[i]) for i in picked]
+
+
+def _draw_line(
+    axes: Any, torques: Any, speed: NDArray[Any], efficiency: NDArray[Any], norm: Normalize
+) -> None:
+    """One curve, coloured by efficiency, grey where there is none."""
+    points = np.column_stack([torques, speed])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    known = np.isfinite(pieces).all(axis=(1, 2))
+    middle = 0.5 * (efficiency[:-1] + efficiency[1:])
+    useful = known & np.isfinite(middle)
+    axes.add_collection(LineCollection(pieces[known & ~useful], colors=GREY, linewidths=1.6))
+    axes.add_collection(
+        LineCollection(pieces[useful], array=middle[useful], cmap="viridis", norm=norm,
+                       linewidths=2.2)
+    )  # fmt: skip
+
+
+def _name_line(axes: Any, torques: Any, speed: NDArray[Any], text: str) -> None:
+    known = np.flatnonzero(np.isfinite(speed))
+    if len(known):
+        end = known[-1]
+        axes.annotate(text, (torques[end], speed[end]), xytext=(4, 0), fontsize=8,
+                      textcoords="offset points", va="center")  # fmt: skip
+
+
+def _draw_efficiency(
+    figure: Figure,
+    axes: Any,
+    result: xr.Dataset,
+    efficiency: NDArray[Any],
+    names: tuple[str, str],
+    norm: Normalize,
+) -> None:
+    load, other = names
+    axes.set_xlabel(axis_label(result[load]))
+    axes.set_ylabel(axis_label(result[other]))
+    axes.set_title("Efficiency: work on load and brake over work of the stator", fontsize=10)
+    x, y = result[load].values, result[other].values
+    axes.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
+    axes.set_ylim(y[0], y[-1] if y[-1] > y[0] else y[0] + 1.0)
+    if not np.isfinite(efficiency).any():
+        axes.text(0.5, 0.5, "no efficiency anywhere", ha="center", transform=axes.transAxes)
+        return
+    shown = np.ma.masked_invalid(efficiency)
+    if _contours_show(efficiency):
+        levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
+        drawn = axes.contourf(x, y, shown, levels, cmap="viridis", norm=norm)
+    else:
+        frame = pixel_frame(x, y)
+        drawn = axes.imshow(shown, cmap="viridis", norm=norm, **frame)
+        axes.set(xlim=frame["extent"][:2], ylim=frame["extent"][2:])
+        if len(y) <= LINES:
+            axes.set_yticks(y)
+    figure.colorbar(drawn, ax=axes, label="efficiency η (1)")
+
+
+def _contours_show(values: NDArray[Any]) -> bool:
+    """Whether contours reach nearly all points with a value: those of squares that have four."""
+    known = np.isfinite(values)
+    whole = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
+    reached = np.zeros_like(known)
+    for part in (reached[:-1, :-1], reached[1:, :-1], reached[:-1, 1:], reached[1:, 1:]):
+        part |= whole
+    return bool(np.sum(known & ~reached) <= _BEYOND * np.sum(known))
+
+
+def stall_picture(result: xr.Dataset) -> Figure:
+    """No-load speed and stall torque over the axis that is not the load."""
+    figure = new_figure(11.5, 4.8)
+    panels = figure.subplots(1, 2, sharex=True)
+    other = str(result["stall_torque"].dims[0])
+    places = result[other].values
+    loads = result["load_torque"].values
+    at_zero = int(np.abs(loads).argmin())
+    kind = result["kind"].transpose(other, "load_torque").values[:, at_zero]
+    names = kinds_of(result)
+    for axes, field in zip(panels, ("no_load_speed", "stall_torque"), strict=True):
+        values = result[field].values
+        axes.plot(places, values, color=GREY, linewidth=0.8, zorder=1)
+        for number, name in names.items():
+            mine = (kind == number) & np.isfinite(values)
+            if mine.any():
+                axes.plot(places[mine], values[mine], ".", color=KIND_COLORS[number], label=name)
+        axes.axhline(0.0, color=GREY, linewidth=0.8)
+        _mark_regimes(axes, result, other)
+        axes.set_xlabel(axis_label(result[other]))
+        about = result[field].attrs
+        axes.set_ylabel(f"{about['long_name']} ({about['units']})")
+    if panels[0].get_legend_handles_labels()[0]:
+        panels[0].legend(fontsize=8, title="without a load")
+    figure.suptitle(fixed_text(result), fontsize=10)
+    return figure
+
+
+def _mark_regimes(axes: Any, result: xr.Dataset, other: str) -> None:
+    if other != "preload" or "preload_doubling" not in result.attrs:
+        return
+    places = result[other].values
+    for name, text in (("doubling", "doubling"), ("no_period_one", "no period 1"),
+                       ("contact_lasts", "contact lasts")):  # fmt: skip
+        at = float(result.attrs[f"preload_{name}"])
+        if places[0] <= at <= places[-1]:
+            axes.axvline(at, color=GREY, linewidth=0.8, linestyle=":")
+            axes.text(at, 1.0, f" {text}", rotation=90, va="top", ha="right", fontsize=7,
+                      transform=axes.get_xaxis_transform())  # fmt: skip

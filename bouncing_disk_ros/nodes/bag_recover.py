@@ -1,0 +1,50 @@
+"""The executable `bag_recover`: repair a bag that is incomplete or damaged."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from bouncing_disk_ros import folders
+from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
+from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.stop import interrupt_on_signals
+
+_ABOUT = """Repair a bag that is incomplete or damaged: copy all its complete chunks into a new
+folder, rebuild index and metadata.yaml, and say what was lost. The original bag is not changed."""
+_EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Recover a bag; exit code 0 saved, 1 no room, 2 bad input or nothing to be saved, 130."""
+    parser = argparse.ArgumentParser(
+        prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
+    given = parser.parse_args(split_arguments(args)[0])
+    interrupt_on_signals()
+    folders.use_package_index()
+    unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
+    return run_bag_tool("bag_recover", given.bag, lambda: _recover(given), unfinished)
+
+
+def _recover(given: argparse.Namespace) -> int:
+    from bouncing_disk_ros import bag
+
+    with walking("bag_recover") as watch:
+        report = bag.recover(given.bag, given.output, watch)
+    more = [f"and {report.unlisted} more damaged places"] if report.unlisted else []
+    print("\n".join([*report.lines, *more]))
+    if not report.saved and (report.lost or not report.exact):
+        print(f"bag_recover: {report.summary}", file=sys.stderr)
+        return ExitCode.BAD_INPUT
+    print(report.summary)
+    return ExitCode.DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

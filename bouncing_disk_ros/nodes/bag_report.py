@@ -1,0 +1,158 @@
+"""The executable `bag_report`: a report on a recorded run, from its bag alone."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros import folders
+from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.executables import PROVE_BAG, loaded
+from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
+from bouncing_disk_ros.ros.startup import figure_kinds, split_arguments
+from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.report.run_report import Report
+
+_ABOUT = """Report on a recorded run, from its bag alone: impacts, next-collision section, return
+map, period found, rotor speed with its transient, energy, real-time quality and loss, and estimates
+of restitution and friction. A summary goes to the terminal; a page with interactive plots (opens
+without network) and a page of figures go into files."""
+_EXAMPLES = """  ros2 run bouncing_disk_ros bag_report run_1
+      writes run_1_report.html and run_1_report.png
+  ros2 run bouncing_disk_ros bag_report run_1 --prove
+      proves each event of the run in interval arithmetic, instead of a report
+  ros2 run bouncing_disk_ros bag_report run_1 figures/ --figures "pdf svg" --segment last"""
+NAME = "bag_report"
+
+
+_OPTIONS: dict[str, tuple[type, object, str]] = {
+    "namespace": (str, None, "of the simulator, where the bag has several"),
+    "run": (int, 0, "where the simulator was started again: 1, 2 ...; default: the last"),
+    "segment": (
+        str, "longest",
+        "which stretch of steady motion the figures show: longest (most impacts), last, a number",
+    ),
+    "from": (float, None, "leave out what lies before this simulated time, s"),
+    "to": (float, None, "leave out what lies at or after this simulated time, s"),
+    "figures": (str, "png", "kinds of figure files: any of png, pdf, svg, or none"),
+    "rows": (int, 1_000_000, "rows of impacts held in memory, the last ones"),
+    "every": (int, 1, "with --prove: prove every n-th event only"),
+}  # fmt: skip
+"""Name, type, default and help of each option."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    made = argparse.ArgumentParser(
+        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    made.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    made.add_argument(
+        "output", nargs="?",
+        help="name of the files without their endings, or a folder; default: BAG_report",
+    )  # fmt: skip
+    for name, (kind, default, text) in _OPTIONS.items():
+        shown = f"; default: {default}" if default else ""
+        made.add_argument(f"--{name}", type=kind, default=default, help=text + shown)
+    made.add_argument("--text-only", action="store_true", help="write no files")
+    made.add_argument(
+        "--prove", action="store_true", help="replay the run and prove each event; write no files"
+    )
+    return made
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Report on a bag; exit code 0 done, 1 failed or refuted, 2 bad input, 130 interrupted."""
+    with ending_at_once(NAME):
+        given = parser().parse_intermixed_args(split_arguments(args)[0])
+        folders.use_package_index()
+        use_matplotlib_folder()
+    interrupt_on_signals()
+    return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
+
+
+def _report(given: argparse.Namespace) -> int:
+    if given.prove:
+        with ending_at_once(NAME):
+            announce_compilation(NAME)
+            prove_bag = loaded(PROVE_BAG)
+        return int(prove_bag(given))
+    kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
+    with ending_at_once(NAME):
+        announce_compilation(NAME)
+        import numpy as np
+
+        from bouncing_disk_ros.report.report_files import check_ours, targets
+        from bouncing_disk_ros.report.report_text import lines
+
+    files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
+    check_ours(files)
+    with np.errstate(all="ignore"):  # of numbers that mean nothing: what follows from them is nan
+        report = read(given)
+        print("\n".join(lines(report)), flush=True)
+        for file in files:
+            _write(report, file)
+            print(f"written: {file}", flush=True)
+    return ExitCode.DONE
+
+
+def read(given: argparse.Namespace) -> Report:
+    """Read the bag and work the report out."""
+    from tqdm import tqdm
+
+    from bouncing_disk_ros import bag
+    from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
+    from bouncing_disk_ros.report.run_report import report_of
+
+    if given.rows < 1 or given.run < 0:
+        field, value = ("rows", given.rows) if given.rows < 1 else ("run", given.run)
+        raise InputError(field, value, "a whole number > 0")
+    begin, end = (vars(given)[name] for name in ("from", "to"))
+    if begin is not None and end is not None and begin >= end:
+        raise InputError("to", end, f"a time after --from, {begin:g} s")
+    options = ReadOptions(
+        given.namespace,
+        given.run,
+        -math.inf if begin is None else begin,
+        math.inf if end is None else end,
+        given.rows,
+    )
+    with walking(NAME) as watch:
+        run = bag.open(given.bag, watch)
+    with run:
+        reader = BagRun(run, options)
+        steps = tqdm(reader.read(), NAME, reader.total, leave=False, disable=None, unit=" messages")
+        for _ in steps:
+            pass
+        return report_of(reader.record, reader.source, given.segment)
+
+
+def _write(report: Report, file: Path) -> None:
+    """Write one file whole or not at all."""
+    from bouncing_disk_ros.regular_file import replaced
+
+    if file.suffix == ".html":
+        with ending_at_once(NAME):
+            from bouncing_disk_ros.report.report_html import report_html
+
+        text = report_html(report)
+        replaced(file, lambda path: path.write_text(text, "utf-8"))
+    else:
+        with ending_at_once(NAME):
+            from bouncing_disk_ros.report.report_page import report_page, save_page
+
+        figure = report_page(report)
+        replaced(file, lambda path: save_page(figure, path))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

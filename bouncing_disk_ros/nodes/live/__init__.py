@@ -1,1 +1,0 @@
-"""Small executables beside a running simulator: `perform` commands it, `echo_impacts` prints."""

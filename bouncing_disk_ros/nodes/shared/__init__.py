@@ -1,1 +1,0 @@
-"""What executables of several packages share: start, options, figure kinds, run records."""

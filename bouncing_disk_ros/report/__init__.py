@@ -1,0 +1,1 @@
+"""The report on a recorded run: estimates, panels, figures, page."""

@@ -1,0 +1,122 @@
+"""Two runs over each other: heights where they part, rotor speed, next-collision section."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.report.run_comparison import Shown
+from bouncing_disk_ros.report.run_picture import SETTINGS
+from bouncing_disk_ros.report.style import BLUE, GREY, VERMILION, mark_turns, new_figure
+from bouncing_disk_ros.units import NS
+
+STYLES = (
+    {"color": BLUE, "ls": "-", "marker": "o"},
+    {"color": VERMILION, "ls": "--", "marker": "x"},
+)
+
+
+def two_runs_picture(first: Shown, second: Shown, diverged: float | None, title: str) -> Figure:
+    """Three panels; `diverged` is the simulated time at which the runs part, s (None: never)."""
+    figure = new_figure(11.0, 8.5)
+    heights, speeds, section = figure.subplot_mosaic(
+        [["heights", "heights"], ["speeds", "section"]], height_ratios=[0.9, 1.1]
+    ).values()
+    _heights(heights, first, second, diverged)
+    _speeds(speeds, first, second)
+    _section(section, first, second)
+    for axes in (heights, speeds):
+        if diverged is not None:
+            axes.axvline(diverged, color=GREY, lw=1.0, ls=":", zorder=1)
+    for axes in (heights, speeds, section):
+        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+    ends = f"orbit at the end: {first.label} {first.orbit.name}, {second.label} {second.orbit.name}"
+    figure.suptitle(f"{title}\n{ends}", fontsize=13)
+    return figure
+
+
+def _line(style: dict[str, str]) -> dict[str, Any]:
+    return {"color": style["color"], "ls": style["ls"], "lw": 1.6}
+
+
+def _heights(axes: Any, first: Shown, second: Shown, diverged: float | None) -> None:
+    """Heights of disk and platform, near the parting or over the whole run."""
+    detail = len(first.detail) > 1
+    platforms = []
+    for shown, style in zip((first, second), STYLES, strict=True):
+        samples = _near(shown) if detail else shown.samples
+        time = samples["time_ns"] / NS
+        platforms.append((time, samples["platform_position"], style))
+        x, y = _with_corners(time, samples["axial_position"], shown.rows)
+        axes.plot(x, 1e3 * y, label=f"disk x, {shown.label}", **_line(style))
+    same = len(platforms[0][1]) == len(platforms[1][1]) and np.array_equal(
+        platforms[0][1], platforms[1][1]
+    )
+    for time, position, style in platforms[:1] if same else platforms:
+        color = GREY if same else style["color"]
+        axes.plot(time, 1e3 * position, color=color, lw=1.0, alpha=0.8, zorder=1,
+                  label="platform s" if same else None)  # fmt: skip
+    if detail:
+        axes.set_xlim(platforms[0][0][0], platforms[0][0][-1])
+    where = "where the two part (dotted)" if diverged is not None else "the two never part"
+    axes.set_title(f"Heights, {where}", **SETTINGS)
+    axes.set_xlabel("simulated time t (s)")
+    axes.set_ylabel("height x, s (mm)")
+    axes.legend(loc="upper right", fontsize=9, ncols=3)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
+
+
+def _near(shown: Shown) -> NDArray[np.void]:
+    """The fine samples, and the even ones from a little before: there the two are one."""
+    begin, end = (int(shown.detail["time_ns"][place]) for place in (0, -1))
+    even = shown.samples[shown.samples["time_ns"] < begin]
+    return np.concatenate([even[even["time_ns"] >= begin - (end - begin) // 8], shown.detail])
+
+
+def _with_corners(
+    time: NDArray[np.float64], height: NDArray[np.float64], rows: NDArray[np.void]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Samples and impacts in the order of time: the samples alone miss the corners."""
+    if not len(time):
+        return time, height
+    inside = rows[(rows["time"] >= time[0]) & (rows["time"] <= time[-1])]
+    x = np.concatenate([time, inside["time"]])
+    order = np.argsort(x, kind="stable")
+    return x[order], np.concatenate([height, inside["axial_position"]])[order]
+
+
+def _speeds(axes: Any, first: Shown, second: Shown) -> None:
+    """Rotor speed of both over the whole run."""
+    for shown, style in zip((first, second), STYLES, strict=True):
+        time = shown.samples["time_ns"] / NS
+        axes.plot(time, shown.samples["angular_velocity"], label=shown.label, **_line(style))
+    if len(first.samples) > 1:
+        axes.set_xlim(first.samples["time_ns"][0] / NS, first.samples["time_ns"][-1] / NS)
+    axes.set_title("Rotor speed", **SETTINGS)
+    axes.set_xlabel("simulated time t (s)")
+    axes.set_ylabel("angular velocity α̇ (rad/s)")
+    axes.legend(loc="best", fontsize=9)
+
+
+def _section(axes: Any, first: Shown, second: Shown) -> None:
+    """Impacts of both; the marks shrink where there are many."""
+    newest = False
+    for shown, style in zip((first, second), STYLES, strict=True):
+        rows = shown.rows
+        newest |= int(rows["count"].sum(dtype=np.int64)) < shown.impacts
+        size = 5.0 if len(rows) < 500 else 2.0
+        axes.plot(rows["x"], rows["y"], style["marker"], color=style["color"], ms=size,
+                  mfc="none", label=shown.label, rasterized=len(rows) > 2000)  # fmt: skip
+    axes.set_xlim(0.0, 1.0)
+    axes.margins(y=0.12)
+    kept = f", the newest {len(first.rows)} rows" if newest else ""
+    axes.set_title(f"Next-collision section{kept}", **SETTINGS)
+    mark_turns(axes.xaxis)
+    axes.set_xlabel("forcing phase at impact τ (rad)")
+    axes.set_ylabel("impact velocity w_A / (πg/ω)")
+    axes.legend(loc="best", fontsize=9)

@@ -1,0 +1,538 @@
+"""Which simulators a bag holds."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag import Bag, BagError
+from bouncing_disk_ros.bag import open as open_bag
+from bouncing_disk_ros.bag.bag_topic import Message
+from bouncing_disk_ros.bag.loss import UNKNOWN, SequenceLoss
+from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.errors import InputError, closest, counted
+from bouncing_disk_ros.report.run_record import (
+    UNKNOWN_DISK,
+    Health,
+    RunRecord,
+    State,
+)
+from bouncing_disk_ros.report.run_record_builder import Count, RunRecordBuilder, record_of
+from bouncing_disk_ros.report.run_report import Source, TopicCount
+from bouncing_disk_ros.topics import TOPICS
+from bouncing_disk_ros.units import NS
+
+WANTED = ("disk/impacts", "disk/inputs", "platform/motion", "disk/rotor_speed", "joint_states",
+          "disk/phase")  # fmt: skip
+"""Topics of a simulator, within its namespace."""
+OPTIONAL = ("platform/offset",)
+"""Topics that are there only where something was commanded."""
+
+
+def simulators(bag: Bag) -> list[str]:
+    """The namespaces of the simulators in a bag."""
+    found = set()
+    for name, topic in bag.topics.items():
+        for wanted in WANTED:
+            ours = wanted.startswith(("disk/", "platform/")) and topic.count > 0
+            if ours and name.endswith(f"/{wanted}") and topic.type == TOPICS[wanted].type:
+                found.add(name[: -len(wanted) - 1] or "/")
+    return sorted(found)
+
+
+def choose(bag: Bag, namespace: str | None) -> str:
+    """The namespace asked for, or the only one; InputError names the candidates."""
+    found = simulators(bag)
+    if not found:
+        given = ", ".join(sorted(n for n, t in bag.topics.items() if t.count)) or "no messages"
+        allowed = "a bag with topics of a simulator (disk/impacts, disk/inputs ...)"
+        raise InputError(f"bag {bag.path}", given, allowed)
+    if namespace is None:
+        if len(found) > 1:
+            given = f"a bag of {len(found)} simulators"
+            raise InputError(
+                "namespace", given, ", ".join(found), "Choose one with the option namespace."
+            )
+        return found[0]
+    wanted = "/" + namespace.strip("/")
+    if wanted not in found:
+        raise InputError("namespace", namespace, ", ".join(found), closest(wanted, found))
+    return wanted
+
+
+def is_there(bag: Bag, name: str, short: str) -> bool:
+    """Whether a bag holds messages of topic `name` of the type of `short`."""
+    topic = bag.topics.get(name)
+    return topic is not None and topic.type == TOPICS[short].type and topic.count > 0
+
+
+# ------------------------------------------------------------------------------------------------
+# The order in which messages of a bag were sent, and what their numbers say of losses.
+
+
+WINDOW_NS = NS
+"""Messages of one node come at most so much later than others that were sent after them."""
+_OVERHEAD = 400
+"""Bytes that a message takes besides its content."""
+
+
+def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
+    """Messages as they were sent, of each topic in the order of reception.
+
+    At most limits.WAITING bytes wait: where more come within a window, the first are let go.
+    """
+    waiting: list[tuple[int, int, Message]] = []
+    latest: dict[str, int] = {}
+    held = 0
+    for counter, message in enumerate(messages):
+        sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
+        sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
+        heapq.heappush(waiting, (sent, counter, message))
+        held += len(message.data) + _OVERHEAD
+        # latched messages may have been sent long ago, and come in any order
+        while waiting and (
+            waiting[0][2].log_time_ns < message.log_time_ns - WINDOW_NS or held > limits.WAITING
+        ):
+            first = heapq.heappop(waiting)[2]
+            held -= len(first.data) + _OVERHEAD
+            yield first
+    while waiting:
+        yield heapq.heappop(waiting)[2]
+
+
+LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
+"""Topics that a recorder may be given a second time, with the numbers and times of the first."""
+_REMEMBERED = 1000
+
+
+class Sign(Enum):
+    """What a message shows of the run under way."""
+
+    BEGINS = "begins"
+    GOES_ON = "goes on"
+    NOTHING = "nothing"
+
+
+class RunOrder:
+    """Which run each message of a simulator belongs to: that under way when it was sent.
+
+    A run begins where a topic begins anew: its publisher's numbers, its running index or its
+    simulated time fall behind those of a message of the same topic and the same run. Where they
+    rise and no number is missing, the run goes on. A message that shows neither is of the run that
+    was under way before and after it; between two runs nobody knows. Messages are to be given in
+    the order of sending.
+    """
+
+    def __init__(self) -> None:
+        self.run = 0  # of the newest message that shows it, from 1
+        # by topic: run, number and counts of the newest message
+        self._latest: dict[str, tuple[int, int, list[float]]] = {}
+        self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
+
+    def is_repeat(self, short: str, message: Message) -> bool:
+        """Whether a latched message has been there before."""
+        if short not in LATCHED:
+            return False
+        seen = self._seen.setdefault(short, OrderedDict())
+        key = message.publish_time_ns or message.log_time_ns, message.sequence, message.data
+        if key in seen:
+            return True
+        seen[key] = None
+        if len(seen) > _REMEMBERED:
+            seen.popitem(last=False)
+        return False
+
+    def take(self, short: str, number: int, counts: Sequence[Count]) -> Sign:
+        """What a message shows; `number`: of its publisher, 0: it has none."""
+        run, before, latest = self._latest.get(short, (0, 0, []))
+        shown = Sign.NOTHING
+        if self.run == 0:
+            shown = Sign.BEGINS
+        elif run == self.run and ((counts and latest) or (number and before)):
+            pairs = list(zip(counts, latest, strict=False))
+            is_next = not (number and before) or number == before + 1
+            if 0 < number <= before or any(one.follows_not(last) for one, last in pairs):
+                shown = Sign.BEGINS
+            elif is_next or any(one.is_next(last) for one, last in pairs):
+                shown = Sign.GOES_ON
+        self.run += shown is Sign.BEGINS
+        self._latest[short] = self.run, number, [one.last for one in counts]
+        return shown
+
+
+class Losses:
+    """Gaps in the numbers of the messages of each topic."""
+
+    def __init__(self) -> None:
+        self._topics: dict[str, SequenceLoss] = {}
+        self._falls: dict[str, int] = {}
+
+    def note(self, message: Message) -> None:
+        """A message, in the order of reception."""
+        loss = self._topics.setdefault(message.topic, SequenceLoss())
+        if message.sequence == 0:
+            loss.why_not = "the recorder did not number them"
+        if loss.gap(message.sequence) < 0:
+            self._falls[message.topic] = self._falls.get(message.topic, 0) + 1
+            loss.restart()
+        loss.take(message.sequence)
+
+    def of(self, topic: str, runs: int) -> str:
+        """How many messages were lost, in words."""
+        loss = self._topics.get(topic, SequenceLoss())
+        if not loss.why_not and self._falls.get(topic, 0) >= max(2, runs):
+            loss.why_not = "several publishers on the topic"
+        return str(loss)
+
+
+# ------------------------------------------------------------------------------------------------
+# What is kept of a run that may be longer than memory: the newest, or every so many.
+
+
+T = TypeVar("T")
+_JOIN, _JOIN_ROWS = 4096, 65536
+"""So many small arrays of impacts, or arrays with so many rows, are joined into one."""
+
+
+class EveryNth(list[T]):
+    """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self.step, self._most, self._seen = 1, most, 0
+
+    def append(self, item: T) -> None:
+        """Take one more, or leave it out."""
+        if self._seen % self.step == 0:
+            super().append(item)
+            if len(self) >= self._most:
+                del self[1::2]
+                self.step *= 2
+        self._seen += 1
+
+
+class Newest(list[T]):
+    """A list that keeps the newest of what is appended, at most twice `most`."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self.dropped, self._most = 0, most
+
+    def append(self, item: T) -> None:
+        """Take one more; now and then the older half is dropped."""
+        super().append(item)
+        if len(self) >= 2 * self._most:
+            self.dropped += self._most
+            del self[: self._most]
+
+
+class Bounded:
+    """Keeps the last rows only, of the times wished for, in few arrays."""
+
+    def __init__(self, chunks: list[NDArray[np.void]], begin: float, end: float, most: int) -> None:
+        self.dropped = 0
+        self.seen: list[float] = []  # first and last time of an impact, wished for or not
+        self._chunks, self._times, self._most = chunks, (begin, end), most
+        self._held = self._fresh_rows = self._fresh = 0
+
+    def tidy(self) -> None:
+        """After an array has been appended (or none, where a message was empty)."""
+        chunks, (begin, end) = self._chunks, self._times
+        if not chunks:
+            return
+        rows = chunks[-1]
+        if len(rows):  # else nothing new: an empty message
+            first = self.seen[0] if self.seen else float(rows["time"][0])
+            self.seen = [first, float(rows["time"][-1])]
+        inside = (rows["time"] >= begin) & (rows["time"] < end)
+        if not np.all(inside):
+            chunks[-1] = rows = rows[inside]
+        self._held += len(rows)
+        self._fresh_rows += len(rows)
+        self._fresh += 1
+        if self._fresh >= _JOIN or self._fresh_rows >= _JOIN_ROWS:
+            chunks[-self._fresh :] = [join_rows(chunks[-self._fresh :])]
+            self._fresh = self._fresh_rows = 0
+            while self._held - len(chunks[0]) >= self._most:
+                self._held -= len(chunks[0])
+                self.dropped += len(chunks.pop(0))
+
+
+# ------------------------------------------------------------------------------------------------
+# Reads one run of one simulator out of a bag, as a `RunRecord`; memory stays bounded.
+
+
+MOST_SAMPLES = 200_000
+"""Of joint_states and of disk/rotor_speed at most so many messages are kept, evenly taken."""
+MOST_WAITING = 10_000
+"""So many messages wait at most for another one that shows whether their run goes on."""
+
+
+class ReadOptions(NamedTuple):
+    """What to read: None and 0 leave the choice to the bag."""
+
+    namespace: str | None = None
+    run: int = 0  # from 1; 0: the last
+    begin: float = -math.inf  # simulated s
+    end: float = math.inf
+    most_rows: int = 1_000_000  # 0: none, and nothing of them is checked
+    topics: tuple[str, ...] = ()  # of the simulator, by their short names; none: all
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether times are left out."""
+        return self.begin > -math.inf or self.end < math.inf
+
+    def nothing_between(self, first: float, last: float) -> InputError:
+        """The refusal of times in which a run, from `first` to `last` s, has nothing."""
+        given = " ".join(
+            f"{word} {time:g} s"
+            for word, time in (("from", self.begin), ("to", self.end))
+            if math.isfinite(time)
+        )
+        inside = self.begin <= last and self.end > first
+        hint = "There is no message in this time." if inside else "This time is outside the run."
+        allowed = f"times within the run, from {first:.3f} s to {last:.3f} s"
+        return InputError("from, to", given, allowed, hint)
+
+
+def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> RunRecord:
+    """A recorded run from its bag: impacts, states, speeds, motions, inputs.
+
+    `namespace` and `run` (from 1; 0: the last) choose where a bag holds several. Raises InputError,
+    BagError where it cannot be read.
+
+    >>> read_run("output/demo_bag").rows["axial_impact_velocity"]
+    """
+    with open_bag(path) as opened:
+        reader = BagRun(opened, ReadOptions(namespace, run))
+        for _ in reader.read():
+            pass
+        return reader.record
+
+
+def names_of(namespace: str) -> dict[str, str]:
+    """The topics of a simulator: full and short names."""
+    base = namespace.rstrip("/")
+    names = {f"{base}/{short}": short for short in (*WANTED, *OPTIONAL)}
+    return {"/diagnostics": "/diagnostics"} | names
+
+
+class BagRun:
+    """Reads a bag once; after `read`, `record` and `source` are the run wished for.
+
+    `parts` says of each topic how many messages in turn belong to which run (0: to none); `ends`
+    the last instant (simulated ns) of each run that anything but its impacts shows.
+    """
+
+    def __init__(
+        self, bag: Bag, options: ReadOptions, names: Mapping[str, str] | None = None
+    ) -> None:
+        """`names`: full and short names of topics; None: those of the one namespace wished for."""
+        self._bag, self._wish = bag, options
+        if names is None:
+            self.namespace = choose(bag, options.namespace)
+            names = names_of(self.namespace)
+        else:
+            self.namespace = options.namespace or "/"
+        if options.topics:
+            names = {name: short for name, short in names.items() if short in options.topics}
+        self._names = {name: short for name, short in names.items() if is_there(bag, name, short)}
+        for name in self._names:
+            bag.check_installed(name)
+        absent = sorted(set(names.values()) - {*self._names.values(), *OPTIONAL})
+        in_bag = {short for name, short in names.items() if name in bag.topics}
+        self._missing = tuple(short for short in absent if short not in in_bag)
+        self._empty = tuple(short for short in absent if short in in_bag)
+        self._order = RunOrder()
+        self._losses = Losses()
+        self._stopped = ""
+        self.damage: BagError | None = None  # where reading ended early
+        self._cut_off = False  # the run goes on after the times wished for
+        self._kept_run = self._undecided = 0
+        self.record = self._record = RunRecord(UNKNOWN_DISK)
+        self._builder = RunRecordBuilder(self._record, self.namespace)
+        self.parts: dict[str, list[tuple[int, int]]] = {}
+        self.ends: list[int] = []
+        self._waiting: list[tuple[str, Any]] = []  # topic and content; the next sign tells the run
+        self._bounded = self._bound()
+
+    def _bound(self) -> Bounded:
+        options = self._wish
+        return Bounded(self.record.chunks, options.begin, options.end, options.most_rows)
+
+    def _end_run(self) -> None:
+        """Note where the run under way ends."""
+        last = (self._record.states, self._record.speeds)
+        times = [float(series[-1][0]) for series in last if series]
+        times += [report.simulated for report in self._record.health[-1:]]
+        times = [time - 2.0 * self._record.rounding for time in times]
+        self.ends.append(math.floor(max(times, default=0.0) * NS))
+
+    def _begin_run(self) -> None:
+        if self._order.run > 1:
+            self._end_run()
+        self._record = RunRecord(UNKNOWN_DISK)
+        self._record.states = EveryNth[State](MOST_SAMPLES)
+        self._record.speeds = EveryNth[tuple[float, float]](MOST_SAMPLES)
+        self._record.health = EveryNth[Health](limits.EVENTS)
+        self._record.motions = Newest[Any](limits.EVENTS)
+        self._record.changes = Newest[Any](limits.EVENTS)
+        self._record.disks = Newest[Any](limits.EVENTS)
+        self._record.offsets = Newest[Any](limits.EVENTS)
+        self._builder = RunRecordBuilder(self._record, self.namespace)
+        if self._wish.run in (0, self._order.run):
+            self.record, self._kept_run = self._record, self._order.run
+            self._bounded = self._bound()
+
+    # --- reading ----------------------------------------------------------------------------------
+    @property
+    def total(self) -> int:
+        """Messages to go through."""
+        return sum(self._bag.topics[name].count for name in self._names)
+
+    def read(self) -> Iterator[None]:
+        """Go through the bag; one step for each message. InputError: there is no such run."""
+        for message in in_order_of_sending(self._messages()):
+            try:
+                content = self._bag.decoder(message.topic)(message.data)
+            except BagError as error:
+                self._stop(error)
+                break
+            self._take(self._names[message.topic], message, content)
+            yield
+        self._take_waiting()
+        if self._order.run:
+            self._end_run()
+        if not self._kept_run and self._wish.run:
+            raise InputError("run", self._wish.run, f"1 to {max(1, self._order.run)}")
+        if self._wish.is_cut:
+            self._clip()
+
+    def _messages(self) -> Iterator[Message]:
+        try:
+            for message in self._bag.messages(self._names):
+                self._losses.note(message)
+                yield message
+        except BagError as error:
+            self._stop(error)
+
+    def _stop(self, error: BagError) -> None:
+        self.damage = error
+        self._stopped = f"{error}; what follows is not in this report (bag_recover saves it)"
+
+    def _take(self, short: str, message: Message, content: Any) -> None:
+        """Take one message into the run to which it belongs."""
+        if self._order.is_repeat(short, message):
+            self._waiting.append((message.topic, None))
+            return
+        record = record_of(content) if short == "disk/inputs" else None
+        is_numbered = 0 < message.sequence < UNKNOWN and short != "/diagnostics"
+        number = message.sequence if is_numbered else 0
+        found = self._builder.counts(short, content, record, is_numbered=is_numbered)
+        if found is None:  # of another node
+            self._waiting.append((message.topic, None))
+            return
+        shown = self._order.take(short, number, found)
+        if shown is Sign.BEGINS:
+            for topic, waits in self._waiting:
+                self._undecided += waits is not None
+                self._note_part(topic, 0)
+            self._waiting.clear()
+            self._begin_run()
+        self._waiting.append((message.topic, content if record is None else record))
+        if shown is not Sign.NOTHING or len(self._waiting) > MOST_WAITING:
+            self._take_waiting()
+
+    def _take_waiting(self) -> None:
+        """Take the messages that wait into the run under way."""
+        for topic, content in self._waiting:
+            short = self._names[topic]
+            self._note_part(topic, 0 if content is None else self._order.run)
+            if content is None or (short == "disk/impacts" and not self._wish.most_rows):
+                continue
+            if short == "disk/inputs":
+                self._builder.take_record(content)
+            else:
+                self._builder.handlers[short](content)
+            if self._record is not self.record:
+                self._record.chunks.clear()
+            elif short == "disk/impacts":
+                self._bounded.tidy()
+        self._waiting.clear()
+
+    def _note_part(self, topic: str, run: int) -> None:
+        parts = self.parts.setdefault(topic, [])
+        same = parts.pop()[1] if parts and parts[-1][0] == run else 0
+        parts.append((run, same + 1))
+
+    def _clip(self) -> None:
+        """Keep what lies in the times wished for; InputError: the run has nothing there."""
+        low, high, record = self._wish.begin, self._wish.end, self.record
+        times = [*self._bounded.seen, *(row.time for row in record.states)]
+        times += [time for time, _ in record.speeds]
+        times += [row.simulated for row in record.health]
+        record.states[:] = [row for row in record.states if low <= row.time < high]
+        record.speeds[:] = [row for row in record.speeds if low <= row[0] < high]
+        record.health[:] = [row for row in record.health if low <= row.simulated < high]
+        heard = record.states or record.speeds or record.health or len(record.rows)
+        self._cut_off = max(times, default=-math.inf) >= high
+        if times and not heard:
+            raise self._wish.nothing_between(min(times), max(times))
+
+    # --- what it was ------------------------------------------------------------------------------
+    @property
+    def source(self) -> Source:
+        """Where the record comes from."""
+        bag, found = self._bag, sorted(self._names)
+        damage = [*bag.remarks, self._stopped] if self._stopped else bag.remarks
+        return Source(
+            str(bag.path), self.namespace, max(1, self._kept_run), max(1, self._order.run),
+            bag.notes.get("version", ""),
+            tuple(
+                TopicCount(n, bag.topics[n].count, self._losses.of(n, self._order.run))
+                for n in found
+            ),
+            self._missing, self._empty, bag.notes, tuple(damage), tuple(self._limits()),
+            self._wish.is_cut, self._cut_off,
+        )  # fmt: skip
+
+    def _limits(self) -> Iterator[str]:
+        begin, end = self._wish.begin, self._wish.end
+        if self._wish.is_cut:
+            sides = ((f"before {begin:g} s", begin), (f"from {end:g} s on", end))
+            left = " and ".join(text for text, time in sides if math.isfinite(time))
+            yield f"all {left}, as asked"
+        if self._undecided:
+            messages = counted(self._undecided, "message")
+            yield f"{messages} between two runs, which may belong to either"
+        if self.record.untimed:
+            samples = counted(self.record.untimed, "sample")
+            yield (
+                f"{samples} without a simulated time: platform/motion, disk/inputs or impacts do "
+                "not give it"
+            )
+        if self._bounded.dropped:
+            yield (
+                f"the first {self._bounded.dropped} rows of impacts: only the last ones fit in "
+                "memory (--rows); take earlier ones with --from and --to"
+            )
+        for name, kept in (
+            ("joint_states", self.record.states), ("disk/rotor_speed", self.record.speeds),
+            ("/diagnostics", self.record.health),
+        ):  # fmt: skip
+            if isinstance(kept, EveryNth) and kept.step > 1:
+                yield f"of {name} all but every {kept.step}th message"
+        record = self.record
+        for events in (record.motions, record.changes, record.disks, record.offsets):
+            if isinstance(events, Newest) and events.dropped:
+                yield f"the first {events.dropped} motions, changes, disks or offsets of the run"

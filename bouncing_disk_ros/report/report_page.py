@@ -1,0 +1,137 @@
+"""A report as one page of figures, for PNG, SVG and PDF."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedFormatter, FixedLocator
+
+from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
+from bouncing_disk_ros.report.report_files import MARK
+from bouncing_disk_ros.report.report_panels import panels
+from bouncing_disk_ros.report.report_style import (
+    COLOURS,
+    INDEXED,
+    PHASE_TEXTS,
+    PHASE_TICKS,
+    absent,
+    headline,
+    value_range,
+)
+from bouncing_disk_ros.report.run_report import Report
+from bouncing_disk_ros.report.style import new_figure
+
+MOST_POINTS = 50_000
+"""Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""
+_RASTER = 3000
+_COLUMNS, _LEGEND_LINE = 2, 11.5
+"""Of a legend: columns, and the height of a line in points."""
+_METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
+
+
+def report_page(report: Report) -> Figure:
+    """All panels, two in a row; the last one of an odd number has a row."""
+    parts = panels(report, MOST_POINTS)
+    rows = math.ceil(len(parts) / 2)
+    figure = new_figure(10.0, 4.3 * rows)
+    grid = figure.add_gridspec(rows, 2)
+    for place, panel in enumerate(parts):
+        alone = place == len(parts) - 1 and place % 2 == 0
+        axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
+        _draw(axes, panel, absent(report, panel))
+    title, subtitle = headline(report)
+    figure.suptitle(f"{_plain(title)}\n{_math(subtitle)}", fontsize=12)
+    return figure
+
+
+def save_page(figure: Figure, path: Path) -> None:
+    """Write it in the kind of the file's name, marked as ours. Raises OSError."""
+    kind = path.suffix[1:]
+    figure.savefig(path, dpi=150, metadata={_METADATA[kind]: MARK})
+
+
+def _plain(text: str) -> str:
+    """A name as it is: no sign of it means anything to matplotlib."""
+    return text.replace("$", r"\$")
+
+
+def _math(text: str) -> str:
+    """Indices marked by _ as matplotlib sets them: w_A, τ_(n+1)."""
+    return INDEXED.sub(lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$", _plain(text))
+
+
+def _draw(axes: Any, panel: Panel, absence: str) -> None:
+    axes.set_xlabel(_math(panel.x_label))
+    axes.set_ylabel(_math(panel.y_label))
+    has_legend = len(panel.series) > 1 and not panel.is_empty
+    strip = math.ceil(len(panel.series) / _COLUMNS) * _LEGEND_LINE if has_legend else 0.0
+    axes.set_title(_math(panel.title), fontsize=11, pad=6.0 + strip)
+    if panel.is_empty:
+        axes.text(0.5, 0.5, absence, transform=axes.transAxes, ha="center", color="#555")
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    for begin, end in panel.spans:
+        axes.axvspan(begin, end, color="#999999", alpha=0.25, lw=0)
+    for at in panel.lines:
+        axes.axvline(at, color="#999999", lw=0.8)
+    for part in panel.series:
+        _draw_series(axes, part)
+    _scales(axes, panel)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    if has_legend:  # between title and axes, where it covers no curve
+        legend = axes.legend(
+            fontsize=8, ncols=_COLUMNS, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False,
+            borderaxespad=0.0, borderpad=0.2, labelspacing=0.3, columnspacing=1.5,
+        )  # fmt: skip
+        for handle in legend.legend_handles:
+            handle.set_markersize(min(max(handle.get_markersize(), 4.0), 8.0))
+    if panel.note:
+        note = "\n".join(textwrap.wrap(panel.note, 75))
+        axes.text(1.0, -0.19, note, transform=axes.transAxes, ha="right", va="top", fontsize=7,
+                  color="#555555")  # fmt: skip
+
+
+def _scales(axes: Any, panel: Panel) -> None:
+    if panel.y_is_log:
+        axes.set_yscale("log")
+    if panel.x_range is not None:
+        axes.set_xlim(*panel.x_range)
+    if (limits := value_range(panel)) is not None:
+        axes.set_ylim(*limits)
+    if not panel.y_is_log and not panel.y_is_phase:
+        axes.yaxis.get_major_formatter().set_useOffset(False)
+    for is_phase, axis, limit in (
+        (panel.x_is_phase, axes.xaxis, axes.set_xlim),
+        (panel.y_is_phase, axes.yaxis, axes.set_ylim),
+    ):
+        if is_phase:
+            limit(PHASE_TICKS[0], PHASE_TICKS[-1])
+            axis.set_major_locator(FixedLocator(PHASE_TICKS))
+            axis.set_major_formatter(FixedFormatter(PHASE_TEXTS))
+
+
+def _draw_series(axes: Any, part: Series) -> None:
+    color, count = COLOURS[part.colour], len(part.x)
+    label = _math(part.name)
+    many = {"rasterized": count > _RASTER}
+    match part.look:
+        case SeriesStyle.POINTS:
+            at = places(part)
+            size = 4.0 if at < 200 else 2.0 if at < 1000 else 1.2
+            axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
+        case SeriesStyle.LINE | SeriesStyle.WIDE:
+            width = 1.4 if part.look is SeriesStyle.LINE else 4.0
+            axes.plot(part.x, part.y, color=color, lw=width, label=label, **many)
+        case SeriesStyle.DASHED:
+            axes.plot(part.x, part.y, "--", color=color, lw=1.4, label=label, zorder=3)
+        case SeriesStyle.RINGS:
+            axes.plot(part.x, part.y, "o", mfc="none", color=color, ms=8, mew=1.4, label=label,
+                      zorder=4)  # fmt: skip
+        case SeriesStyle.CROSSES:
+            axes.plot(part.x, part.y, "+", color=color, ms=14, mew=1.6, label=label, zorder=5)

@@ -1,0 +1,329 @@
+"""What the topics of a simulator say, live or from a bag, kept as a `RunRecord`.
+
+The messages are those of rclpy or objects with the same fields (`bag.Bag.decoded`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.core.model import Disk, Energy, MotionInForce
+from bouncing_disk_ros.errors import InputError, shown
+from bouncing_disk_ros.report.impact_text import LossCounter
+from bouncing_disk_ros.report.record_validation import (
+    checked_motion,
+    checked_number,
+    checked_numbers,
+    checked_rows,
+)
+from bouncing_disk_ros.report.run_record import Change, Health, RunRecord, State
+from bouncing_disk_ros.ros.from_messages import (
+    impacts_from_msg,
+    msg_to_joints,
+    msg_to_motion,
+    msg_to_speed,
+    time_to_ns,
+)
+from bouncing_disk_ros.run.input_records import Record, from_json
+from bouncing_disk_ros.run.recorded_motions import RecordedMotions, RecordedTrajectories
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
+
+_SHOWN = 100
+"""Letters of a text of another node that are shown, at most."""
+_JOINTS = ("disk_axial", "platform_axial", "disk_rotation")
+_IMPULSE = ("at_ns", "axial_impulse", "angular_impulse")
+_REPORTED = (
+    ("real time", "simulated time (s)"),
+    ("real time", "lateness p50 (s)"),
+    ("real time", "lateness p99 (s)"),
+    ("real time", "lateness max (s)"),
+    ("energy", "residual / throughput"),
+)
+"""Task and key of the fields of `Health` between its stamp and `running`."""
+
+
+class Count(NamedTuple):
+    """What never falls within a run: its values at the beginning and the end of a message."""
+
+    first: float
+    last: float
+    rises: bool = False  # and is never the same twice
+
+    def follows_not(self, before: float) -> bool:
+        """Whether it has fallen since a value of the message before."""
+        return self.first < before or (self.rises and self.first == before)
+
+    def is_next(self, before: float) -> bool:
+        """Whether it is an index that goes on where the message before ended."""
+        return self.rises and self.first == before + 1.0
+
+
+class RunRecordBuilder:
+    """Takes messages by topic; times are simulated seconds.
+
+    `namespace`: of the simulator; reports on /diagnostics of others are not taken.
+    """
+
+    def __init__(self, record: RunRecord, namespace: str = "/") -> None:
+        self.record = record
+        self.phase = ""
+        self._prefix = namespace.strip("/")
+        self._losses = LossCounter()
+        self._trajectories = RecordedTrajectories(record.offsets)
+        self._motions = RecordedMotions(record.motions)
+        self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
+        self._heard: MotionInForce | None = None  # the newest on platform/motion
+        self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
+        self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
+        self._factor: float | None = None  # None: without inputs; then the impacts show it
+        self._clock_is_simulated = False
+        self.handlers: Mapping[str, Callable[[Any], None]] = {
+            "disk/inputs": self._on_input,
+            "platform/motion": self._on_motion,
+            "platform/offset": self._on_offset,
+            "disk/phase": self._on_phase,
+            "disk/impacts": self._on_impacts,
+            "disk/rotor_speed": self._on_speed,
+            "joint_states": self._on_joints,
+            "/diagnostics": self._on_diagnostics,
+        }
+
+    def counts(
+        self, short: str, msg: Any, record: Record | None, *, is_numbered: bool
+    ) -> list[Count] | None:
+        """What of a message never falls within a run; None: it is of another node."""
+        match short:
+            case "disk/inputs" if record is not None:
+                index, time = record["index"], record["time_ns"]
+                return [Count(index, index, rises=True), Count(time, time)]
+            case "disk/impacts" if len(rows := impacts_from_msg(msg)):
+                first, last = rows[0], rows[-1]
+                return [
+                    Count(float(first["index"]), float(last["index"]), rises=True),
+                    Count(float(first["time"]), float(last["time"])),
+                ]
+            case "platform/motion":
+                motion = msg_to_motion(msg)
+                # the same motion comes again with a new line of stamps; another one begins later
+                alone = not is_numbered and self._index < 0 and motion != self._heard
+                return [Count(motion.begin_ns, motion.begin_ns, rises=alone)]
+            case "/diagnostics":
+                health = self._health_of(msg)
+                return None if health is None else [Count(health.simulated, health.simulated)]
+            case "joint_states":
+                return [] if set(_JOINTS) <= set(msg.name) else None
+        return []
+
+    def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
+        if factor is None:
+            return None
+        line = TimeMap(simulated_ns, 0, ros_ns, factor, self._clock_is_simulated)
+        self.record.rounding = max(self.record.rounding, line.slope / NS)
+        return line
+
+    def _time(self, msg: Any) -> float | None:
+        """Simulated time of a message's stamp, s; None where no line is known."""
+        if self._line is None:
+            self.record.untimed += 1
+            return None
+        now = self._line.to_simulated(time_to_ns(msg.header.stamp))
+        self._motions.reach(now)
+        return now / NS
+
+    def _on_motion(self, msg: Any) -> None:
+        for point in msg.points:
+            if len(point.positions) != len(msg.joint_names):
+                given = f"{len(point.positions)} positions"
+                raise InputError("platform/motion", given, f"{len(msg.joint_names)}, as names")
+            checked_numbers("platform/motion", point.positions)
+        motion = checked_motion(msg_to_motion(msg))
+        self._heard = motion
+        self._anchor = motion.begin_ns, time_to_ns(msg.header.stamp)
+        self._line = self._through(*self._anchor, self._factor)
+        self._motions.reach(motion.begin_ns)
+        motions = self.record.motions
+        if not self.record.known and (not motions or motions[-1] != motion):
+            motions.append(motion)  # else disk/inputs has all of them
+
+    def _on_offset(self, _: Any) -> None:
+        self._trajectories.note_offset()
+
+    def _on_phase(self, msg: Any) -> None:
+        self.phase = msg.data
+
+    def _on_impacts(self, msg: Any) -> None:
+        rows = checked_rows(impacts_from_msg(msg))
+        if not len(rows):
+            return
+        self._losses.note(rows)
+        self.record.lost = self._losses.lost
+        self.record.chunks.append(rows)
+        self._tie(round(float(rows["time"][-1]) * NS), time_to_ns(msg.header.stamp))
+
+    def _tie(self, last_ns: int, stamp_ns: int) -> None:
+        """What the last impact of a message and its stamp say of the line between both times.
+
+        Each change of the line shows on platform/motion. Without it the impacts give the line, and
+        without disk/inputs they give the factor.
+        """
+        self._motions.reach(last_ns)
+        if self._anchor is None:
+            self._line = self._through(last_ns, stamp_ns, self._factor)
+        elif self._factor is None and (passed := stamp_ns - self._anchor[1]) > 0:
+            self._line = self._through(last_ns, stamp_ns, (last_ns - self._anchor[0]) / passed)
+
+    def _on_speed(self, msg: Any) -> None:
+        if (time := self._time(msg)) is not None:
+            speed = checked_number("disk/rotor_speed", msg_to_speed(msg)[1])
+            self.record.speeds.append((time, speed))
+
+    def _on_joints(self, msg: Any) -> None:
+        joints = msg_to_joints(msg)
+        if not set(_JOINTS) <= joints.keys() or (time := self._time(msg)) is None:
+            return
+        disk, platform, rotation = (joints[name] for name in _JOINTS)
+        values = disk[0], platform[0], rotation[1], rotation[0]
+        checked_numbers("joint_states", values)
+        self.record.states.append(State(time, *values))
+
+    # --- inputs -----------------------------------------------------------------------------------
+    def _on_input(self, msg: Any) -> None:
+        self.take_record(record_of(msg))
+
+    def take_record(self, record: Record) -> None:
+        """Take a checked record of disk/inputs."""
+        kind, time = record["kind"], record["time_ns"] / NS
+        if self._index >= 0 and record["index"] > self._index + 1:
+            self._forget()
+        self._index = record["index"]
+        self.record.inputs += kind not in ("snapshot", "pause")
+        self._motions.reach(record["time_ns"])
+        match kind:
+            case "snapshot":
+                self._take_snapshot(time, record)
+            case "motion":
+                self._motions.take_motion(record)
+            case "parameters":
+                self._take_parameters(time, record)
+            case "impulse":
+                self._take_impulse(*(record[name] for name in _IMPULSE))
+            case "trajectory":
+                self._trajectories.take_trajectory(record)
+            case "pause":
+                self._break_line(time)
+            case "reset":
+                self._take_reset(time, record)
+        self._last = time
+
+    def _forget(self) -> None:
+        """Records are missing: nothing is known up to the next snapshot."""
+        if self._motions.is_known:
+            self._motions.forget()
+            self.record.known[-1] = self.record.known[-1][0], self._last
+
+    def _take_snapshot(self, time: float, record: Record) -> None:
+        self._take_values(record["parameters"])
+        self._take_disk(time, record["parameters"])
+        self._trajectories.take_snapshot(record)
+        if not self._motions.is_known:
+            if not self.record.known:
+                self.record.motions.clear()  # those of platform/motion, which may lack some
+            for impulse in self._motions.take_snapshot(record):
+                self._take_impulse(*impulse)
+            self.record.known.append((time, math.inf))
+
+    def _take_parameters(self, time: float, record: Record) -> None:
+        self._take_values(record["values"])
+        if "real_time_factor" in record["values"]:
+            self._break_line(time)
+        if self._take_disk(time, record["disk"]):
+            self.record.changes.append(Change(time, "parameters", _shown(record["values"])))
+
+    def _break_line(self, time: float) -> None:
+        """Stamps and simulated time part: platform/motion or the next impact shows the new line."""
+        self.record.clock_set.append(time)
+        if self._anchor is None:
+            self._line = None
+
+    def _take_impulse(self, at_ns: int, axial: float, angular: float) -> None:
+        detail = f"{axial:g} N·s, {angular:g} N·m·s"
+        self.record.changes.append(Change(at_ns / NS, "impulse", detail))
+
+    def _take_reset(self, time: float, record: Record) -> None:
+        """Take a reset: impulses that lie ahead never act."""
+        acted = [one for one in self.record.changes if one.time <= time]
+        self.record.changes[:] = [*acted, Change(time, "reset")]
+        self._motions.take_reset(record)
+        self._trajectories.take_reset(record["time_ns"])
+
+    def _take_values(self, values: Mapping[str, Any]) -> None:
+        if "real_time_factor" in values:
+            self._factor = float(values["real_time_factor"])
+        self._clock_is_simulated = bool(values.get("publish_clock", self._clock_is_simulated))
+
+    def _take_disk(self, time: float, values: Mapping[str, Any]) -> bool:
+        """Whether the disk is another one than before."""
+        disk = Disk.of(values)
+        if self.record.disks and self.record.disks[-1][1] == disk:
+            return False
+        self.record.disks.append((time, disk))
+        self.record.disk = disk
+        return True
+
+    # --- diagnostics ------------------------------------------------------------------------------
+    def _on_diagnostics(self, msg: Any) -> None:
+        if (health := self._health_of(msg)) is not None:
+            self._motions.reach(round(health.simulated * NS))
+            self.record.health.append(health)
+
+    def _health_of(self, msg: Any) -> Health | None:
+        """The report of the simulator in a message; None: there is none."""
+        tasks, words = {}, ""
+        for status in msg.status:
+            node, _, task = status.name.partition(": ")
+            if node.rpartition("/")[0] == self._prefix:
+                tasks[task] = {value.key: value.value for value in status.values}
+                words = status.message if task == "real time" else words
+        return _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
+
+
+def record_of(msg: Any) -> Record:
+    """The checked record of a message of disk/inputs."""
+    return from_json(msg.data)
+
+
+def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health | None:
+    """The report that tasks of /diagnostics are; None: of another node, or not running yet."""
+    try:
+        clock, energy, inputs = tasks["real time"], tasks["energy"], tasks.get("inputs", {})
+        reported = [float(tasks[task][key]) for task, key in _REPORTED]
+        ledger = [_joules(energy, name) for name in Energy._fields]
+        behind = float(clock.get("behind (s)", "nan"))
+        counts = int(clock.get("samples skipped", 0)), int(inputs.get("refused", 0))
+        rows = int(tasks.get("impacts", {}).get("rows", -1))
+    except (KeyError, ValueError):
+        return None
+    sized = [value for value in (*reported, *ledger, behind) if not math.isnan(value)]
+    if any(abs(value) > limits.LARGEST for value in sized):
+        return None
+    asked = clock.get("real_time_factor asked", "")[:_SHOWN]
+    simulated, p50, p99, largest, residual = reported
+    return Health(
+        stamp, simulated, p50, p99, largest, residual, words.startswith("running"), behind,
+        *counts, asked if asked.isprintable() else "?", Energy(*ledger), rows,
+    )  # fmt: skip
+
+
+def _joules(energy: Mapping[str, str], name: str) -> float:
+    """An entry of the energy ledger; version 0.1.0 called one otherwise, and had no brake."""
+    before = "work_kicks (J)" if name == "work_impulses" else ""
+    absent = "0" if name == "loss_brake" else "nan"
+    return float(energy.get(f"{name} (J)", energy.get(before, absent)))
+
+
+def _shown(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {shown(value)}" for name, value in values.items())

@@ -1,0 +1,93 @@
+"""The executable `manifolds`: saddles on the boundaries of basins, with both their manifolds."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.errors import counted
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.basins.tool import lines as basin_lines
+from bouncing_disk_ros.study.study_tool import StudyTool
+from bouncing_disk_ros.study.study_view import StudyView
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
+
+_ABOUT = """The saddles on the boundaries between basins of attraction, found by edge tracking, with
+their stable and unstable manifolds, cut at grazes; behind them the basins."""
+_ERRORS = 4.0
+"""Standard errors of a share of starts that an enclosed area may differ from it."""
+_EXAMPLE = "ros2 run bouncing_disk_ros manifolds --ros-args -p axial_forcing:=0.34"
+
+
+def make_view() -> StudyView[Manifolds]:
+    """The study with its picture."""
+    from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
+
+    return StudyView(Manifolds, _pictures, lines, from_bag=_from_bag, image="label")
+
+
+def _from_bag(_: Mapping[str, Value]) -> list[str]:
+    return ["axial_forcing", "restitution"]
+
+
+def _pictures(_: Manifolds, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.resilience_studies.manifolds.picture import manifolds_picture
+
+    return {"manifolds": manifolds_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Shares of the basins; the saddles, with what their stable manifolds enclose."""
+    rows = basin_lines(result)
+    pairs, lost = (int(count) for count in result["edge_pairs"].values)
+    if pairs == 0:
+        return [*rows, "  no boundary in this window: all starts on its grid have one end"]
+    for i in range(result.sizes.get("saddle", 0)):
+        n, k = (int(result[f"saddle_{name}"].values[i]) for name in ("impacts", "cycles"))
+        own = int((result["saddle_point_saddle"].values == i).argmax())
+        tau = float(result["saddle_point_forcing_phase"].values[own])
+        w = float(result["saddle_point_velocity"].values[own])
+        size = float(result["saddle_multiplier"].values[i])
+        row = f"  saddle of {counted(n, 'impact')} in {counted(k, 'period')}: "
+        row += f"τ = {tau:.6f}, w_A = {w:.6f}, "
+        row += f"multiplier {size:.6f}"
+        rows.append(row + _enclosed_text(result, i))
+    if lost:
+        rows.append(f"  {lost} of {pairs} pairs of starts ended on no saddle: the boundary is "
+                    "fractal, or was lost at a graze")  # fmt: skip
+    return rows
+
+
+def _enclosed_text(result: xr.Dataset, i: int) -> str:
+    """What the stable manifold of a saddle encloses, and whether the starts agree."""
+    share = float(result["saddle_share"].values[i])
+    if "saddle_open" not in result:  # of an older version
+        return ""
+    if math.isnan(share):
+        why = str(result["saddle_open"].values[i])
+        return f"; what its stable manifold encloses is not known: {why}"
+    row = f"; its stable manifold encloses {100 * share:.5f} % of the window"
+    basin = int(result["saddle_basin"].values[i])
+    counted_share, error = (
+        float(result[name].values[basin]) for name in ("fraction", "fraction_uncertainty")
+    )
+    if abs(share - counted_share) > _ERRORS * error + 1.0 / result["label"].size:
+        name = result["attractor_name"].values[basin]
+        row += f", but {100 * counted_share:.3f} ± {100 * error:.3f} % of the starts go to {name}"
+        row += ": this is not the whole boundary of its basin"
+    return row
+
+
+TOOL = StudyTool("manifolds", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,165 @@
+"""Which kinds of figure files an option names; light, as --help needs it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
+from typing import NoReturn
+
+from bouncing_disk_ros import environment
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, closest, one_line
+from bouncing_disk_ros.help_text import spec_lines
+from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter, listed_text
+from bouncing_disk_ros.ros.ros_arguments import RosArguments
+from bouncing_disk_ros.ros.stop import Stop
+
+FIGURE_KINDS = ("png", "pdf", "svg")
+
+
+def figure_kinds(text: str) -> list[str]:
+    """The kinds of figure files named in a text; none for an empty one or "none"."""
+    kinds = text.replace(",", " ").lower().split()
+    if kinds == ["none"]:
+        return []
+    for kind in kinds:
+        if kind not in FIGURE_KINDS:
+            allowed = "any of " + ", ".join(FIGURE_KINDS) + ", or none"
+            raise InputError("figures", text, allowed, closest(kind, FIGURE_KINDS))
+    return list(dict.fromkeys(kinds))
+
+
+# ------------------------------------------------------------------------------------------------
+# The options of an executable from what its command line gives, with ROS or without.
+
+
+def option_values(
+    given: Mapping[str, object], table: Mapping[str, Spec], lists: Collection[str] = ()
+) -> dict[str, Value]:
+    """The values of a table's options; unknown names and wrong values are InputErrors.
+
+    `given`: parameter overrides. `lists`: texts that hold numbers; a number, or an array of them,
+    is taken there as well.
+    """
+    taken = dict(given)
+    for name in taken:
+        if name not in table and not is_rclpy_parameter(name):
+            hint = closest(name, table) or "--help lists the parameters."
+            raise InputError("parameter", name, ", ".join(table), hint)
+        if name in lists:
+            taken[name] = listed_text(taken[name])
+    return {name: spec.checked(taken.get(name, spec.default)) for name, spec in table.items()}
+
+
+# ------------------------------------------------------------------------------------------------
+# How an executable begins, before its slow imports: signals, surroundings, command line.
+#
+# Loads neither rclpy nor numba: --help and a wrong argument are answered at once.
+
+
+class Start:
+    """An executable with a table of options that has begun; made first of all in its `main`.
+
+    `args`: the command line, None for that of the process. `code`: what a signal ends it with.
+    `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not installed.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        about: str,
+        table: Mapping[str, Spec],
+        example: str,
+        args: Sequence[str] | None,
+        code: ExitCode = ExitCode.DONE,
+        *,
+        needs_ros: bool = True,
+    ) -> None:
+        self.name = name
+        self._needs_ros = needs_ros
+        self.stop = Stop(code).install()
+        environment.prepare()
+        self.own, self.ros = split_arguments(args)
+        self.parser = parser_of(name, about, table, example)
+
+    def parse(self) -> argparse.Namespace:
+        """What stands before --ros-args; ends the process for --help and for what is unknown."""
+        given = self.parser.parse_args(self.own)
+        if self._needs_ros:
+            require_ros(self.name)
+        if "--params-file" in self.ros:
+            self._warn_of_unused_files()
+        return given
+
+    def _warn_of_unused_files(self) -> None:
+        """Name parameter files that are for other nodes: ROS ignores these without a word."""
+        with suppress(InputError):  # where the arguments are used, it is reported
+            given = RosArguments(self.ros, self.name)
+            for file in given.unused_files:
+                why = f"it sets nothing for a node called {given.node_name}, and is ignored"
+                print(f"{self.name}: --params-file {file}: {why}", file=sys.stderr, flush=True)
+
+
+def require_ros(name: str) -> None:
+    """End the process with one line and exit code 2 where ROS 2 is not installed."""
+    if environment.ros_is_here():
+        return
+    why = "needs ROS 2, and rclpy or its message packages are not installed here"
+    how = "pip install '.[ros]' installs them on x86-64 Linux; README.md lists what works without"
+    print(f"{name}: {why}. {how}", file=sys.stderr, flush=True)
+    raise SystemExit(int(ExitCode.BAD_INPUT))
+
+
+def run_without_ros(name: str, work: Callable[[], int]) -> int:
+    """Do the work of an executable where there is no ROS; the exit code. Every error is one line.
+
+    The codes are those of `ros.spin.run_node`.
+    """
+    try:
+        return work()
+    except InputError as error:
+        print(f"{name}: {one_line(error.line)}", file=sys.stderr, flush=True)
+        return ExitCode.BAD_INPUT
+    except FailedError as error:
+        print(f"{name}: {error}", file=sys.stderr, flush=True)
+        return ExitCode.FAILED
+
+
+def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
+    """What stands before --ros-args, and the rest; None: the command line of the process.
+
+    The first step of every executable, so it makes stdout take any text, whatever the terminal, and
+    outlive its reader.
+    """
+    environment.accept_any_text()
+    environment.outlive_reader()
+    argv = list(sys.argv[1:] if args is None else args)
+    at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
+    return argv[:at], argv[at:]
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says where parameters belong."""
+
+    def error(self, message: str) -> NoReturn:
+        """End the process with one line and exit code 2."""
+        if "unrecognized arguments" in message and "=" in message:
+            message += ". Parameters come after --ros-args: --ros-args -p NAME:=VALUE"
+        super().error(message)
+
+
+def parser_of(
+    name: str, about: str, table: Mapping[str, Spec], example: str
+) -> argparse.ArgumentParser:
+    """The parser of an executable; --help shows its options from the table."""
+    lines = ["parameters (--ros-args -p NAME:=VALUE):"]
+    for spec in table.values():
+        lines += spec_lines(spec)
+    return _Parser(
+        prog=name,
+        description=about,
+        usage=f"{name} [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]",
+        epilog="\n".join([*lines, "", "example:", f"  {example}"]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )

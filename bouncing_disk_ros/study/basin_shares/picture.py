@@ -1,0 +1,108 @@
+"""The picture of shares of basins over a parameter, with best phase lag and speed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from bouncing_disk_ros.report.style import (
+    BLUE,
+    CONTACT,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    REST,
+    UNRESOLVED,
+    VERMILION,
+    new_figure,
+    typeset,
+)
+from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
+
+COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
+"""Of rest, chattering, period-1, other periodic, chaotic, unresolved."""
+
+
+def basin_shares_picture(result: xr.Dataset) -> Figure:
+    """Figure of the shares of basins as lines, with the best phase lag and its mean speed below."""
+    figure = new_figure(8.0, 8.2)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
+    x = result["value"].values
+    if "line_share" in result:
+        _draw_lines(figure, top, result)
+    else:
+        _draw_stack(figure, top, result)
+    largest = "the largest attractor that is neither rest nor chattering"
+    middle.set_title(f"fastest rotation on {largest}", fontsize=9)
+    middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
+    middle.set_ylabel("best phase lag\n$\\theta/\\pi$")
+    bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
+    bottom.set_ylabel("mean speed there\n($\\omega\\Phi$)")
+    symbol = str(result["value"].attrs.get("symbol", ""))
+    bottom.set_xlabel(typeset(f"{result['value'].attrs['long_name']} {symbol}"))
+    for axes in (middle, bottom):
+        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+    figure.suptitle(_title(result), fontsize=11)
+    if len(np.unique(x)) > 1:
+        bottom.set_xlim(x.min(), x.max())
+    return figure
+
+
+def _draw_lines(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    """One line for each attractor, and one for the starts that come to contact."""
+    colors = line_colors(result)
+    draw_shares(axes, result, result["value"].values, colors)
+    line_legend(figure, result, colors)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+
+
+def _draw_stack(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    """Shares of the classes of attractors stacked, for results of version 0.1.0."""
+    x = result["value"].values
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    shares = 100.0 * result["fraction"].values.T
+    axes.stackplot(
+        x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4, step="mid"
+    )
+    axes.set_ylim(0.0, 100.0)
+    axes.set_ylabel("share of the plane of starts (%)")
+    present = shares.max(axis=1) > 0.0
+    handles, labels = axes.get_legend_handles_labels()
+    kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
+            if there]  # fmt: skip
+    axes.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
+                frameon=False, fontsize=9)  # fmt: skip
+    _explain_spikes(figure, result)
+
+
+def _explain_spikes(figure: Figure, result: xr.Dataset) -> None:
+    """A note where single values have no chattering attractor between values that have one."""
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    chattering = result["fraction"].values[:, names.index("chattering")] > 0.0
+    between = np.maximum.accumulate(chattering) & np.maximum.accumulate(chattering[::-1])[::-1]
+    if (between & ~chattering).any():
+        figure.supxlabel(
+            "Spikes down to 0 %: there the orbit that leaves contact never comes back, but ends on "
+            "a periodic or chaotic attractor,\nand with it all starts that come to contact.",
+            fontsize=9,
+        )
+
+
+def _title(result: xr.Dataset) -> str:
+    """What is the same for all values."""
+    given = {
+        "axial_forcing": "axial forcing Γ",
+        "restitution": "restitution ε",
+        "angular_forcing": "angular forcing Γ_T",
+    }
+    fixed = [
+        f"{text} = {result.attrs[f'parameter_{name}']:g}"
+        for name, text in given.items()
+        if name != result.attrs["parameter_along"]
+    ]
+    return typeset(f"Shares of the basins at {', '.join(fixed)}")

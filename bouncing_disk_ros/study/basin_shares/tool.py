@@ -1,0 +1,80 @@
+"""The executable `basin_shares`: shares of basins, best phase lag and speed over a parameter."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.study_tool import StudyTool
+from bouncing_disk_ros.study.study_view import StudyView
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.basin_shares.compute import BasinShares
+
+_ABOUT = """Share of the plane of starts that goes to each attractor, over a parameter (how easy a
+multiple toss is), with the best phase lag and its mean speed."""
+_EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitution -p end:=0.9"
+
+
+MOST_NAMED = 8
+"""Values that one line names."""
+
+
+def make_view() -> StudyView[BasinShares]:
+    """The study with its picture."""
+    from bouncing_disk_ros.study.basin_shares.compute import BasinShares
+
+    return StudyView(BasinShares, _pictures, lines, from_bag=_from_bag)
+
+
+def _from_bag(values: Mapping[str, Value]) -> list[str]:
+    from bouncing_disk_ros.study.basin_shares.compute import AXES
+
+    return [name for name in AXES if name != values["along"]]
+
+
+def _pictures(_: BasinShares, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.study.basin_shares.picture import basin_shares_picture
+
+    return {"basin_shares": basin_shares_picture(result)}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """Where the period-1 orbit and the other periodic ones have most."""
+    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
+    rows = []
+    for i, name in enumerate(names):
+        share = result["fraction"].values[:, i]
+        if share.max() > 0.0:
+            at = int(share.argmax())
+            value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
+            known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
+            rows.append(f"  {name:16} at most {100 * share.max():.3f} %, at {value:.5g}{known}")
+    return rows + _missed_lines(result)
+
+
+def _missed_lines(result: xr.Dataset) -> list[str]:
+    """Attractors with basins too small for the grid of the search."""
+    if "missed" not in result:  # of version 0.1.0, which did not look
+        return []
+    values = result["value"].values[result["missed"].values > 0]
+    if not len(values):
+        return []
+    some = ", ".join(f"{value:.5g}" for value in values[:MOST_NAMED])
+    more = ", …" if len(values) > MOST_NAMED else ""
+    what = "  the search missed attractors with small basins; starts without a label led to them"
+    return [f"{what}: at {some}{more}"]
+
+
+TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,131 @@
+"""The executable `basins`: basins of attraction in the plane (τ_imp, w_A) (paper, Fig. 4)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study.study_tool import StudyTool
+from bouncing_disk_ros.study.study_view import StudyView
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study.basins.compute import Basins
+
+_ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
+attractor that it goes to; the attractors are searched first. Fig. 4 of the paper."""
+_EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
+
+
+def make_view() -> StudyView[Basins]:
+    """The study with its pictures."""
+    from bouncing_disk_ros.study.basins.compute import Basins
+
+    return StudyView(
+        Basins,
+        _pictures,
+        lines,
+        from_bag=_from_bag,
+        image="label",
+    )
+
+
+def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
+    turning = ("phase_lag", "angular_forcing") if str(values["angular_velocities"]).strip() else ()
+    return ("axial_forcing", "restitution", *turning)
+
+
+def _pictures(_: Basins, result: xr.Dataset) -> Mapping[str, Figure]:
+    from bouncing_disk_ros.study.basins.picture import basins_picture, start_speeds_picture
+
+    figures = {"basins": basins_picture(result)}
+    if "mean_speed" in result:
+        figures["mean_speeds"] = start_speeds_picture(result)
+    return figures
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """The attractors with their shares, and the boundary."""
+    rows = [
+        f"  {name!s:24} {100 * float(part):8.3f} ± {100 * float(error):.3f} %"
+        for name, part, error in zip(
+            result["attractor_name"].values,
+            result["fraction"].values,
+            result["fraction_uncertainty"].values,
+            strict=True,
+        )
+    ]
+    rows.append(f"  {'unresolved':24} {100 * float(result['unresolved_fraction']):8.3f} %")
+    if "missed_attractor_name" in result:
+        names = ", ".join(map(str, result["missed_attractor_name"].values))
+        rows.append(f"  unresolved starts lead to attractors that the search missed: {names}")
+    if "box_dimension" in result and math.isnan(float(result["box_dimension"])):
+        rows.append("  no boundary in the window, or too short a one")
+    elif "box_dimension" in result:
+        entropy = float(result["boundary_basin_entropy"])
+        rows.append(
+            f"  basin entropy {float(result['basin_entropy']):.4f}, at the boundary {entropy:.4f} "
+            "(only a value above ln 2 = 0.6931 would prove it fractal)"
+        )
+        alpha, box = (
+            (float(result[name]), float(result[f"{name}_error"]))
+            for name in ("uncertainty_exponent", "box_dimension")
+        )
+        rows.append(
+            f"  dimension of the boundary: 2 − uncertainty exponent {2.0 - alpha[0]:.3f} ± "
+            f"{alpha[1]:.3f}, by boxes {box[0]:.3f} ± {box[1]:.3f} (95 %; 1: a smooth line)"
+        )
+        rows.append(f"  {scales(result)}; it may differ at smaller distances")
+    return rows + _period_one_lines(result) + _speed_lines(result)
+
+
+def _period_one_lines(result: xr.Dataset) -> list[str]:
+    """From which forcing on there are period-1 orbits, where the window's has none."""
+    forcing, restitution = (
+        float(result.attrs[f"parameter_{name}"]) for name in ("axial_forcing", "restitution")
+    )
+    first = (1.0 - restitution) / (1.0 + restitution)
+    if forcing >= first:
+        return []
+    return [f"  no period-1 orbit: at ε = {restitution:g} they begin at Γ = {first:.6g}"]
+
+
+def scales(result: xr.Dataset) -> str:
+    """The distances that the dimension of the boundary was measured at."""
+    pixels = result["boundary_distance"].values
+    ends = int(pixels.min()), int(pixels.max())
+    steps = [
+        abs(float(result[name].values[-1] - result[name].values[0])) / (result.sizes[name] - 1)
+        for name in ("forcing_phase", "velocity")
+    ]
+    phase, velocity = (" to ".join(f"{step * end:.2g}" for end in ends) for step in steps)
+    return f"at {ends[0]} to {ends[1]} pixels: {phase} rad, {velocity} πg/ω"
+
+
+def _speed_lines(result: xr.Dataset) -> list[str]:
+    """What the starts of each slice end with."""
+    if "mean_speed" not in result:
+        return []
+    rows = []
+    for one, field in zip(result["angular_velocity"].values, result["mean_speed"], strict=True):
+        speeds = field.values  # of one slice, for all may be larger than memory
+        known = speeds[speeds == speeds]  # without nan: at rest
+        text = "all come to rest"
+        if known.size:
+            text = f"{known.mean():+.4f} on average, {known.min():+.4f} to {known.max():+.4f}"
+        rows.append(f"  from α̇ = {one:+g} ωΦ: mean speed {text} ωΦ" if known.size else
+                    f"  from α̇ = {one:+g} ωΦ: {text}")  # fmt: skip
+    return rows
+
+
+TOOL = StudyTool("basins", _ABOUT, _EXAMPLE, make_view)
+main = TOOL.main
+
+
+if __name__ == "__main__":
+    sys.exit(main())

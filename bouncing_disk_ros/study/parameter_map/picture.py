@@ -1,0 +1,164 @@
+"""The picture of a plane of parameters: period of the attractor, and its Lyapunov exponent."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.report.style import (
+    BLACK,
+    BLUE,
+    CONTACT,
+    GREEN,
+    MOST_PIXELS,
+    ORANGE,
+    PURPLE,
+    REST,
+    SKY,
+    UNRESOLVED,
+    VERMILION,
+    YELLOW,
+    new_figure,
+    pixel_frame,
+    typeset,
+)
+
+#: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
+PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}
+OTHER = "#8c510a"
+_CLASSES = ["rest", "with contact", *(f"period {n}" for n in PERIODS), "other period", "chaotic",
+            "unresolved"]  # fmt: skip
+_COLORS = [REST, CONTACT, *PERIODS.values(), OTHER, BLACK, UNRESOLVED]
+_QUANTILE = 0.99
+"""So many of the exponents lie within the colour scale."""
+
+
+def parameter_map_picture(result: xr.Dataset) -> Figure:
+    """Figure of period and Lyapunov exponent over two parameters, with the fixed values."""
+    figure = new_figure(12.0, 6.0)
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    draw_periods(left, result)
+    _draw_exponents(figure, right, result)
+    _label_axes(result, left, right)
+    figure.suptitle(_title(result), fontsize=12)
+    return figure
+
+
+def mean_speed_picture(result: xr.Dataset) -> Figure:
+    """Figure of the mean speed of the disk over two parameters."""
+    figure = new_figure(7.5, 6.0)
+    axes = figure.subplots()
+    speed = downsample(result["mean_speed"], MOST_PIXELS)
+    known = np.isfinite(speed)
+    top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
+    axes.set_facecolor(REST)
+    shown = np.ma.masked_where(~known, speed)
+    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-top, vmax=top, **_frame(result))
+    figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
+    if not known.all():
+        handle = Patch(facecolor=REST, edgecolor=BLACK, linewidth=0.5, label="rest")
+        axes.legend(handles=[handle], loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=9,
+                    frameon=False)  # fmt: skip
+    axes.set_title("Mean speed of the disk", fontsize=10)
+    _label_axes(result, axes)
+    figure.suptitle(_title(result), fontsize=11)
+    return figure
+
+
+def _label_axes(result: xr.Dataset, *panels: Any) -> None:
+    up, across = result["period"].dims
+    for axes in panels:
+        axes.set_xlabel(_label(result[across]))
+    panels[0].set_ylabel(_label(result[up]))
+
+
+def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.intp]:
+    """Index of each point in the classes of the left panel; numbers of the study's field `kind`."""
+    names = {name: i for i, name in enumerate(_CLASSES)}
+    found = np.full(kind.shape, names["unresolved"], np.intp)
+    for number, name in enumerate(("rest", "with contact", "other period", "chaotic")):
+        found[kind == number] = names[name]
+    for n in PERIODS:
+        found[(kind == 2) & (period == n)] = names[f"period {n}"]
+    return found
+
+
+def draw_periods(axes: Any, result: xr.Dataset) -> None:
+    """Kinds and periods as colours, with a legend beneath."""
+    found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
+    norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
+    axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))
+    shown = np.unique(found)
+    handles = [
+        Patch(facecolor=_COLORS[i], edgecolor=BLACK, linewidth=0.5, label=_CLASSES[i])
+        for i in shown
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4,
+                fontsize=9, frameon=False)  # fmt: skip
+    axes.set_title("Period: impacts in one repetition", fontsize=10)
+
+
+def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
+    exponent = downsample(result["lyapunov_exponent"], MOST_PIXELS)
+    finite = np.isfinite(exponent)
+    top = float(np.quantile(np.abs(exponent[finite]), _QUANTILE)) if finite.any() else 1.0
+    ground = np.where(np.isneginf(exponent), 1.0, 0.0)
+    frame = _frame(result)
+    axes.imshow(ground, cmap=ListedColormap([REST, CONTACT]), vmin=0.0, vmax=1.0, **frame)
+    shown = np.ma.masked_where(~finite, exponent)
+    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
+    figure.colorbar(drawn, ax=axes, label="Lyapunov exponent λ per impact", extend="both")
+    handles = [
+        Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=name)
+        for color, name, there in (
+            (CONTACT, "with contact: −∞", np.isneginf(exponent).any()),
+            (REST, "rest", np.isnan(exponent).any()),
+        )
+        if there
+    ]
+    if handles:
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2,
+                    fontsize=9, frameon=False)  # fmt: skip
+    axes.set_title("Small changes die out (blue) or grow (red)", fontsize=10)
+
+
+def _frame(result: xr.Dataset) -> dict[str, Any]:
+    """How a map is drawn: arguments of imshow."""
+    up, across = result["period"].dims
+    return pixel_frame(result[across].values, result[up].values)
+
+
+def _label(axis: xr.DataArray) -> str:
+    unit = axis.attrs["units"]
+    label = f"{axis.attrs['long_name']} {axis.attrs['symbol']}"
+    return typeset(label + (f" ({unit})" if unit != "1" else ""))
+
+
+def _title(result: xr.Dataset) -> str:
+    given = {name.removeprefix("parameter_"): value for name, value in result.attrs.items()}
+    start = given["start"]
+    if start == "given":
+        phase, velocity = (_number(given[f"initial_{name}"]) for name in ("phase", "velocity"))
+        start = f"τ = {phase}, w_A = {velocity}"
+    elif start == "period-1":
+        start = "a start beside the period-1 orbit (where there is none, from contact)"
+    else:
+        start = "contact"
+    fixed = [
+        f"{of.symbol} = {_number(given[name])}"
+        for name, of in MAP_PARAMETERS.items()
+        if name in given
+    ]
+    return typeset(f"What the disk settles on from {start}\n{', '.join(fixed)}")
+
+
+def _number(value: float) -> str:
+    return f"{value:g}".replace("-", "−")

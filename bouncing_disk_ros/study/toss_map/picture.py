@@ -1,0 +1,120 @@
+"""Maps of single tosses over phase lag and amplitude angle, after the paper's Fig. 2a-c.
+
+Colour-blind people can distinguish the colours. Only the colours are drawn as an image: text,
+lines and marks stay vectors in PDF and SVG.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import TwoSlopeNorm
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from bouncing_disk_ros.maps.toss_extremes import Extreme, Ridge
+from bouncing_disk_ros.maps.tosses import Floats, Toss
+from bouncing_disk_ros.report.style import mark_in_pi, new_figure
+from bouncing_disk_ros.study.toss_paths.picture import DPI
+
+_STAYS = "#c8c8c8"
+_HALO = [withStroke(linewidth=3.0, foreground="black")]
+_ABOVE = {
+    "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": 8, "frameon": False,
+    "borderaxespad": 0.0,
+}  # fmt: skip
+_MEASURES = {
+    "airborne_speed": (r"airborne speed $\dot{\alpha}_f$", "rad/s", "RdBu_r", 5.0),
+    "speed_ratio": (r"speed ratio $\nu = \dot{\alpha}_f/(\omega\Phi)$", "1", "RdBu_r", 0.2),
+    "efficiency": (r"efficiency $\eta = \Delta E_r/E_{in}$", "1", "cividis", 0.05),
+}
+
+
+def maps_figure(
+    phase_lag: Floats,
+    amplitude_angle: Floats,
+    tosses: Toss,
+    extremes: Sequence[Extreme] = (),
+    ridge: Ridge | None = None,
+) -> Figure:
+    """Figure of airborne speed, speed ratio and efficiency over θ (n,) and φ_L (m,), rising, rad.
+
+    `tosses` has the shape (n, m). Each extreme is marked on its own map, with its mirror image at
+    θ ± π; the ridge on the map of the speed ratio.
+    """
+    figure = new_figure(7.0, 9.6, DPI)
+    panels = figure.subplots(3, 1, sharex=True, sharey=True)
+    for axes, (name, letter) in zip(panels, zip(_MEASURES, "abc", strict=True), strict=True):
+        _map(figure, axes, phase_lag, amplitude_angle, getattr(tosses, name), name, letter)
+        if name == "speed_ratio" and ridge is not None:
+            _mark_ridge(axes, ridge)
+        for best in (extreme for extreme in extremes if extreme.measure == name):
+            _mark(axes, best)
+        axes.set(
+            xlim=(phase_lag[0] / math.pi, phase_lag[-1] / math.pi),
+            ylim=(amplitude_angle[0] / math.pi, amplitude_angle[-1] / math.pi),
+            ylabel=r"amplitude angle $\phi_L$ (rad)",
+        )
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(**_ABOVE)
+    panels[-1].set_xlabel(r"phase lag $\theta$ (rad)")
+    return figure
+
+
+def _map(
+    figure: Figure, axes: Any, lags: Floats, angles: Floats, values: Floats, name: str, letter: str
+) -> None:
+    title, unit, colours, step = _MEASURES[name]
+    x, y, z = lags / math.pi, angles / math.pi, values.T
+    known = np.isfinite(z)
+    top = float(np.abs(z[known]).max(initial=0.0)) or 1.0  # nothing turns, or nothing leaves
+    norm = None if name == "efficiency" else TwoSlopeNorm(0.0, -top, top)
+    axes.set_facecolor(_STAYS)
+    image = axes.pcolormesh(x, y, z, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+    levels = step * np.arange(-math.floor(top / step), math.floor(top / step) + 1)
+    line = "white" if name == "efficiency" else "black"
+    if known.any() and np.ptp(z[known]) > 0.0:
+        lines = axes.contour(x, y, z, levels=levels, colors=line, linewidths=0.6, alpha=0.8)
+        named = [v for v in lines.levels if round(v / step) % 2 == 0 and 0.0 < abs(v) < 0.75 * top]
+        axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
+    caption = title if unit == "1" else f"{title} ({unit})"
+    figure.colorbar(image, ax=axes, label=caption, pad=0.015)
+    axes.set_title(f"({letter}) {title}", loc="left", fontsize=10)
+    mark_in_pi(axes.xaxis, 0.5)
+    mark_in_pi(axes.yaxis, 0.125)
+    column = known[:, z.shape[1] // 2]
+    begin = float(y[column][-1]) if column.any() else float(y[0])
+    if not column[-1] and (y[-1] - begin > 0.02 or not column.any()):
+        middle = 0.5 * (y[-1] + begin)
+        text = r"the disk never leaves: $\Gamma \leq 1/\pi$"
+        axes.text(0.5 * (x[0] + x[-1]), middle, text, ha="center", va="center", fontsize=8)
+
+
+def _mark(axes: Any, best: Extreme) -> None:
+    """A cross at the extreme and at its mirror images."""
+    _, unit, *_ = _MEASURES[best.measure]
+    size = getattr(best, best.measure)
+    size = size if best.measure == "efficiency" else abs(size)
+    unit = "" if unit == "1" else f" {unit}"
+    lag = best.phase_lag / math.pi
+    lag = 0.0 if abs(lag) < 5e-5 else lag
+    label = rf"{size:.4g}{unit} at $\phi_L$ = {best.amplitude_angle / math.pi:.4f}π, $\theta$ = "
+    label += "0, π" if lag == 0.0 else f"{lag:.4f}π, {lag + 1.0:.4f}π"
+    x = lag + np.arange(-4.0, 5.0)
+    y = np.full_like(x, best.amplitude_angle / math.pi)
+    axes.plot(x, y, "x", color="white", ms=9, mew=2.0, path_effects=_HALO, label=label, zorder=5)
+
+
+def _mark_ridge(axes: Any, ridge: Ridge) -> None:
+    stuck = ridge.amplitude_angle <= ridge.end
+    label = (
+        rf"$|\nu| = 1$: $\theta = -\tau_{{sep}}$ (+ π) up to $\phi_L$ = {ridge.end / math.pi:.4f}π"
+    )
+    for shift in range(-4, 5):
+        x = ridge.phase_lag / math.pi + shift
+        y = ridge.amplitude_angle / math.pi
+        halo = {"path_effects": _HALO, "label": label if shift == 0 else None}
+        axes.plot(x[stuck], y[stuck], color="white", lw=1.6, zorder=4, **halo)

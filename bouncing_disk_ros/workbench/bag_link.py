@@ -1,0 +1,65 @@
+"""The link of the workbench to a recorded run: everything is there at once."""
+
+from __future__ import annotations
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag import BagError
+from bouncing_disk_ros.errors import FailedError
+from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
+from bouncing_disk_ros.ros.bag_tool import walking
+from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
+from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.topic_reader import TopicReader
+
+KEPT = 500_000
+"""Samples held, the last ones: more than an hour at 100 Hz."""
+
+
+class BagLink:
+    """A bag read once. Raises InputError where it has no run that can be shown, BagError."""
+
+    def __init__(self, path: str, namespace: str = "") -> None:
+        self.history = RunHistory(KEPT)
+        self._path = path
+        reader = TopicReader(self.history)
+        with walking("workbench") as watch:
+            opened = bag.open(path, watch)
+        with opened:
+            found = choose(opened, namespace or None).rstrip("/")
+            names = {f"{found}/{short}": short for short in reader.handlers}
+            names = {name: short for name, short in names.items() if is_there(opened, name, short)}
+            try:
+                for message in in_order_of_sending(opened.messages(names)):
+                    content = opened.decoder(message.topic)(message.data)
+                    reader.handlers[names[message.topic]](content)
+            except BagError as error:
+                self.history.note(f"{error}; what follows is not shown", is_refusal=True)
+        self._names = Names(namespace=found or "/")
+        if not len(self.history.samples):
+            raise FailedError(f"{path}: no joint_states with the motion to place them in time")
+
+    @property
+    def names(self) -> Names:
+        """How the simulator was called."""
+        return self._names
+
+    @property
+    def source(self) -> str:
+        """What is shown, in a few words."""
+        return f"recorded run {self._path}"
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether the run is over: it is."""
+        return True
+
+    def send(self, action: Action | Sequel) -> None:
+        """Say that nothing can be sent."""
+        del action
+        self.history.note("a recorded run takes no commands", is_refusal=True)
+
+    def tick(self) -> None:
+        """Nothing to look after."""
+
+    def close(self) -> None:
+        """Nothing to end."""

@@ -1,0 +1,257 @@
+"""The link of the workbench to a simulator over ROS: hears its topics, sends commands."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped, WrenchStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Log
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from bouncing_disk_ros.errors import one_line
+from bouncing_disk_ros.ros.child import Child
+from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.from_messages import time_to_ns
+from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
+from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
+from bouncing_disk_ros.workbench.actions import (
+    Action,
+    Call,
+    Impulse,
+    Juggle,
+    Lifecycle,
+    Move,
+    Names,
+    Perform,
+    Sequel,
+    Set,
+    StopJuggling,
+)
+from bouncing_disk_ros.workbench.juggler_process import JugglerProcess
+from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.topic_reader import TopicReader
+
+ANSWER_SECONDS = 5.0
+"""Patience with the answer of a service."""
+SILENT_SECONDS = 3.0
+"""Without a message of disk/run_state, which comes every second, the simulator counts as gone."""
+_TYPES = {
+    kind.__name__: kind for kind in (JointState, JointTrajectory, PointCloud2, String, TwistStamped)
+}
+_TRANSITIONS = {
+    "configure": Transition.TRANSITION_CONFIGURE,
+    "activate": Transition.TRANSITION_ACTIVATE,
+    "deactivate": Transition.TRANSITION_DEACTIVATE,
+    "cleanup": Transition.TRANSITION_CLEANUP,
+}
+_WARNING = 30
+"""Levels of rcl_interfaces/msg/Log from here on are refusals and faults."""
+
+
+class RosLink:
+    """A node with a thread that hears the simulator and one that sends actions, in their order."""
+
+    def __init__(self, node: Node, default_name: str) -> None:
+        self.history = RunHistory()
+        self._node = node
+        self._default = f"{node.get_namespace().rstrip('/')}/{default_name}"
+        self._name = self._default
+        self._heard = -float("inf")  # steady clock at the newest sign of life
+        self._found = False
+        reader = TopicReader(self.history)
+        for topic, handler in reader.handlers.items():
+            row = TOPICS[topic]
+            kind = _TYPES[row.type.rpartition("/")[2]]
+            node.create_subscription(kind, topic, handler, profile_of(row))
+        run_state = TOPICS["disk/run_state"]
+        node.create_subscription(
+            JointState, run_state.name, self._on_run_state, profile_of(run_state)
+        )
+        log_qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(Log, "/rosout", self._on_log, log_qos)
+        self._started = self._now()
+        self._publishers = {
+            name: node.create_publisher(
+                Float64, f"platform/{name}", profile_of(TOPICS[f"platform/{name}"])
+            )
+            for name in MOTION_NAMES
+        }
+        command, impulse = TOPICS["platform/command"], TOPICS["disk/impulse"]
+        self._command = node.create_publisher(JointTrajectory, command.name, profile_of(command))
+        self._impulse = node.create_publisher(WrenchStamped, impulse.name, profile_of(impulse))
+        self._clients: dict[tuple[type, str], Any] = {}
+        self._performer: Child | None = None
+        self._juggler = JugglerProcess(node, self.history)
+        self._queue: queue.SimpleQueue[Action | None] = queue.SimpleQueue()
+        self._closing = threading.Event()
+        self._worker = threading.Thread(target=self._work, name="workbench actions", daemon=True)
+        self._worker.start()
+
+    # --- what there is
+    @property
+    def names(self) -> Names:
+        """How the simulator is called."""
+        return Names(self._name, self._node.get_namespace())
+
+    @property
+    def source(self) -> str:
+        """What is shown, in a few words."""
+        return f"simulator {self._name}"
+
+    is_recorded = False
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the simulator was heard of within SILENT_SECONDS."""
+        return time.monotonic() - self._heard < SILENT_SECONDS
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def _on_run_state(self, _msg: JointState) -> None:
+        self._heard = time.monotonic()
+        self.history.state = ""
+
+    def _on_log(self, msg: Log) -> None:
+        """Refusals and faults of the simulator, in its own words; only those of now."""
+        named = self._name.strip("/").replace("/", ".")
+        if msg.name == named and msg.level >= _WARNING and time_to_ns(msg.stamp) >= self._started:
+            self.history.note(one_line(msg.msg), is_refusal=True)
+
+    def tick(self) -> None:
+        """Look who is there; say on the page when nobody is."""
+        for found in self._node.get_publishers_info_by_topic(
+            self._node.resolve_topic_name("platform/motion")
+        ):
+            if not found.node_name.startswith("_NODE_NAME_UNKNOWN"):
+                self._name = f"{found.node_namespace.rstrip('/')}/{found.node_name}"
+                break
+        if not self.is_alive:
+            self.history.state = f"no simulator is heard of ({self._name})"
+        performer = self._performer
+        if performer is not None and performer.code is not None:
+            self._performer = None
+            said = performer.log.strip().splitlines() or ["it said nothing"]
+            self.history.note(f"perform: {said[-1]}", is_refusal=performer.code != 0)
+        self._juggler.tick(self.names)
+
+    def close(self) -> None:
+        """End the thread of actions."""
+        self._closing.set()
+        self._queue.put(None)
+        self._worker.join(ANSWER_SECONDS + 1.0)
+        if self._performer is not None:
+            self._performer.end()
+        self._juggler.end()
+
+    # --- actions
+    def send(self, action: Action | Sequel) -> None:
+        """Send an action after those before."""
+        if isinstance(action, Sequel):
+            for one in action.actions:
+                self.send(one)
+        elif isinstance(action, Perform):  # a process is started by this thread, not the other
+            self._perform(action.programme)
+        elif isinstance(action, Juggle):
+            self._juggler.start(action)
+        elif isinstance(action, StopJuggling):
+            self._juggler.stop()
+        else:
+            if action == Lifecycle("cleanup"):  # what comes is another run
+                self._juggler.end()
+            self._queue.put(action)
+
+    def _perform(self, programme: str) -> None:
+        if self._performer is not None and self._performer.code is None:
+            self._performer.end()
+        arguments = ["-r", f"__ns:={self._node.get_namespace()}"]
+        self._performer = Child("perform", programme, "--ros-args", *arguments)
+
+    def _work(self) -> None:
+        while (action := self._queue.get()) is not None:
+            try:
+                self._do(action)
+            except Exception as error:  # noqa: BLE001 (of rclpy while it shuts down)
+                if self._closing.is_set():
+                    return
+                self.history.note(one_line(str(error)), is_refusal=True)
+
+    def _do(self, action: Action) -> None:
+        match action:
+            case Move(values) if len(values) == 1:
+                ((name, value),) = values.items()
+                self._publishers[name].publish(Float64(data=float(value)))
+            case Move(values):
+                point = PointRequest(tuple(map(float, values.values())), 0)
+                self._command.publish(programme_to_msg(ProgrammeRequest(tuple(values), (point,))))
+            case Impulse(axial, angular):
+                msg = WrenchStamped()
+                msg.wrench.force.z, msg.wrench.torque.z = float(axial), float(angular)
+                self._impulse.publish(msg)
+            case Set(values):
+                self._set(values)
+            case Call("pause", paused):
+                self._call(SetBool, "pause", SetBool.Request(data=bool(paused)), _said)
+            case Call(service):
+                self._call(Trigger, service, Trigger.Request(), _said)
+            case Lifecycle(transition):
+                request = ChangeState.Request()
+                request.transition.id = _TRANSITIONS[transition]
+                self._call(ChangeState, "change_state", request, lambda a: ("", not a.success))
+
+    def _set(self, values: Any) -> None:
+        request = SetParametersAtomically.Request(
+            parameters=[
+                Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+            ]
+        )
+
+        def said(answer: Any) -> tuple[str, bool]:
+            return answer.result.reason, not answer.result.successful
+
+        self._call(SetParametersAtomically, "set_parameters_atomically", request, said)
+
+    def _call(
+        self, kind: type, service: str, request: Any, said: Callable[[Any], tuple[str, bool]]
+    ) -> None:
+        """Call a service of the node and note its line; say so when there is no answer."""
+        name = f"{self._name}/{service}"
+        key = (kind, name)
+        if key not in self._clients:
+            self._clients[key] = self._node.create_client(kind, name)
+        client = self._clients[key]
+        if not client.wait_for_service(ANSWER_SECONDS):
+            self.history.note(
+                f"{name}: nobody offers it: is the simulator running?", is_refusal=True
+            )
+            return
+        done = threading.Event()
+        future = client.call_async(request)
+        future.add_done_callback(lambda _: done.set())
+        if not done.wait(ANSWER_SECONDS):
+            client.remove_pending_request(future)
+            self.history.note(f"{name}: no answer in {ANSWER_SECONDS:g} s", is_refusal=True)
+            return
+        text, refused = said(future.result())
+        if refused and not text:
+            text = f"{name}: refused"
+        if text:
+            self.history.note(f"{service}: {text}" if not refused else text, is_refusal=refused)
+
+
+def _said(answer: Any) -> tuple[str, bool]:
+    return str(answer.message), not answer.success

@@ -1,0 +1,358 @@
+"""Lanes settle and measure as `measure_attractor` does: the same steps, means and ends."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.maps.axial_map import (
+    MAP_CONTACT,
+    MAP_IMPACT,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+)
+from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.maps.lanes.lane_table import LANES
+from bouncing_disk_ros.maps.lyapunov_and_speed import (
+    CONTACT_COUNT,
+    LYAPUNOV,
+    MEAN_PER_IMPACT,
+    MEAN_PER_TIME,
+    MEASURED,
+    measure_attractor,
+)
+from bouncing_disk_ros.maps.map_tangent import flight_tangents
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED
+
+Floats = NDArray[np.float64]
+ROUNDING = 2.0**-53
+
+
+class Found(NamedTuple):
+    states: Floats  # (n, 5)
+    rows: Floats  # (n, kept, 6)
+    results: Floats  # (n, 5)
+
+
+def starts(n: int, seed: int) -> tuple[Floats, Floats]:
+    """States (n, 5), parameters (n, 4): tiny bounces, rest, contact, ε of 0 and 1 among them."""
+    rng = np.random.default_rng(seed)
+    index = np.arange(n)
+    fall = np.where(index % 3 == 0, 10.0 ** rng.uniform(-8, 0, n), rng.uniform(0, 5, n))
+    forcing = np.where(index % 5 == 0, rng.uniform(0.0, 0.33, n), rng.uniform(0.3, 1.3, n))
+    restitution = np.where(index % 7 == 0, rng.integers(0, 2, n), rng.uniform(0, 1, n))
+    turned = rng.uniform(0, math.tau, n)
+    states = np.stack(
+        (rng.uniform(0, math.tau, n), -fall, rng.uniform(-1.5, 1.5, n), np.cos(turned),
+         np.sin(turned)), axis=1
+    )  # fmt: skip
+    lag, angular = rng.uniform(-math.pi, math.pi, n), 10.0 ** rng.uniform(-1, 3, n)
+    return states, np.stack((forcing, restitution, lag, angular), axis=1)
+
+
+def carried(
+    given: tuple[Floats, Floats], settling: int, measured: int, kept: int = 1, workers: int = 1
+) -> Found:
+    states = given[0].copy()
+    found = Found(states, np.zeros((len(states), kept, 6)), np.zeros((len(states), 5)))
+    measure_attractors(states, given[1], settling, measured, *found[1:], workers=workers)
+    return found
+
+
+def one_by_one(given: tuple[Floats, Floats], settling: int, measured: int, kept: int = 1) -> Found:
+    """The same by the scalar map."""
+    states, parameters = given[0].copy(), given[1]
+    found = Found(states, np.zeros((len(states), kept, 6)), np.zeros((len(states), 5)))
+    for i, state in enumerate(states):
+        arguments = (*(float(p) for p in parameters[i]), settling, measured)
+        if not measure_attractor(state, *arguments, found.rows[i], found.results[i]):
+            found.rows[i] = math.nan
+    return found
+
+
+def apart(a: Floats, b: Floats) -> Floats:
+    """Distance of phases, the short way round; 0 where both are nan."""
+    difference = np.abs(a - b)
+    return np.where(np.isnan(a) & np.isnan(b), 0.0, np.minimum(difference, math.tau - difference))
+
+
+def step_rounding(w: Floats, forcing: Floats, w1: Floats) -> Floats:
+    """Of τ and w after one impact: a gap off by a rounding of its terms moves the root by that
+    over the slope."""
+    reach = 1.0 + np.abs(w) + forcing
+    return 4e-15 * reach * (1.0 + reach / np.abs(w1))
+
+
+def tangent_terms(flights: Floats, forcing: Floats) -> Floats:
+    """Sums of the magnitudes in the derivatives of flights (n, 4): their roundings are of these."""
+    d, w1 = flights[:, 2], np.abs(flights[:, 3])
+    turned = 1.0 + (forcing * (2.0 + 2.0 * d) + d) / w1  # |sin d − d| ≤ 1 + d
+    return (1.0 + 2.0 * forcing) * turned + 2.0 * forcing
+
+
+def test_single_steps_are_those_of_the_map() -> None:
+    start = starts(4000, 51)
+    found, steps = carried(start, 0, 1), one_by_one(start, 0, 1)
+    rests = np.isnan(steps.results[:, MEASURED])
+    contact = steps.rows[:, 0, ORBIT_KIND] == MAP_CONTACT
+    assert min(rests.sum(), contact.sum()) > 20
+    np.testing.assert_array_equal(np.isnan(found.results), np.isnan(steps.results))
+    np.testing.assert_array_equal(found.states[rests], steps.states[rests])
+    for column in (ORBIT_KIND, ORBIT_DELAY, ORBIT_TAU, ORBIT_W, ORBIT_SPEED, ORBIT_TURNED):
+        assert np.isnan(found.rows[rests, 0, column]).all()
+    rows, expected = found.rows[~rests, 0], steps.rows[~rests, 0]
+    np.testing.assert_array_equal(rows[:, ORBIT_KIND], expected[:, ORBIT_KIND])
+    w, forcing = start[0][~rests, 1], start[1][~rests, 0]
+    rounding = step_rounding(w, forcing, expected[:, ORBIT_W])
+    assert (apart(rows[:, ORBIT_TAU], expected[:, ORBIT_TAU]) <= rounding).all()
+    for column in (ORBIT_W, ORBIT_DELAY):
+        assert (np.abs(rows[:, column] - expected[:, column]) <= rounding).all()
+    # platform and lane turn the phase lag by other sums of products: two roundings of each term
+    np.testing.assert_allclose(rows[:, ORBIT_SPEED], expected[:, ORBIT_SPEED], rtol=0, atol=1e-15)
+    turned = np.abs(rows[:, ORBIT_TURNED] - expected[:, ORBIT_TURNED])
+    assert (turned <= 2.0 * rounding * (1.0 + np.abs(expected[:, ORBIT_SPEED]))).all()
+    for column in (MEAN_PER_IMPACT, CONTACT_COUNT, MEASURED):
+        np.testing.assert_allclose(
+            found.results[:, column], steps.results[:, column], rtol=0, atol=1e-15
+        )
+
+
+def test_the_vector_of_a_flight_is_turned_by_its_derivatives() -> None:
+    """Beside map_tangent.py at the very flight that the lane found: roundings alone are left."""
+    start = starts(4000, 52)
+    found = carried(start, 0, 1)
+    flew = found.rows[:, 0, ORBIT_KIND] == MAP_IMPACT
+    rows, vector = found.rows[flew, 0], start[0][flew, 3:]
+    flights = np.stack(
+        (start[0][flew, 0], start[0][flew, 1], rows[:, ORBIT_DELAY], rows[:, ORBIT_W]), axis=1
+    )
+    out = np.empty((len(flights), 2, 2))
+    for i, parameters in enumerate(start[1][flew]):
+        flight_tangents(flights[i : i + 1], parameters[0], parameters[1], out[i : i + 1])
+    expected = np.einsum("nij,nj->ni", out, vector)
+    terms = tangent_terms(flights, start[1][flew, 0])
+    length = np.exp(found.results[flew, LYAPUNOV])
+    ended = found.states[flew, 3:] * length[:, None]
+    assert (np.abs(ended - expected).max(axis=1) <= 16.0 * ROUNDING * terms).all()
+    np.testing.assert_allclose(np.hypot(*found.states[flew, 3:].T), 1.0, rtol=4 * ROUNDING)
+
+
+@pytest.mark.parametrize("settling", [0, 7])
+def test_what_is_measured_is_what_the_rows_show(settling: int) -> None:
+    """Every row is one scalar step from the one before; means, exponent and end are of the rows."""
+    n, measured = 300, 60
+    start = starts(n, 53)
+    found = carried(start, settling, measured, measured)
+    compared = 0
+    for i in np.flatnonzero(~np.isnan(found.results[:, MEASURED])):
+        rows, results, parameters = found.rows[i], found.results[i], start[1][i]
+        sums = 8.0 * measured * ROUNDING
+        mean = rows[:, ORBIT_TURNED].sum() / rows[:, ORBIT_DELAY].sum()
+        assert results[MEAN_PER_TIME] == pytest.approx(mean, rel=1e-9, abs=sums)
+        assert results[MEAN_PER_IMPACT] == pytest.approx(
+            rows[:, ORBIT_SPEED].mean(), abs=4.0 * sums
+        )
+        assert results[CONTACT_COUNT] == np.sum(rows[:, ORBIT_KIND] == MAP_CONTACT)
+        assert (found.states[i, :3] == rows[-1, [ORBIT_TAU, ORBIT_W, ORBIT_SPEED]]).all()
+        for a, b in pairwise(rows):
+            step = one_by_one(
+                (
+                    np.array([[a[ORBIT_TAU], a[ORBIT_W], a[ORBIT_SPEED], 1.0, 0.0]]),
+                    parameters[None],
+                ),
+                0,
+                1,
+            )
+            expected = step.rows[0, 0]
+            rounding = step_rounding(a[ORBIT_W], parameters[0], expected[ORBIT_W])
+            assert b[ORBIT_KIND] == expected[ORBIT_KIND]
+            assert apart(b[ORBIT_TAU], expected[ORBIT_TAU]) <= rounding
+            assert abs(b[ORBIT_W] - expected[ORBIT_W]) <= rounding
+        compared += 1
+    assert compared > 150
+
+
+def orbit_at(forcing: float, impacts: int) -> PeriodicOrbit:
+    """The attractor of so many impacts that grew out of period 1, ε = 0.5."""
+    section = NextCollisionMap(forcing, 0.5)
+    near = MapState(math.acos(1.0 / 3.0 / forcing) + 1e-3, -4.0 / 3.0)
+    return periodic_orbit(section, section.iterate(near, 20_000), impacts)
+
+
+def beside(orbit: PeriodicOrbit, n: int = 3) -> tuple[Floats, Floats]:
+    """n starts near an orbit."""
+    state = (*orbit.map.checked(orbit.state), 1.0, 0.0)
+    states = np.tile(state, (n, 1))
+    states[:, 0] += 1e-6 * np.arange(n)
+    section = orbit.map
+    return states, np.tile([section.axial_forcing, section.restitution, -0.7, 50.0], (n, 1))
+
+
+def test_the_exponent_of_period_1_is_its_multiplier_in_closed_form() -> None:
+    forcing, e = 0.475, 0.5
+    phase, w = math.acos(1.0 / 3.0 / forcing), -2.0 / (1.0 + e)
+    # d = 2π: ∂τ₁/∂τ = 1 + 2πΓ sin τ/w, ∂w₁/∂w = −ε(1 − 2πh''/w), h'' = Γ sin τ − 1/π
+    bend = forcing * math.sin(phase) - 1.0 / math.pi
+    trace = 1.0 + math.tau * forcing * math.sin(phase) / w - e * (1.0 - math.tau * bend / w)
+    assert abs(trace) > 2.0 * e, "the multipliers are real"
+    larger = 0.5 * (abs(trace) + math.sqrt(trace**2 - 4.0 * e * e))
+    found = carried(beside(orbit_at(forcing, 1)), 2000, 3000)
+    # each of the impacts adds some roundings; the vector has turned into the eigenvector
+    np.testing.assert_allclose(found.results[:, LYAPUNOV], math.log(larger), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        found.results[:, MEAN_PER_TIME], math.cos(phase - 0.7), rtol=0, atol=1e-13
+    )
+
+
+@pytest.mark.parametrize(
+    ("forcing", "impacts"), [(0.42, 1), (0.50, 2), (0.525, 2), (0.5395, 4), (0.5419, 8)]
+)
+def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(forcing: float, impacts: int) -> None:
+    orbit = orbit_at(forcing, impacts)
+    assert orbit.stable
+    measured = 1000 * impacts
+    found = carried(beside(orbit), 2000 * impacts, measured)
+    # complex multipliers: the growth swings by the condition of the eigenvectors; real: not at all
+    swing = 0.0
+    if orbit.multipliers[0].imag:
+        basis = np.linalg.eig(orbit.map.jacobian(orbit.state, impacts)[:2, :2])[1]
+        swing = math.log(np.linalg.cond(basis)) / measured
+    # the orbit of Newton's method closes to 1e-11: its multiplier is known as well as that
+    np.testing.assert_allclose(
+        found.results[:, LYAPUNOV], orbit.lyapunov_exponent, rtol=0, atol=swing + 1e-8
+    )
+    assert (found.results[:, CONTACT_COUNT] == 0.0).all()
+
+
+def test_the_settled_impacts_are_left_out_and_the_last_are_kept() -> None:
+    start = starts(200, 54)
+    start[1][:, :2] = 0.45, 0.5
+    whole = carried(start, 0, 30, 30)
+    later = carried(start, 18, 12, 5)
+    rests = np.isnan(whole.results[:, MEASURED])
+    assert not rests.any()
+    np.testing.assert_array_equal(later.rows, whole.rows[:, 25:])
+    np.testing.assert_array_equal(later.states[:, :3], whole.states[:, :3])
+    np.testing.assert_allclose(later.states[:, 3:], whole.states[:, 3:], rtol=0, atol=1e-14)
+    before = carried(start, 0, 18)
+    flew = whole.results[:, CONTACT_COUNT] == 0.0
+    assert flew.sum() > 10
+    # growths multiply; that over the measured ones is what is left of the whole
+    growth = 30.0 * whole.results[flew, LYAPUNOV] - 18.0 * before.results[flew, LYAPUNOV]
+    np.testing.assert_allclose(12.0 * later.results[flew, LYAPUNOV], growth, rtol=0, atol=1e-12)
+
+
+def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
+    states = np.array(
+        [
+            [1.0, -0.01, 0.0, 1.0, 0.0],  # chatters, and rides on the platform
+            [1.0, -0.5, 0.0, 1.0, 0.0],  # at rest for good
+            [1.5 * math.pi, 0.0, 0.0, 1.0, 0.0],  # lies on the platform
+            [2.0, -0.5, 0.3, 0.0, 1.0],  # ε = 0 where the platform falls: no trace of a change
+            [2.0, -0.5, 0.3, 0.6, 0.8],
+        ]
+    )
+    parameters = np.array(
+        [
+            [0.34, 0.5, 0.2, 100.0],
+            [0.30, 0.5, 0.2, 100.0],
+            [0.34, 0.5, 0.2, 100.0],
+            [1.20, 0.0, 0.2, 100.0],
+            [1.20, 0.0, 0.2, 100.0],
+        ]
+    )
+    for settling, measured in ((300, 200), (0, 1)):
+        found = carried((states, parameters), settling, measured, 1)
+        expected = one_by_one((states, parameters), settling, measured, 1)
+        np.testing.assert_allclose(found.results, expected.results, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.rows, expected.rows, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-9)
+    lost = found.results[:, LYAPUNOV]  # of a single impact
+    assert lost[3] == -math.inf
+    assert found.results[3, CONTACT_COUNT] == 0.0
+    assert math.isfinite(lost[4])
+
+
+@settings(max_examples=150)
+@given(
+    tau=st.floats(0, 6.28),
+    w=st.floats(-4, -1e-6),
+    omega=st.floats(-2, 2),
+    forcing=st.floats(0.0, 1.5),
+    restitution=st.floats(0.0, 1.0),
+    lag=st.floats(-3.2, 3.2),
+    angular=st.floats(1e-2, 1e4),
+    settling=st.integers(0, 3),
+    measured=st.integers(1, 3),
+)
+def test_a_few_impacts_are_those_of_the_scalar_map(
+    tau: float, w: float, omega: float, forcing: float, restitution: float, lag: float,
+    angular: float, settling: int, measured: int,
+) -> None:  # fmt: skip
+    """As far as what is rounded on the way can have grown; a graze in between is left out."""
+    start = np.array([[tau, w, omega, 1.0, 0.0]]), np.array([[forcing, restitution, lag, angular]])
+    every = one_by_one(start, 0, settling + measured, settling + measured).rows[0]
+    if np.isnan(every).any():
+        assert np.isnan(carried(start, settling, measured).results).all()
+        return
+    falls = np.abs(np.concatenate(([w], every[:, ORBIT_W])))
+    grown = 0.0
+    for a, b in pairwise(falls):
+        rounding = float(step_rounding(np.array(a), np.array(forcing), np.array(b)))
+        flight = np.array([[0.0, -a, every[:, ORBIT_DELAY].max(), -b]])
+        grown = rounding + grown * 2.0 * float(tangent_terms(flight, np.array([forcing]))[0])
+    assume(grown < 1e-6)
+    found, expected = carried(start, settling, measured), one_by_one(start, settling, measured)
+    np.testing.assert_array_equal(found.rows[..., ORBIT_KIND], expected.rows[..., ORBIT_KIND])
+    assert found.results[0, CONTACT_COUNT] == expected.results[0, CONTACT_COUNT]
+    assert apart(found.states[0, 0], expected.states[0, 0]) <= grown
+    assert abs(found.states[0, 1] - expected.states[0, 1]) <= grown
+    assert math.isinf(found.results[0, LYAPUNOV]) == math.isinf(expected.results[0, LYAPUNOV])
+
+
+def test_chaos_has_the_exponent_of_the_scalar_map() -> None:
+    """Roundings grow to other trajectories of one attractor, whose means are the same."""
+    n, settling, measured = 400, 300, 1500
+    rng = np.random.default_rng(55)
+    states = np.tile([0.0, -4.0 / 3.0, 0.0, 1.0, 0.0], (n, 1))
+    states[:, 0] = math.acos(1.0 / 3.0 / 0.55) + rng.uniform(-0.05, 0.05, n)
+    parameters = np.tile([0.55, 0.5, -0.7, 20.0], (n, 1))
+    lanes = carried((states, parameters), settling, measured).results
+    scalar = one_by_one((states, parameters), settling, measured).results
+    assert (lanes[:, CONTACT_COUNT] == 0.0).all()
+    assert np.mean(lanes[:, LYAPUNOV] != scalar[:, LYAPUNOV]) > 0.9, "they have parted"
+    for column, least in ((LYAPUNOV, 0.1), (MEAN_PER_TIME, 0.1), (MEAN_PER_IMPACT, 0.1)):
+        a, b = lanes[:, column], scalar[:, column]
+        # both are means of n independent numbers of one distribution: by chance (2e-6, once for
+        # this seed) their difference is beyond 5 standard errors ...
+        error = math.sqrt((a.var(ddof=1) + b.var(ddof=1)) / n)
+        assert abs(a.mean() - b.mean()) < 5.0 * error
+        # ... which are small beside them: the test can fail
+        assert 5.0 * error < 0.02 * least / 0.1
+        assert abs(a.mean()) > least
+
+
+def test_trajectories_know_nothing_of_each_other() -> None:
+    """The same bits in any order, in any company, on any number of threads."""
+    n = 20 * LANES + 7
+    start = starts(n, 56)
+    whole = carried(start, 15, 20, 6)
+    order = np.random.default_rng(57).permutation(n)[: LANES + 9]
+    part = carried((start[0][order], start[1][order]), 15, 20, 6)
+    shared = carried(start, 15, 20, 6, workers=3)
+    for k in range(3):
+        np.testing.assert_array_equal(whole[k][order], part[k])
+        np.testing.assert_array_equal(whole[k], shared[k])
+    alone = carried((start[0][5:6], start[1][5:6]), 15, 20, 6)
+    np.testing.assert_array_equal(alone.results[0], whole.results[5])

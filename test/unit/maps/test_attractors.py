@@ -1,0 +1,145 @@
+"""Attractors of the axial map, found without a list: theory, the paper, any order of starts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Cells, distance
+from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.scales import stability_limit
+
+STARTS = [
+    (float(tau), float(w)) for w in -np.linspace(0.1, 4.9, 12) for tau in np.linspace(0.1, 6.2, 12)
+]
+
+
+def names(axial_forcing: float, restitution: float = 0.5) -> list[str]:
+    return [
+        a.name for a in find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS).found
+    ]
+
+
+def after(attractor: Attractor, axial_forcing: float, restitution: float) -> Attractor:
+    """The attractor one repetition of impacts later."""
+    n = len(attractor.forcing_phases)
+    rows = np.empty((n, 4))
+    axial_orbit(
+        attractor.forcing_phases[0], attractor.velocities[0], axial_forcing, restitution, n, rows
+    )
+    return attractor._replace(
+        forcing_phases=np.roll(rows[:, 0], 1), velocities=np.roll(rows[:, 1], 1)
+    )
+
+
+@pytest.mark.parametrize("axial_forcing", [0.0, 0.1, 0.318])
+def test_all_come_to_rest_below_one_over_pi(axial_forcing: float) -> None:
+    assert names(axial_forcing) == ["rest"]
+
+
+@pytest.mark.parametrize("axial_forcing", [0.34, 0.40, 0.45])
+def test_period_one_and_chattering_as_in_the_paper(axial_forcing: float) -> None:
+    """Fig. 4: two attractors; the period-1 orbit by its formulas, its multipliers of modulus ε."""
+    found = find_attractors(NextCollisionMap(axial_forcing, 0.5), STARTS).found
+    assert [a.name for a in found] == ["chattering (1 cycle)", "period-1"]
+    orbit = found[1]
+    assert orbit.forcing_phases[0] == pytest.approx(math.acos(1 / (3 * axial_forcing)), abs=1e-13)
+    assert orbit.velocities[0] == pytest.approx(-4 / 3, abs=1e-13)
+    assert orbit.multiplier == pytest.approx(0.5, abs=1e-12)
+
+
+def test_one_attractor_has_it_all_at_060() -> None:
+    """Fig. 4d."""
+    found = find_attractors(NextCollisionMap(0.60, 0.5), STARTS)
+    assert [a.kind for a in found.found] == [AttractorKind.CHATTERING]
+    assert found.unresolved == 0
+
+
+def test_cascade() -> None:
+    """Between the doublings of the paper: periods 2, 4 and 8 beside the chattering orbit."""
+    assert "period-2" in names(0.50)
+    assert "period-4" in names(0.535)
+    assert "period-8" in names(0.541)
+
+
+def test_chaos_is_found_by_its_exponent() -> None:
+    found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS)
+    assert [a.kind for a in found.found] == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
+    assert found.found[1].multiplier > 1.0
+
+
+def test_close_to_a_doubling_nothing_is_unresolved() -> None:
+    limit = stability_limit(0.5)
+    below, above = (
+        find_attractors(NextCollisionMap(limit + d, 0.5), STARTS) for d in (-1e-4, 1e-4)
+    )
+    assert below.unresolved == above.unresolved == 0
+    assert "period-1" in [a.name for a in below.found]
+    assert "period-2" in [a.name for a in above.found]
+
+
+@pytest.mark.parametrize(("axial_forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
+def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: float) -> None:
+    one = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS)
+    other = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS[::-1])
+    assert [a.name for a in one.found] == [a.name for a in other.found]
+    for first, second in zip(one.found, other.found, strict=True):
+        pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
+        assert distance(*pair) < 1e-9
+
+
+@pytest.mark.parametrize("axial_forcing", [0.34, 0.487, 0.535])
+def test_periodic_attractors_repeat(axial_forcing: float) -> None:
+    for found in find_attractors(NextCollisionMap(axial_forcing, 0.5), STARTS).found:
+        if found.kind is AttractorKind.PERIODIC:
+            again = after(found, axial_forcing, 0.5)
+            pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (found, again)]
+            assert distance(*pair) < 1e-10
+
+
+def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
+    found = find_attractors(NextCollisionMap(0.45, 0.5), []).found[0]
+    n = len(found.forcing_phases)
+    rows = np.empty((n, 4))
+    axial_orbit(found.forcing_phases[0], found.velocities[0], 0.45, 0.5, n, rows)
+    assert list(rows[:-1, 3]) == [MAP_IMPACT] * (n - 1)
+    assert rows[-1, 3] == MAP_CONTACT
+    assert rows[-1, 0] == pytest.approx(found.forcing_phases[0], abs=1e-14)
+
+
+def cycles_to_contact(axial_forcing: float, attractor: Attractor, change: float) -> int:
+    """Periods from the first impact after contact, changed a little, to the next contact."""
+    rows = np.empty((2000, 4))
+    start = attractor.forcing_phases[0] + change, attractor.velocities[0]
+    axial_orbit(*start, axial_forcing, 0.5, len(rows), rows)
+    end = int(np.flatnonzero(rows[:, 3] == MAP_CONTACT)[0])
+    return round(float(np.sum(rows[: end + 1, 2])) / math.tau)
+
+
+@pytest.mark.parametrize(
+    ("axial_forcing", "cycles"),
+    [(0.48, 1), (0.54, 10), (0.55, 14), (0.58, 4), (0.52, 0), (0.57, 0), (0.59, 0), (0.60, 0)],
+)
+def test_cycles_are_told_where_rounding_does_not_decide_them(
+    axial_forcing: float, cycles: int
+) -> None:
+    """A change by a few roundings leaves the number as it is, or it is not told."""
+    found = find_attractors(NextCollisionMap(axial_forcing, 0.5), []).found[0]
+    assert found.kind is AttractorKind.CHATTERING
+    assert found.cycles == cycles
+    told = f"({cycles} cycle{'s' if cycles > 1 else ''})" if cycles else "(cycles not known)"
+    assert found.name == f"chattering {told}"
+    changes = 1e-15 * np.arange(-10, 11)
+    counts = {cycles_to_contact(axial_forcing, found, change) for change in changes.tolist()}
+    assert (counts == {cycles}) if cycles else (len(counts) > 1)
+
+
+def test_cells_hold_what_they_were_made_of() -> None:
+    found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS).found[1]
+    cells = Cells(found)
+    assert cells.hold(found.forcing_phases, found.velocities).all()
+    assert not cells.hold(np.array([math.acos(1 / 1.65)]), np.array([-0.01])).any()

@@ -1,0 +1,155 @@
+"""Basins: the paper's shares, the node's own stepper pixel by pixel, any cutting, clear errors."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
+from bouncing_disk_ros.maps.basin_labels import (
+    UNRESOLVED,
+    LabelRule,
+    before_impact,
+    impacts_needed,
+    label_starts,
+    shares,
+)
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+
+SEED = 44
+
+
+def attractors(axial_forcing: float, restitution: float = 0.5) -> Attractors:
+    starts = [(float(t), float(w)) for w in -np.linspace(0.1, 4.9, 12)
+              for t in np.linspace(0.1, 6.2, 12)]  # fmt: skip
+    return find_attractors(NextCollisionMap(axial_forcing, restitution), starts)
+
+
+def plane(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    w, tau = np.meshgrid(
+        -5.0 + 5.0 * (np.arange(rows) + 0.5) / rows,
+        math.tau * (np.arange(columns) + 0.5) / columns,
+        indexing="ij",
+    )
+    return tau.ravel(), w.ravel()
+
+
+@pytest.mark.parametrize(("axial_forcing", "paper"), [(0.34, 0.1164), (0.45, 0.3472)])
+def test_shares_of_the_paper(axial_forcing: float, paper: float) -> None:
+    """11.64 % and 34.72 % of the window at 1000 × 1000, to 0.1 % of the window."""
+    found = attractors(axial_forcing)
+    tau, w = plane(1000, 1000)
+    labels = label_starts(found, NextCollisionMap(axial_forcing, 0.5), tau, w).label.reshape(
+        1000, 1000
+    )
+    assert found.found[1].name == "period-1"
+    share = shares(labels, 2)[1]
+    assert abs(share.fraction - paper) < 0.001
+    assert share.uncertainty < 1e-4
+    assert not (labels == UNRESOLVED).any()
+
+
+def follow(axial_forcing: float, restitution: float, tau: float, w: float) -> str:
+    """Where a single run of the stepper ends: contact, or the name of the orbit of its impacts."""
+    unit = 1.0 / math.tau
+    run = Simulation(
+        Motion(axial_forcing, 0.0, unit, 0.0),
+        Disk(1.0, restitution, 0.0, 1.0, 1.0, 1.0 / math.pi),
+        InitialState(0.0, axial_forcing * math.cos(tau) + w, 0.0, 0.0, tau),
+    )
+    rows = run.advance(round(3000 * math.tau * 1e9), 20_000)[0]
+    if (rows["kind"] == 1).any():
+        return "contact"
+    last = rows[-1]
+    expected = math.acos((1 - restitution) / ((1 + restitution) * axial_forcing))
+    return "period-1" if abs(last["forcing_phase"] - expected) < 1e-6 else "other"
+
+
+def test_pixels_are_single_runs_of_the_stepper() -> None:
+    rng = np.random.default_rng(SEED)
+    found = attractors(0.45)
+    tau, w = rng.uniform(0, math.tau, 120), -rng.uniform(0.01, 5.0, 120)
+    names = {0: "contact", 1: "period-1"}
+    labels = label_starts(found, NextCollisionMap(0.45, 0.5), tau, w).label
+    assert [names[label] for label in labels] == [
+        follow(0.45, 0.5, float(a), float(b)) for a, b in zip(tau, w, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
+def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
+    found = attractors(axial_forcing)
+    tau, w = plane(40, 40)
+    section = NextCollisionMap(axial_forcing, 0.5)
+    whole = label_starts(found, section, tau, w)
+    order = np.random.default_rng(SEED).permutation(len(tau))
+    mixed = label_starts(
+        found, NextCollisionMap(axial_forcing, 0.5), tau[order].copy(), w[order].copy()
+    )
+    assert np.array_equal(whole.label[order], mixed.label)
+    assert np.array_equal(whole.impacts[order], mixed.impacts)
+    parts = [label_starts(found, section, tau[i : i + 7].copy(),
+                          w[i : i + 7].copy()).label for i in range(0, len(tau), 7)]  # fmt: skip
+    assert np.array_equal(whole.label, np.concatenate(parts))
+
+
+def test_chaotic_basin_beside_the_chattering_one() -> None:
+    found = attractors(0.55)
+    labels = label_starts(found, NextCollisionMap(0.55, 0.5), *plane(100, 100)).label
+    kinds = [a.kind for a in found.found]
+    assert kinds == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
+    assert set(labels) == {0, 1}
+
+
+def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:
+    found = attractors(0.45)
+    rule = LabelRule(cap=3)
+    labels = label_starts(found, NextCollisionMap(0.45, 0.5), *plane(20, 20), rule).label
+    enough = label_starts(found, NextCollisionMap(0.45, 0.5), *plane(20, 20)).label
+    assert (labels == UNRESOLVED).any()
+    known = labels != UNRESOLVED
+    assert np.array_equal(labels[known], enough[known])
+
+
+def test_times_do_not_depend_on_the_periods_of_other_attractors() -> None:
+    """The eighth impact on an orbit counts, however long it must be followed to be sure."""
+    known, section = attractors(0.45), NextCollisionMap(0.45, 0.5)
+    one = next(a for a in known.found if a.kind is AttractorKind.PERIODIC)
+    nowhere = one._replace(
+        forcing_phases=np.linspace(0.0, 6.0, 20), velocities=np.full(20, -400.0), cycles=20
+    )
+    more = known._replace(found=(*known.found, nowhere))
+    twelve = one._replace(forcing_phases=np.repeat(one.forcing_phases, 12),
+                          velocities=np.repeat(one.velocities, 12), cycles=12)  # fmt: skip
+    longer = known._replace(found=tuple(twelve if a is one else a for a in known.found))
+    alone = label_starts(known, section, *plane(20, 20))
+    for others in (more, longer):
+        found = label_starts(others, section, *plane(20, 20))
+        for first, second in zip(alone, found, strict=True):
+            np.testing.assert_array_equal(first, second)
+
+
+def test_slow_attractors_get_more_impacts() -> None:
+    assert impacts_needed(attractors(0.45), 1e-4) < 1000
+    assert impacts_needed(attractors(0.4859), 1e-4) > 10_000
+
+
+def test_share_of_a_half_plane_has_the_error_of_its_boundary() -> None:
+    labels = (np.arange(100)[:, None] >= 50).repeat(80, 1).astype(np.int32)
+    one = shares(labels, 2)[1]
+    assert one.fraction == 0.5
+    assert one.uncertainty == 0.5 * math.sqrt(80) / 8000
+
+
+def test_velocity_after_the_impact() -> None:
+    w = np.array([-1.0, -0.5])
+    assert np.array_equal(before_impact(w, 0.5, after=True), [-2.0, -1.0])
+    assert np.array_equal(before_impact(w, 0.5, after=False), w)
+    with pytest.raises(InputError, match="velocity"):
+        before_impact(w, 0.0, after=True)

@@ -1,0 +1,199 @@
+"""Measures of a boundary against cases with known values: lines, discs, a Cantor set, a map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps import row_blocks as label_strips
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.basin_labels import (
+    label_starts,
+    shares,
+    unresolved_fraction,
+)
+from bouncing_disk_ros.maps.boundary import (
+    FRACTAL,
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+
+CANTOR = math.log(2.0) / math.log(3.0)
+
+
+def disc(n: int) -> NDArray[np.int64]:
+    y, x = np.mgrid[0:n, 0:n] / n - 0.5
+    return (x * x + y * y < 0.16).astype(np.int64)
+
+
+def cantor_stripes(levels: int, rows: int) -> NDArray[np.int64]:
+    """Stripes with borders at the middle-third Cantor set: gaps of odd level in another basin."""
+    n = 3**levels
+    label = np.zeros(n, np.int64)
+    digits = np.arange(n)
+    for level in range(levels, 0, -1):  # the coarsest digit 1 decides
+        place = 3 ** (levels - level)
+        label[(digits // place) % 3 == 1] = level
+    return np.tile(label % 2, (rows, 1))
+
+
+def test_one_basin_has_no_boundary() -> None:
+    labels = np.zeros((64, 64), np.int64)
+    entropy = basin_entropy(labels)
+    assert entropy.basin == 0.0
+    assert math.isnan(entropy.boundary)
+    assert math.isnan(uncertainty_exponent(labels).exponent)
+    assert math.isnan(box_dimension(labels).exponent)
+
+
+def test_smooth_boundary() -> None:
+    labels = disc(1024)
+    for law, known in ((uncertainty_exponent(labels), 1.0), (box_dimension(labels), 1.0)):
+        assert abs(law.exponent - known) < law.uncertainty < 0.03
+    assert basin_entropy(labels).boundary < FRACTAL
+
+
+def sampled_cantor_stripes(n: int) -> NDArray[np.int8]:
+    """The same stripes with gaps of all levels, their labels known at n points as in a basin."""
+    place, label = (np.arange(n) + 0.5) / n, np.zeros(n, np.int8)
+    inside = np.ones(n, bool)
+    for level in range(1, 34):  # 3^-33 is the last digit of a float64
+        place = 3.0 * place
+        digit = np.floor(place)
+        place -= digit
+        label[inside & (digit == 1.0)] = level % 2
+        inside &= digit != 1.0
+    return np.tile(label, (n, 1))
+
+
+def test_small_boxes_do_not_miss_more_of_a_fractal_than_large_ones() -> None:
+    """Boxes of k × k labels gave 1.50 here: small ones have few labels to find the boundary by."""
+    labels = sampled_cantor_stripes(4096)
+    law = box_dimension(labels)
+    assert abs(law.exponent - (1.0 + CANTOR)) < law.uncertainty < 0.03
+    alpha = uncertainty_exponent(labels)
+    assert abs(2.0 - alpha.exponent - (1.0 + CANTOR)) < alpha.uncertainty < 0.03
+
+
+def test_basins_of_grebogi_mcdonald_ott_yorke() -> None:
+    """The map of "Final state sensitivity" (1983), two attracting points: α ≈ 0.2, D ≈ 1.8."""
+    n = 512
+    centres = (np.arange(n) + 0.5) / n
+    theta, x = np.meshgrid(math.tau * centres, centres - 0.5)
+    # chaotic transients last some 10 steps: after 150 all but a few in a million have settled
+    for _ in range(150):
+        sine, cosine = np.sin(theta), np.cos(theta)
+        double = 2.0 * sine * cosine
+        fourth = 2.0 * double * (1.0 - 2.0 * sine * sine)
+        theta, x = theta + 1.32 * double - 0.90 * fourth - x * sine, -0.3 * cosine
+    labels = (np.cos(theta) > 0.0).astype(np.int8)
+    law, alpha = (
+        measure(labels, periodic=True) for measure in (box_dimension, uncertainty_exponent)
+    )
+    assert abs(law.exponent - 1.8) < law.uncertainty < 0.03
+    assert abs(2.0 - alpha.exponent - 1.8) < alpha.uncertainty < 0.03
+
+
+@pytest.mark.parametrize("axial_forcing", [0.48, 0.52, 0.55])
+@pytest.mark.parametrize("window", [(0.0, math.tau, -5.0, 0.0), (3.0, 3.5, -4.0, -3.5)])
+def test_boxes_and_uncertainty_agree_at_the_same_distances(
+    axial_forcing: float, window: tuple[float, float, float, float]
+) -> None:
+    section = NextCollisionMap(axial_forcing, 0.5)
+    coarse = (np.arange(24) + 0.5) / 24
+    starts = [(math.tau * x, -5.0 * y) for y in coarse for x in coarse]
+    attractors = find_attractors(section, starts)
+    centres = (np.arange(384) + 0.5) / 384
+    left, right, low, high = window
+    tau, w = np.meshgrid(left + (right - left) * centres, low + (high - low) * centres)
+    labels = label_starts(attractors, section, tau.ravel(), w.ravel()).label.reshape(tau.shape)
+    periodic = right - left == math.tau
+    law, alpha = (
+        measure(labels, periodic=periodic) for measure in (box_dimension, uncertainty_exponent)
+    )
+    apart = abs(law.exponent - (2.0 - alpha.exponent))
+    assert apart < math.hypot(law.uncertainty, alpha.uncertainty)
+
+
+def test_a_slope_that_changes_with_size_widens_the_interval() -> None:
+    """Stripes of 256 pixels with noise at their borders: a plane at small sizes, lines at large."""
+    rng = np.random.default_rng(8)
+    stripes = (np.arange(1024)[None, :] // 256 % 2).repeat(1024, 0)
+    near = np.abs((np.arange(1024)[None, :] + 128) % 256 - 128) < 12
+    labels = np.where(near, rng.integers(0, 2, (1024, 1024)), stripes)
+    law, parts = box_dimension(labels), [box_dimension(labels, k) for k in ((1, 2, 4), (8, 32, 64))]
+    assert abs(parts[0].exponent - parts[1].exponent) > 0.4
+    for part in parts:
+        assert abs(part.exponent - law.exponent) < law.uncertainty
+
+
+def test_straight_line_counts_exactly() -> None:
+    """A vertical line at column 32: pixels within d on both sides see the other label."""
+    labels = (np.arange(64)[None, :] >= 32).repeat(64, 0).astype(np.int64)
+    law = uncertainty_exponent(labels, [1, 2, 4])
+    for d, share in zip(law.sizes, law.counts, strict=True):
+        assert share == 2 * d / (64 - 2 * 4)
+    assert uncertainty_exponent(labels, [1, 2, 4], periodic=True).counts[0] == 4 / 64
+
+
+def test_entropy_of_equal_shares() -> None:
+    """A column of squares cut in the middle has ln 2, all others nothing."""
+    labels = (np.arange(40)[None, :] >= 22).repeat(40, 0).astype(np.int64)
+    entropy = basin_entropy(labels, 4)
+    assert entropy.boundary == pytest.approx(math.log(2.0), abs=1e-15)
+    assert entropy.basin == pytest.approx(math.log(2.0) / 10, abs=1e-15)
+    assert entropy.boundary_squares == 10
+
+
+def test_cantor_stripes_have_the_exponent_of_the_cantor_set() -> None:
+    """The borders of the stripes: D = 1 + ln 2/ln 3, and α = 1 − ln 2/ln 3 (Grebogi et al.)."""
+    labels = cantor_stripes(9, 3**6)
+    law = uncertainty_exponent(labels, [3**k for k in range(1, 6)])
+    assert abs(law.exponent - (1.0 - CANTOR)) < 0.02
+
+
+def test_random_labels_fill_the_plane() -> None:
+    labels = np.random.default_rng(7).integers(0, 4, (512, 512))
+    assert abs(uncertainty_exponent(labels).exponent) < 0.03
+    assert abs(box_dimension(labels).exponent - 2.0) < 0.003
+    entropy = basin_entropy(labels, 16)
+    assert entropy.boundary > FRACTAL
+    assert entropy.boundary == pytest.approx(math.log(4.0), abs=0.02)
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (5,), (8, 8)])
+def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(InputError, match="labels"):
+        basin_entropy(np.zeros(shape, np.int64))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(40, 90), st.integers(40, 90), st.booleans())
+@settings(max_examples=30, deadline=None)
+def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: bool) -> None:
+    """Any cut of a map into strips, of a few rows or all, gives the same counts."""
+    rng = np.random.default_rng(seed)
+    rough = rng.integers(-1, 3, (12, 12)).repeat(8, 0).repeat(8, 1)[:rows, :columns]
+    labels = np.where(rng.random((rows, columns)) < 0.02, 3, rough).astype(np.int32)
+
+    def measured() -> list[object]:
+        measures = (uncertainty_exponent, box_dimension)
+        laws = [measure(labels, periodic=periodic) for measure in measures]
+        entropy, parts = basin_entropy(labels), shares(labels, 4, periodic=periodic)
+        counts = [float(count) for law in laws for count in law.counts]
+        known = entropy.squares, entropy.boundary_squares, pytest.approx(entropy.basin, rel=1e-13)
+        return [*counts, *known, *parts, unresolved_fraction(labels)]
+
+    with pytest.MonkeyPatch.context() as patch:
+        whole = measured()
+        for pixels in (1, 7 * columns, rows * columns // 2):
+            patch.setattr(label_strips, "PIXELS", pixels)
+            assert measured() == whole
+    assert unresolved_fraction(labels) == np.mean(labels == -1)

@@ -1,0 +1,175 @@
+"""Points of doubling: against closed form, 40 digits, direct iteration, Feigenbaum's constant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.continuation import (
+    FEIGENBAUM,
+    Doubling,
+    existence_limit,
+    feigenbaum_ratios,
+    moved,
+    period_doublings,
+    root_between,
+)
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
+from bouncing_disk_ros.maps.scales import stability_limit
+
+
+@pytest.fixture(scope="module")
+def cascade() -> list[Doubling]:
+    return period_doublings(fixed_point(0.335, 0.5), "axial_forcing", 0.6)
+
+
+def test_the_first_doubling_is_the_papers_formula(cascade: list[Doubling]) -> None:
+    assert cascade[0].value == pytest.approx(stability_limit(0.5), abs=1e-15)
+    assert [point.impacts for point in cascade] == [1, 2, 4, 8, 16]
+    assert [point.orbit.cycles for point in cascade] == [1, 2, 4, 8, 16]
+
+
+def test_the_papers_points(cascade: list[Doubling]) -> None:
+    """0.486, 0.531, 0.5402, 0.5421; the third is printed 1e-4 too high."""
+    found = [round(point.value, 4) for point in cascade]
+    assert found[:4] == [0.486, 0.5307, 0.5401, 0.5421]
+
+
+def test_the_ratios_tend_to_feigenbaums_constant(cascade: list[Doubling]) -> None:
+    ratios = feigenbaum_ratios([point.value for point in cascade])
+    np.testing.assert_allclose(ratios, [4.73, 4.63, 4.65], atol=0.005)
+    assert abs(ratios[-1] - FEIGENBAUM) < 0.02
+
+
+def landing(
+    tau: Any, w: Any, delay: Any, axial_forcing: Any, restitution: Any
+) -> tuple[Any, Any, Any]:
+    """The flight after (τ, w), its delay refined from one near; all in mpmath's precision."""
+
+    def gap(d: Any) -> Any:
+        rise = mpmath.sin(tau + d) - mpmath.sin(tau) - d * mpmath.cos(tau)
+        return -restitution * w * d - d * d / (2 * mpmath.pi) - axial_forcing * rise
+
+    d = mpmath.findroot(gap, delay)
+    slope = (
+        -restitution * w - d / mpmath.pi - axial_forcing * (mpmath.cos(tau + d) - mpmath.cos(tau))
+    )
+    return tau + d, slope, d
+
+
+def precise_defect(orbit: PeriodicOrbit, axis: str, value: Any) -> Any:
+    """1 + trace + determinant of the orbit at `value`, by differences in 50 digits."""
+    parameters = {
+        "axial_forcing": mpmath.mpf(orbit.map.axial_forcing),
+        "restitution": mpmath.mpf(orbit.map.restitution),
+    }
+    parameters[axis] = value
+    delays = [mpmath.mpf(float(d)) for d in orbit.map.orbit(orbit.state, orbit.impacts).delay]
+
+    def around(tau: Any, w: Any) -> Any:
+        for d in delays:
+            tau, w, _ = landing(tau, w, d, parameters["axial_forcing"], parameters["restitution"])
+        return mpmath.matrix([tau - 2 * mpmath.pi * orbit.cycles, w])
+
+    z = mpmath.matrix([orbit.state[0], orbit.state[1]])
+    h = mpmath.mpf(10) ** -16
+    for _ in range(4):
+        here = around(*z)
+        columns = [
+            (around(z[0] + h, z[1]) - around(z[0] - h, z[1])) / (2 * h),
+            (around(z[0], z[1] + h) - around(z[0], z[1] - h)) / (2 * h),
+        ]
+        matrix = mpmath.matrix([[columns[k][i] for k in range(2)] for i in range(2)])
+        z = z + mpmath.lu_solve(mpmath.eye(2) - matrix, here - z)
+    return 1 + matrix[0, 0] + matrix[1, 1] + mpmath.det(matrix)
+
+
+@pytest.mark.parametrize("k", range(5))
+def test_ten_digits_are_right(cascade: list[Doubling], k: int) -> None:
+    point = cascade[k]
+    with mpmath.workdps(50):
+        value = mpmath.mpf(point.value)
+        margin = mpmath.mpf("1e-11")
+        assert precise_defect(point.orbit, "axial_forcing", value - margin) > 0
+        assert precise_defect(point.orbit, "axial_forcing", value + margin) < 0
+
+
+@pytest.mark.parametrize("k", range(4))
+def test_iteration_has_period_n_before_and_2n_beyond(cascade: list[Doubling], k: int) -> None:
+    n, value = cascade[k].impacts, cascade[k].value
+    width = cascade[k + 1].value - value
+    for step, period in ((-0.05 * width, n), (0.05 * width, 2 * n)):
+        section = NextCollisionMap(value + step, 0.5)
+        impacts = section.orbit(section.iterate(cascade[k].orbit.state, 20_000 * n), 4 * n)
+        speeds = impacts.axial_impact_velocity
+        np.testing.assert_allclose(speeds[period:], speeds[:-period], atol=1e-10)
+        assert period == 1 or abs(speeds[period // 2] - speeds[0]) > 1e-5
+
+
+def test_doublings_along_the_restitution() -> None:
+    """At fixed Γ the period-1 orbit doubles where Γ₁(ε) = Γ."""
+    points = period_doublings(fixed_point(0.45, 0.45), "restitution", 0.9, 4)
+    assert stability_limit(points[0].value) == pytest.approx(0.45, abs=1e-14)
+    values = [point.value for point in points]
+    assert values == sorted(values)
+    assert feigenbaum_ratios(values)[-1] == pytest.approx(FEIGENBAUM, rel=0.03)
+    with mpmath.workdps(50):
+        value, margin = mpmath.mpf(values[2]), mpmath.mpf("1e-11")
+        assert precise_defect(points[2].orbit, "restitution", value - margin) > 0
+        assert precise_defect(points[2].orbit, "restitution", value + margin) < 0
+
+
+def test_downward_there_is_no_doubling() -> None:
+    assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.34) == []
+    assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.1) == []  # past the fold
+    assert len(period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.5)) == 1
+
+
+def test_an_orbit_moves_along_a_parameter() -> None:
+    orbit = moved(fixed_point(0.4, 0.5, 0.0, 10.0), "axial_forcing", 0.43)
+    expected = fixed_point(0.43, 0.5, 0.0, 10.0)
+    assert orbit.forcing_phase[0] == pytest.approx(expected.forcing_phase[0], abs=1e-13)
+    assert orbit.mean_speed == pytest.approx(expected.mean_speed, abs=1e-12)
+    orbit = moved(fixed_point(0.4, 0.5), "restitution", 0.47)
+    expected = fixed_point(0.4, 0.47)
+    assert orbit.axial_impact_velocity[0] == pytest.approx(
+        expected.axial_impact_velocity[0], abs=1e-13
+    )
+
+
+def test_the_orbit_exists_from_the_limit_on() -> None:
+    for restitution in (0.2, 0.5, 0.9):
+        limit = existence_limit(restitution)
+        assert fixed_point(limit * (1 + 1e-9), restitution).impacts == 1
+        with pytest.raises(InputError):
+            fixed_point(limit * (1 - 1e-9), restitution)
+
+
+def test_roots_are_found_to_rounding() -> None:
+    cases: list[tuple[Callable[[float], float], float]] = [
+        (lambda x: 2.0 - x * x, 2**0.5),
+        (lambda x: 1.0 - x**9, 1.0),
+    ]
+    for function, root in cases:
+        found = root_between(function, 0.0, function(0.0), 3.0, function(3.0))
+        assert found == pytest.approx(root, abs=2e-15)
+
+
+def test_faults_are_said() -> None:
+    orbit = fixed_point(0.45, 0.5)
+    with pytest.raises(
+        InputError, match="axis: got 'phase_lag', allowed: axial_forcing or restitution"
+    ):
+        period_doublings(orbit, "phase_lag", 1.0)
+    with pytest.raises(InputError, match=r"limit: got 0\.45"):
+        period_doublings(orbit, "axial_forcing", 0.45)
+    with pytest.raises(InputError, match="count: got 0"):
+        period_doublings(orbit, "axial_forcing", 0.6, 0)
+    with pytest.raises(InputError, match=r"orbit: got .*magnitude 1\.17.*allowed: a stable orbit"):
+        period_doublings(fixed_point(0.5, 0.5), "axial_forcing", 0.6)

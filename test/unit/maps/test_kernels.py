@@ -1,0 +1,151 @@
+"""What every compiled function keeps to, so that a study leaves the rest of its process in peace.
+
+A kernel releases the interpreter's lock, or a simulator in another thread would stand still; none
+starts threads of numba's own (`parallel`), whose layer ends the process when two Python threads
+call it at once.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from numba import types
+from numba.core.dispatcher import Dispatcher
+
+import bouncing_disk_ros
+from bouncing_disk_ros.core import arithmetic
+from bouncing_disk_ros.core.next_event import find_next
+
+PACKAGE = Path(bouncing_disk_ros.__file__).parent
+PACKAGES = ("maps", "core", "motor_study", "juggling.kernels")
+"""Those that may import numba (test_architecture.py)."""
+TAKEN = {"numba": {"config", "from_dtype", "njit", "types"},
+         "numba.extending": {"intrinsic", "overload"},
+         "numba.core": {"event", "caching"}, "numba.np": {"arraymath"}}  # fmt: skip
+"""All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
+
+
+def kernels() -> Iterator[tuple[str, Dispatcher]]:
+    for folder in PACKAGES:
+        package = importlib.import_module(f"bouncing_disk_ros.{folder}")
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            module = importlib.import_module(found.name)
+            for name, value in vars(module).items():
+                if isinstance(value, Dispatcher):
+                    yield f"{found.name}.{name}", value
+
+
+def test_every_kernel_releases_the_lock_and_has_no_threads_of_its_own() -> None:
+    found = dict(kernels())
+    # the walk finds what the studies and the simulator call
+    for name in (
+        "lanes.basin_kernel._label_lanes",
+        "lanes.axial_lanes._iterate_axial",
+        "stepper.advance",
+    ):
+        assert any(full.endswith(name) for full in found), f"{name} is not among {len(found)}"
+    keeps = [
+        name for name, kernel in found.items() if kernel.targetoptions.get("nogil") is not True
+    ]
+    threads = [name for name, k in found.items() if k.targetoptions.get("parallel")]
+    assert (keeps, threads) == ([], [])
+
+
+def offences(tree: ast.AST) -> Iterator[str]:
+    """What in a file could keep the lock or start threads, found in its text."""
+    called: dict[int, ast.Call] = {
+        id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)
+    }
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=names):
+                taken = {alias.name for alias in names if alias.name.split(".")[0] == "numba"}
+            case ast.ImportFrom(module=str(module), names=names) if f"{module}.".startswith(
+                "numba."
+            ):
+                taken = {alias.name for alias in names} - TAKEN.get(module, set())
+            case ast.Name(id="njit"):
+                call = called.get(id(node))
+                given = {} if call is None else {k.arg: ast.unparse(k.value) for k in call.keywords}
+                safe = given.get("nogil") == "True" and "parallel" not in given
+                taken = set() if safe else {"njit"}
+            case _:
+                taken = set()
+        for name in taken:
+            yield f"line {node.lineno}: {name}"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import numba",
+        "from numba import prange",
+        "from numba.extending import register_jitable",
+        "from numba.np.ufunc.parallel import get_num_threads",
+        "@njit\ndef f(): ...",
+        "njit(cache=True)(f)",
+        "njit(nogil=False)(f)",
+        "njit(nogil=True, parallel=True)(f)",
+    ],
+)
+def test_offences_are_seen(text: str) -> None:
+    assert len(list(offences(ast.parse(text)))) == 1
+
+
+def test_no_file_compiles_otherwise() -> None:
+    """Also what the walk cannot see: functions within functions."""
+    found = {
+        file.name: told
+        for file in PACKAGE.rglob("*.py")
+        if (told := list(offences(ast.parse(file.read_text("utf-8")))))
+    }
+    assert found == {}
+
+
+LOADED = """
+from bouncing_disk_ros.core import arithmetic, engine
+print([part.__name__ for part, _ in arithmetic._parts if part.signatures])
+"""
+
+
+def test_a_start_loads_no_kernel_that_only_kernels_call(warm_kernels: None) -> None:
+    """A tenth of a second of each start: the kernels that Python calls hold their code."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True, timeout=100
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_a_part_is_compiled_once_for_all_integers(warm_kernels: None) -> None:
+    """A literal one is a type of its own to numba: each took another 10 s to compile."""
+    part, arguments = next(row for row in arithmetic._parts if row[0] is find_next)
+    part.get_call_template(arguments, {})
+    compiled = list(part.signatures)
+    part.get_call_template((*arguments[:-1], types.literal(7)), {})
+    assert part.signatures == compiled
+
+
+@arithmetic.rare_kernel
+def a_cube(x: float, n: int) -> float:
+    return n * x * x * x
+
+
+@arithmetic.kernel
+def two_cubes(x: float) -> float:
+    return float(a_cube(x, 1) + a_cube(x, 2))
+
+
+def test_a_rare_kernel_is_one_function_that_is_not_inlined_by_force() -> None:
+    """Numba lets a callee inherit inlining from its first caller; a literal is a type to it."""
+    two_cubes.compile((types.float64,))  # type: ignore[attr-defined]
+    (compiled,) = a_cube.overloads.values()  # type: ignore[attr-defined]
+    assert not compiled.fndesc.inline
+    (compiled,) = two_cubes.overloads.values()  # type: ignore[attr-defined]
+    assert compiled.fndesc.inline

@@ -1,0 +1,222 @@
+"""Closed forms of a motor in period 1 against what the stepper settles on, over random motors."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps import motor_curves
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, stability_limit
+from bouncing_disk_ros.motor_study.motor_points import BOUNCES, RUNS_AWAY, Run, measure
+
+MOTION = Motion(1e-6, 4e-4, 40_000.0, -0.7383651652519078)
+DISK = Disk(5e-4, 0.5, 0.2, 2.5e-3, 2.83e-3, 9.80665, 22.3)
+RELATIVE = 1e-10
+
+
+@st.composite
+def motors(draw: st.DrawFn) -> tuple[Motion, Disk]:
+    """Motors well inside the period-1 regime, from pizza to ultrasonic ones, turning either way."""
+    part = st.floats(0.15, 0.85)
+    restitution = draw(st.floats(0.3, 0.7))
+    least = (1.0 - restitution) / (1.0 + restitution)
+    forcing = least + draw(part) * (stability_limit(restitution) - least)
+    frequency = 10.0 ** draw(st.floats(0.0, 5.0))
+    gravity, mass = draw(st.floats(1.0, 20.0)), 10.0 ** draw(st.floats(-4.0, 0.0))
+    preload = mass * gravity * draw(st.floats(-0.5, 10.0))
+    pull = gravity + preload / mass
+    amplitude = forcing * math.pi * pull / (math.tau * frequency) ** 2
+    lag = (
+        -math.acos(least / forcing)
+        + draw(st.floats(-1.2, 1.2))
+        + draw(st.sampled_from([0, math.pi]))
+    )
+    radius = 10.0 ** draw(st.floats(-3.0, -1.0))
+    inertia = mass * (0.7 * radius) ** 2
+    disk = Disk(
+        mass, restitution, draw(st.floats(0.1, 1.0)), radius, 0.7 * radius, gravity, preload,
+        load_inertia=inertia * draw(st.floats(0.0, 3.0)),
+    )  # fmt: skip
+    # the speed that one impact can give, times a number on either side of 1
+    reach = motor_curves.friction_limit(disk) / (disk.inertia * frequency)
+    turn = reach / math.tau / frequency * draw(st.floats(0.2, 1.8))
+    return Motion(amplitude, turn, frequency, lag), disk
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(motors(), st.floats(0.02, 0.98))
+def test_speed_under_a_load_is_a_straight_line_up_to_the_limit_of_friction(
+    motor: tuple[Motion, Disk], part: float
+) -> None:
+    motion, disk = motor
+    loads = [part * motor_curves.friction_limit(disk) * sign for sign in (1.0, -1.0)]
+    disks = [disk._replace(load_torque=load) for load in loads]
+    found = measure([(motion, one) for one in disks], Run())
+    assert found.kind.tolist() == [BOUNCES] * 2
+    expected = [motor_curves.mean_speed(motion, one) for one in disks]
+    top = abs(motor_curves.no_load_speed(motion, disk))
+    np.testing.assert_allclose(found.mean_speed, expected, rtol=RELATIVE, atol=RELATIVE * top)
+    line = motor_curves.no_load_speed(motion, disk) - np.array(loads) / (
+        2 * disk.inertia * motion.frequency
+    )
+    np.testing.assert_allclose(expected, line, rtol=1e-12, atol=1e-12 * top)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(motors(), st.floats(0.05, 3.0), st.floats(-0.95, 0.95))
+def test_speed_under_a_brake_has_its_knee(
+    motor: tuple[Motion, Disk], part: float, load: float
+) -> None:
+    """Below the knee the same line, beyond it I(Δα̇)²f/(2T); with a load as large at most."""
+    motion, disk = motor
+    knee = motor_curves.knee_torque(motion, disk)
+    brake = part * knee / (1.0 + abs(load))
+    both = disk._replace(brake_torque=brake, load_torque=load * brake)
+    against = brake * (1.0 + math.copysign(load, load * motor_curves.no_load_speed(motion, disk)))
+    assume(abs(against - knee) > 1e-3 * knee and against > 1e-3 * knee)
+    found = measure([(motion, both)], Run())
+    speed = motor_curves.no_load_speed(motion, disk)
+    momentum = disk.inertia * motion.frequency
+    if against < knee:
+        expected = speed - math.copysign(0.5 * against / momentum, speed)
+    else:
+        given_speed = min(abs(speed), motor_curves.friction_limit(disk) / momentum)
+        expected = math.copysign(0.5 * momentum * given_speed**2 / against, speed)
+    assert motor_curves.mean_speed(motion, both) == pytest.approx(expected, rel=1e-12)
+    assert float(found.mean_speed[0]) == pytest.approx(expected, rel=RELATIVE)
+    assert found.kind[0] == BOUNCES
+    assert found.output_power[0] >= 0.0 if abs(load) == 0.0 else True
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(motors(), st.floats(0.05, 0.9))
+def test_powers_and_efficiency(motor: tuple[Motion, Disk], part: float) -> None:
+    motion, disk = motor
+    speed = motor_curves.no_load_speed(motion, disk)
+    loaded = disk._replace(
+        load_torque=math.copysign(part * motor_curves.friction_limit(disk), speed)
+    )
+    flow = motor_curves.power_flow(motion, loaded)
+    found = measure([(motion, loaded)], Run())
+    scale = flow.impacts + flow.friction
+    assert float(found.output_power[0]) == pytest.approx(
+        flow.output, abs=1e-10 * scale + 1e-9 * abs(flow.output)
+    )
+    assert float(found.impact_loss[0]) == pytest.approx(flow.impacts, rel=1e-9)
+    assert float(found.impact_friction_loss[0]) == pytest.approx(flow.friction, rel=1e-9)
+    if flow.output > 1e-3 * scale:
+        assert float(found.efficiency[0]) == pytest.approx(flow.efficiency, rel=1e-9)
+    elif flow.output < 0.0:
+        assert math.isnan(flow.efficiency)
+        assert math.isnan(found.efficiency[0])
+
+
+def test_the_energy_that_goes_in_comes_out() -> None:
+    disks = [DISK._replace(load_torque=load, brake_torque=brake)
+             for load in (-0.004, 0.0, 0.004) for brake in (0.0, 0.002, 0.02)]  # fmt: skip
+    for start in ("period-1", "rest"):
+        found = measure([(MOTION, disk) for disk in disks], Run(start))
+        given_power = found.axial_power + found.angular_power
+        lost = found.impact_loss + found.impact_friction_loss + found.sliding_loss
+        np.testing.assert_allclose(given_power, found.output_power + lost, rtol=1e-8, atol=1e-9)
+
+
+def test_stall_is_the_balance_or_the_limit_of_friction() -> None:
+    slow = MOTION._replace(angular_amplitude=1e-5)
+    balance = DISK.inertia * math.tau * slow.frequency / math.pi
+    orbit = period_one(slow, DISK)
+    assert orbit is not None
+    assert motor_curves.stall_torque(slow, DISK) == pytest.approx(balance * orbit.angular_velocity)
+    at_stall = DISK._replace(load_torque=motor_curves.stall_torque(slow, DISK))
+    found = measure([(slow, at_stall)], Run())
+    assert abs(found.mean_speed[0]) < 1e-9 * orbit.angular_velocity
+    assert motor_curves.stall_torque(MOTION, DISK) == motor_curves.friction_limit(DISK)
+    back = MOTION._replace(phase_lag=MOTION.phase_lag + math.pi)
+    assert motor_curves.stall_torque(back, DISK) == -motor_curves.friction_limit(DISK)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_beyond_the_limit_the_rotor_runs_away(sign: float) -> None:
+    limit = motor_curves.friction_limit(DISK)
+    disks = [DISK._replace(load_torque=sign * limit * part) for part in (0.999, 1.001)]
+    held = DISK._replace(load_torque=sign * limit * 1.001, brake_torque=0.01 * limit)
+    found = measure([(MOTION, disk) for disk in (*disks, held)], Run())
+    assert found.kind[1] == RUNS_AWAY
+    assert np.isnan(found.mean_speed).tolist() == [False, True, False]
+    assert math.isnan(motor_curves.mean_speed(MOTION, disks[1]))
+
+
+def test_regimes_along_the_preload() -> None:
+    regimes = motor_curves.preload_regimes(MOTION, DISK)
+    at = [axial_forcing_of(MOTION, DISK._replace(preload=preload)) for preload in regimes]
+    assert at == pytest.approx([1.0 / math.pi, 1.0 / 3.0, stability_limit(0.5)], rel=1e-12)
+    beside = [regimes.doubling * 0.995, regimes.doubling * 1.005, regimes.no_period_one * 0.999,
+              regimes.no_period_one * 1.001, regimes.contact_lasts * 1.001]  # fmt: skip
+    found = measure(
+        [(MOTION, DISK._replace(preload=preload)) for preload in beside], Run(settling=3000)
+    )
+    assert found.period[:3].tolist() == [2, 1, 1]
+    assert found.kind.tolist() == [BOUNCES, BOUNCES, BOUNCES, 1, 2]
+
+
+def test_where_contact_lasts_period_1_can_be_there_beside_it() -> None:
+    """For (1−ε)/(1+ε) < 1/π: both are found at one preload, each from its own start."""
+    disk = DISK._replace(restitution=0.6)
+    regimes = motor_curves.preload_regimes(MOTION, disk)
+    assert regimes.contact_lasts < regimes.no_period_one
+    between = disk._replace(preload=0.5 * (regimes.contact_lasts + regimes.no_period_one))
+    from_rest = measure([(MOTION, between)], Run(start="rest"))
+    bouncing = measure([(MOTION, between)], Run())
+    assert (from_rest.kind[0], bouncing.kind[0], bouncing.period[0]) == (2, BOUNCES, 1)
+
+
+def test_without_a_period_1_orbit_there_are_no_closed_forms() -> None:
+    pressed = DISK._replace(preload=200.0)
+    assert math.isnan(motor_curves.no_load_speed(MOTION, pressed))
+    assert math.isnan(motor_curves.mean_speed(MOTION, pressed))
+    assert math.isnan(motor_curves.power_flow(MOTION, pressed).efficiency)
+    assert math.isnan(motor_curves.stall_torque(MOTION, pressed))
+
+
+@pytest.mark.parametrize("restitution", [0.35, 0.5, 0.62])
+def test_edges_along_the_preload_are_those_of_the_followed_orbit(restitution: float) -> None:
+    """To 1e-9, from the orbit's own multipliers: −1 at the doubling, 1 where the orbit begins."""
+    disk = DISK._replace(restitution=restitution)
+    edges = motor_curves.preload_regimes(MOTION, disk)
+
+    def forcing(preload: float) -> float:
+        return axial_forcing_of(MOTION, disk._replace(preload=preload))
+
+    def orbit(preload: float) -> PeriodicOrbit:
+        known = period_one(MOTION, disk._replace(preload=preload))
+        assert known is not None
+        phase = math.acos((1 - restitution) / (1 + restitution) / forcing(preload))
+        return periodic_orbit(
+            NextCollisionMap(forcing(preload), restitution),
+            MapState(phase, -2.0 / (1.0 + restitution)), 1,
+        )  # fmt: skip
+
+    low, high = edges.doubling * 0.999, edges.doubling * 1.001
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        found = orbit(middle)
+        if 1.0 + found.trace + found.determinant < 0.0:  # beyond −1: doubled
+            low = middle
+        else:
+            high = middle
+    assert 0.5 * (low + high) == pytest.approx(edges.doubling, rel=1e-9)
+
+    # the square of 1 − trace + determinant is smooth in Γ up to its zero, where λ = 1
+    at = [edges.no_period_one * (1.0 - 1e-3 * k) for k in range(1, 7)]
+    orbits = [orbit(preload) for preload in at]
+    squares = [(1.0 - found.trace + found.determinant) ** 2 for found in orbits]
+    offsets = np.array(at) / edges.no_period_one - 1.0
+    line = np.polynomial.Polynomial.fit(squares, offsets, 5)
+    assert abs(float(line(0.0))) < 1e-9

@@ -1,0 +1,147 @@
+"""The map as an object: orbits, derivatives in all three directions, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+
+
+def test_an_orbit_has_both_angular_velocities_of_the_same_impacts() -> None:
+    section = NextCollisionMap(0.53, 0.5, 0.4, 7.0)
+    impacts = section.orbit(MapState(1.0, -1.2, -0.3), 50)
+    platform = np.cos(impacts.forcing_phase + 0.4)
+    np.testing.assert_allclose(
+        impacts.angular_velocity - platform, impacts.angular_impact_velocity, atol=1e-15
+    )
+    change = 1.5 * 1.2 / 7.0  # at the first impact, (1 + ε)|w_A|/Γ_T against the slip
+    assert impacts.angular_velocity[0] == pytest.approx(
+        -0.3 + math.cos(1.4) + min(change, 0.3), abs=1e-15
+    )
+    assert not impacts.contact.any()
+    assert len(impacts.delay) == 50
+    assert section.iterate(MapState(1.0, -1.2, -0.3), 50) == tuple(a[-1] for a in impacts[:3])
+    assert section.iterate(MapState(1.0, -1.2), 0) == MapState(1.0, -1.2)
+
+
+@pytest.mark.parametrize(("forcing", "impacts"), [(0.45, 1), (0.52, 2), (0.535, 4)])
+def test_all_impacts_of_an_orbit_stick_up_to_one_angular_forcing(
+    forcing: float, impacts: int
+) -> None:
+    """The border that docs/resilience.md gives: just below it all stick, just above one slides."""
+    lag, start = 0.7, MapState(0.8, -1.3)
+    axial = NextCollisionMap(forcing, 0.5).iterate(start, 3000)
+    orbit = NextCollisionMap(forcing, 0.5).orbit(axial, impacts)
+    platform = np.cos(orbit.forcing_phase + lag)
+    with np.errstate(divide="ignore"):
+        limit = -1.5 * orbit.axial_impact_velocity / np.abs(platform - np.roll(platform, 1))
+    border = min(float(limit.min()), 100.0)
+    assert (border == 100.0) is (impacts == 1)
+    for factor, all_stick in ((1.0 - 1e-6, True), (1.0 + 1e-6, impacts == 1)):
+        section = NextCollisionMap(forcing, 0.5, lag, factor * border)
+        after = section.orbit(section.iterate(start, 3000), 9 * impacts)
+        missed = after.angular_velocity[1:] - np.cos(after.forcing_phase[:-1] + lag)
+        assert bool(np.all(np.abs(missed) < 1e-9)) is all_stick
+
+
+def test_where_a_disk_comes_to_rest_the_orbit_ends() -> None:
+    section = NextCollisionMap(0.3, 0.5)
+    assert len(section.orbit(MapState(1.0, -0.5), 100).delay) < 100
+    with pytest.raises(
+        InputError, match=r"axial_forcing: got 0\.3, allowed: an axial forcing above 1/π"
+    ):
+        section.iterate(MapState(1.0, -0.5), 100)
+
+
+def differences(section: NextCollisionMap, state: MapState, n: int, h: float) -> np.ndarray:
+    columns = []
+    for k in range(3):
+        step = h * np.eye(3)[k]
+        ends = [section.iterate(MapState(*(np.array(state) + s * step)), n) for s in (1, -1)]
+        change = np.array(ends[0]) - np.array(ends[1])
+        change[0] = math.remainder(change[0], math.tau)
+        columns.append(change / (2 * h))
+    return np.array(columns).T
+
+
+def test_derivatives_are_the_limit_of_differences() -> None:
+    rng = np.random.default_rng(3)
+    sticks = slips = 0
+    for _ in range(60):
+        section = NextCollisionMap(
+            rng.uniform(0.33, 0.8),
+            rng.uniform(0.1, 0.95),
+            rng.uniform(-3, 3),
+            10 ** rng.uniform(0, 2),
+        )
+        state = MapState(rng.uniform(0, 6.28), -rng.uniform(0.2, 2), rng.uniform(-1, 1))
+        n = int(rng.integers(1, 4))
+        exact = section.jacobian(state, n)
+        slopes = differences(section, state, n, 1e-6)
+        # h² times a third derivative, and rounding over h
+        assert np.abs(exact - slopes).max() < 2e-6 * np.abs(exact).max() ** 2 + 1e-8
+        sticks += exact[2, 2] == 0.0
+        slips += exact[2, 2] == 1.0
+    assert sticks > 5
+    assert slips > 5
+
+
+@pytest.mark.parametrize(
+    ("angular_forcing", "slip", "last"),
+    [(1e-3, 1.5, 0.0), (0.8, 0.2, 0.0), (0.8, 1.5, 1.0), (50.0, -1.5, 1.0)],
+)
+def test_derivatives_through_contact(angular_forcing: float, slip: float, last: float) -> None:
+    """A chatter's last impacts, then contact: the disk sticks, or slides all the way."""
+    section = NextCollisionMap(0.4, 0.5, 0.9, angular_forcing)
+    state = MapState(4.5, -1e-8, slip)
+    assert section.orbit(state, 1).contact.all()
+    exact = section.jacobian(state)
+    assert exact[2, 2] == last
+    assert (exact[:2] == 0.0).all()
+    # forward in w only: it stays below 0
+    np.testing.assert_allclose(
+        exact[2, ::2], differences(section, state, 1, 5e-9)[2, ::2], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("parameters", "line"),
+    [
+        ((-0.1, 0.5), "axial_forcing: got -0.1, allowed: a number >= 0 (Γ)"),
+        ((math.nan, 0.5), "axial_forcing: got nan"),
+        ((math.inf, 0.5), "axial_forcing: got inf"),
+        ((0.4, 1.01), "restitution: got 1.01, allowed: a number from 0 to 1 (ε)"),
+        ((0.4, 0.5, math.inf), "phase_lag: got inf"),
+        ((0.4, 0.5, 0.0, 0.0), "angular_forcing: got 0.0, allowed: a number > 0, or inf (Γ_T)"),
+        ((0.4, 0.5, 0.0, math.nan), "angular_forcing: got nan"),
+    ],
+)
+def test_parameters_out_of_range_are_refused(parameters: tuple[float, ...], line: str) -> None:
+    with pytest.raises(InputError) as refused:
+        NextCollisionMap(*parameters)
+    assert refused.value.line.startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("state", "field"),
+    [
+        (MapState(math.nan, -1.0), "forcing_phase"),
+        (MapState(1.0, 0.1), "axial_impact_velocity"),
+        (MapState(1.0, -math.inf), "axial_impact_velocity"),
+        (MapState(1.0, -1.0, math.nan), "angular_impact_velocity"),
+    ],
+)
+def test_states_out_of_range_are_refused(state: MapState, field: str) -> None:
+    with pytest.raises(InputError, match=field):
+        NextCollisionMap(0.4, 0.5).orbit(state, 1)
+
+
+def test_a_phase_is_taken_into_one_turn() -> None:
+    section = NextCollisionMap(0.5, 0.5)
+    assert section.iterate(MapState(1.0 - math.tau, -1.0)) == pytest.approx(
+        section.iterate(MapState(1.0, -1.0)), abs=1e-14
+    )

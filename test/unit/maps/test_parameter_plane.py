@@ -1,0 +1,185 @@
+"""What is settled on: the paper's cascade, and orbits that closed forms and a search know."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps import parameter_plane
+from bouncing_disk_ros.maps.attractor_search import LONGEST, find_attractors
+from bouncing_disk_ros.maps.attractors import SAME, Attractor, AttractorKind
+from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
+from bouncing_disk_ros.maps.map_tangent import axial_tangent
+from bouncing_disk_ros.maps.mean_speed import settled_speed
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.parameter_plane import (
+    CHAOTIC,
+    CHATTERING,
+    KEPT,
+    PERIODIC,
+    REST,
+    UNRESOLVED,
+    Settled,
+    settle_states,
+    start_states,
+)
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
+
+Floats = NDArray[np.float64]
+
+
+def plane(axial_forcing: list[float], restitution: float = 0.5) -> Floats:
+    return np.array([[one, restitution, -0.3, 50.0] for one in axial_forcing])
+
+
+def settled(parameters: Floats, start: str = "period-1") -> Settled:
+    return settle_states(parameters, start_states(parameters, start), 5000, 1024)
+
+
+@pytest.mark.parametrize(("axial_forcing", "start"), [(0.5, "period-1"), (0.4, "contact")])
+def test_mean_speeds_are_over_whole_repetitions(axial_forcing: float, start: str) -> None:
+    """Half of 1098 impacts are no whole number of them: period 2, and 18 impacts with contact."""
+    parameters = plane([axial_forcing])
+    parameters[:, 3] = 2.0  # so that the speed has settled
+    found = settle_states(parameters, start_states(parameters, start), 5000, 1098)
+    assert 549 % int(found.period[0])
+    section = NextCollisionMap(*parameters[0].tolist())
+    kind = AttractorKind.CHATTERING if start == "contact" else AttractorKind.PERIODIC
+    known = find_attractors(section, [(1.0, -1.3)]).found
+    one = next(each for each in known if each.kind is kind)
+    assert found.mean_speed[0] == pytest.approx(settled_speed(one, section), abs=1e-12)
+    assert abs(found.mean_speed_change[0]) < 1e-12
+
+
+def test_the_cascade_of_the_paper() -> None:
+    parameters = plane([0.45, 0.51, 0.535, 0.5415, 0.55])
+    found = settled(parameters)
+    assert found.kind.tolist() == [PERIODIC] * 4 + [CHAOTIC]
+    assert found.period.tolist() == found.cycles.tolist() == [1, 2, 4, 8, 0]
+    near = MapState(math.acos(1.0 / 3.0 / 0.535) + 1e-3, -4.0 / 3.0)
+    section = NextCollisionMap(0.535, 0.5, -0.3, 50.0)
+    orbit = periodic_orbit(section, section.iterate(near, 5000), 4)
+    # complex multipliers: the growth swings by the condition of the eigenvectors
+    swing = math.log(np.linalg.cond(np.linalg.eig(section.jacobian(orbit.state, 4)[:2, :2])[1]))
+    swing = swing / 1024 if orbit.multipliers[0].imag else 0.0
+    assert found.lyapunov_exponent[2] == pytest.approx(orbit.lyapunov_exponent, abs=swing + 1e-8)
+    assert found.mean_speed[2] == pytest.approx(orbit.mean_speed, abs=1e-9)
+    assert found.lyapunov_exponent[4] > 0.1
+    assert (np.abs(found.mean_speed_change[:4]) < 1e-9).all()
+
+
+def test_contact_and_rest_are_told_apart() -> None:
+    found = settled(plane([0.2, 0.3, 0.34, 0.42]), "contact")
+    assert found.kind.tolist() == [REST, REST, CHATTERING, CHATTERING]
+    assert np.isnan(found.mean_speed[:2]).all()
+    assert np.isnan(found.lyapunov_exponent[:2]).all()
+    assert (found.lyapunov_exponent[2:] == -math.inf).all()
+    assert (found.period[:2] == 0).all()
+    for i, axial_forcing in ((2, 0.34), (3, 0.42)):
+        search = find_attractors(NextCollisionMap(axial_forcing, 0.5), [])
+        known = search.found[search.after_contact]
+        assert known.kind is AttractorKind.CHATTERING
+        assert (found.period[i], found.cycles[i]) == (len(known.forcing_phases), known.cycles)
+        assert found.contacts[i] == pytest.approx(1.0 / found.period[i], abs=2.0 / 1024)
+
+
+def test_an_orbit_of_one_impact_in_two_cycles() -> None:
+    parameters = plane([0.7])
+    orbit = fixed_point(0.7, 0.5, -0.3, 50.0, cycles=2)
+    states = start_states(parameters, "given", orbit.state[0] + 1e-4, orbit.state[1])
+    found = settle_states(parameters, states, 2000, 2 * KEPT)
+    assert (found.kind[0], found.period[0], found.cycles[0]) == (PERIODIC, 1, 2)
+    assert found.mean_speed[0] == pytest.approx(orbit.mean_speed, abs=1e-9)
+
+
+def rounding_of(attractor: Attractor, axial_forcing: float, restitution: float) -> float:
+    """What roundings of one impact grow to from contact to contact; elsewhere they die out."""
+    n = len(attractor.forcing_phases)
+    if attractor.kind is not AttractorKind.CHATTERING or n < 2:
+        return 0.0
+    first = float(attractor.forcing_phases[0]), float(attractor.velocities[0])
+    states, tangent, most = np.empty((n, 3)), np.empty((2, 4)), 1.0
+    for impacts in range(1, n):
+        axial_tangent(*first, axial_forcing, restitution, impacts, states[: impacts + 1], tangent)
+        most = max(most, float(np.abs(tangent[:, :2]).max()))
+    return 1e-14 * most
+
+
+def test_they_are_those_that_the_search_finds() -> None:
+    """Beside another way to tell: Newton's method, and cells visited by 50 000 impacts."""
+    rng = np.random.default_rng(61)
+    parameters = plane([0.0] * 24)
+    parameters[:, 0], parameters[:, 1] = rng.uniform(0.3, 0.65, 24), rng.uniform(0.2, 0.65, 24)
+    states = start_states(parameters)
+    found = settle_states(parameters, states, 20_000, 2000)
+    told = 0
+    for i, (axial_forcing, restitution, *_) in enumerate(parameters):
+        start = (float(states[i, 0]), float(min(states[i, 1], -1e-6)))
+        known = find_attractors(NextCollisionMap(axial_forcing, restitution), [start]).found
+        mine = {(list(AttractorKind).index(a.kind), len(a.forcing_phases), a.cycles) for a in known}
+        assert found.kind[i] in {kind for kind, _, _ in mine} | {UNRESOLVED}
+        if (
+            found.period[i]
+            and max((rounding_of(a, axial_forcing, restitution) for a in known), default=0.0) < 1e-3
+        ):
+            told += 1
+            assert (found.kind[i], found.period[i], found.cycles[i]) in mine
+    assert told >= 12
+    assert len(set(found.kind.tolist())) >= 3
+
+
+@given(period=st.integers(1, LONGEST + 10), seed=st.integers(0, 99), off=st.sampled_from([0, 1, 3]))
+def test_a_repetition_is_the_least_and_within_the_tolerance(
+    period: int, seed: int, off: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    rows = np.zeros((1, KEPT, 6))
+    one = rng.uniform(0.1, 1.0, (period, 3)) * np.array([math.tau, -2.0, 1.0])
+    for column, k in zip((ORBIT_TAU, ORBIT_W, ORBIT_DELAY), range(3), strict=True):
+        rows[0, :, column] = np.resize(one[:, k], KEPT)
+    rows[0, ::2, ORBIT_TAU] = (rows[0, ::2, ORBIT_TAU] + off * SAME / 2.0) % math.tau
+    found = parameter_plane._repetition(rows)[0]
+    repeats = period if off < 2 or period % 2 == 0 else 2 * period
+    assert found == (repeats if repeats <= LONGEST else 0)
+
+
+def test_starts() -> None:
+    parameters = plane([0.4, 0.3])
+    states = start_states(parameters)
+    orbit = fixed_point(0.4, 0.5, -0.3, 50.0)
+    expected = [orbit.state[0] + 1e-3, orbit.state[1]]
+    np.testing.assert_allclose(states[0, :2], expected, atol=1e-12)
+    assert states[1].tolist() == start_states(parameters, "contact")[1].tolist()
+    assert states[1, :2].tolist() == [1.5 * math.pi, 0.0]
+    np.testing.assert_allclose(states[:, 2], np.cos(states[:, 0] - 0.3), atol=1e-15)
+    assert start_states(plane([0.0]), "period-1")[0, 1] == 0.0
+    assert start_states(plane([0.0]), "period-1")[0, 0] == 1.5 * math.pi
+
+
+def test_points_know_nothing_of_each_other() -> None:
+    rng = np.random.default_rng(62)
+    parameters = plane([0.0] * 100)
+    parameters[:, 0], parameters[:, 1] = rng.uniform(0.3, 0.7, 100), rng.uniform(0.2, 0.8, 100)
+    states = start_states(parameters)
+    whole = settle_states(parameters, states, 500, 300)
+    some = rng.permutation(100)[:17]
+    part = settle_states(parameters[some], states[some], 500, 300)
+    for name in Settled._fields:
+        np.testing.assert_array_equal(getattr(whole, name)[some], getattr(part, name))
+
+
+def test_faults_are_said() -> None:
+    parameters = plane([0.4])
+    with pytest.raises(InputError, match=r"start: got 'period_1'.*Did you mean period-1\?"):
+        start_states(parameters, "period_1")
+    states = start_states(parameters)
+    with pytest.raises(InputError, match="measured: got 255, allowed: a whole number >= 256"):
+        settle_states(parameters, states, 0, 255)
+    with pytest.raises(InputError, match="settling: got -1, allowed: a whole number >= 0"):
+        settle_states(parameters, states, -1, 300)

@@ -1,0 +1,144 @@
+"""Periodic orbits: closed forms, multipliers, the speed that friction settles at."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.mean_speed import settled_speed
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.maps.scales import stability_limit
+
+
+@pytest.mark.parametrize(
+    ("axial_forcing", "cycles"), [(0.34, 1), (0.45, 1), (0.9, 1), (0.8, 2), (1.2, 3)]
+)
+def test_newtons_method_finds_the_closed_form(axial_forcing: float, cycles: int) -> None:
+    """Source: the paper's period-1 orbit; with k periods between impacts likewise."""
+    section = NextCollisionMap(axial_forcing, 0.5)
+    phase, w = math.acos(cycles / 3 / axial_forcing), -4 / 3 * cycles
+    orbit = periodic_orbit(section, MapState(phase + 0.01, 1.01 * w), 1)
+    assert orbit.forcing_phase[0] == pytest.approx(phase, abs=1e-12)
+    assert orbit.axial_impact_velocity[0] == pytest.approx(w, abs=1e-12)
+    assert orbit.cycles == cycles
+    assert orbit.determinant == 0.25
+
+
+def test_the_multipliers_of_the_period_1_orbit() -> None:
+    """Trace 1 + ε² − π(1+ε)²Γ sin τ: a multiplier is −1 at Γ₁, and the product is ε²."""
+    limit = stability_limit(0.5)
+    at = fixed_point(limit, 0.5)
+    assert min(abs(m + 1.0) for m in at.multipliers) < 1e-13
+    for axial_forcing in (0.34, 0.4, 0.47, 0.55):
+        orbit = fixed_point(axial_forcing, 0.5)
+        trace = 1.25 - math.pi * 2.25 * axial_forcing * math.sin(orbit.forcing_phase[0])
+        assert orbit.trace == pytest.approx(trace, abs=1e-12)
+        first, second = orbit.multipliers
+        assert first + second == pytest.approx(trace, abs=1e-12)
+        assert first * second == pytest.approx(0.25, abs=1e-13)
+        assert orbit.stable == (axial_forcing < limit)
+
+
+@pytest.mark.parametrize(("axial_forcing", "n"), [(0.5, 2), (0.535, 4), (0.5415, 8)])
+def test_multipliers_are_those_of_finite_differences(axial_forcing: float, n: int) -> None:
+    section = NextCollisionMap(axial_forcing, 0.5)
+    settled = section.iterate(MapState(1.0, -1.3), 5000)
+    orbit = periodic_orbit(section, settled, n)
+    assert orbit.cycles == n
+    assert abs(orbit.axial_impact_velocity[n // 2] - orbit.axial_impact_velocity[0]) > 1e-3
+    h = 1e-6
+    columns = []
+    for step in ((h, 0.0), (0.0, h)):
+        tau, w, _ = orbit.state
+        ends = [section.iterate(MapState(tau + s * step[0], w + s * step[1]), n) for s in (1, -1)]
+        columns.append((np.array(ends[0]) - np.array(ends[1]))[:2] / (2 * h))
+    matrix = np.array(columns).T
+    assert np.trace(matrix) == pytest.approx(orbit.trace, abs=1e-7)
+    found = sorted(np.linalg.eigvals(matrix), key=lambda m: (-abs(m), -m.imag))
+    # where they are nearly equal their difference has half the digits
+    np.testing.assert_allclose(found, orbit.multipliers, atol=1e-4)
+    assert orbit.stable
+
+
+def test_friction_settles_the_speed() -> None:
+    """Against plain iteration; weak friction: the multiplier of the speed is 0, for one sticks."""
+    section = NextCollisionMap(0.5, 0.5, 0.3, 100.0)
+    settled = section.iterate(MapState(1.0, -1.3), 4000)
+    orbit = periodic_orbit(section, settled, 2)
+    impacts = section.orbit(orbit.state, 2)
+    assert orbit.angular_multiplier == 0.0
+    assert orbit.angular_impact_velocity[0] == pytest.approx(settled[2], abs=1e-12)
+    mean = impacts.turned.sum() / impacts.delay.sum()
+    assert orbit.mean_speed == pytest.approx(mean, abs=1e-12)
+    free = periodic_orbit(NextCollisionMap(0.5, 0.5), settled, 2)
+    assert math.isnan(free.mean_speed)
+    assert math.isnan(free.angular_multiplier)
+    assert free.state.angular_impact_velocity == 0.0
+
+
+def test_an_unstable_orbit_keeps_its_speed_too() -> None:
+    """Eq. 4 holds on the period-1 orbit beyond Γ₁, where iteration leaves it."""
+    orbit = fixed_point(0.6, 0.5, -0.7, 20.0)
+    assert orbit.mean_speed == pytest.approx(math.cos(orbit.forcing_phase[0] - 0.7), abs=1e-13)
+    assert orbit.angular_impact_velocity[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_an_orbit_with_contact_forgets_at_once() -> None:
+    section = NextCollisionMap(0.34, 0.5, 0.0, 10.0)
+    after = section.orbit(MapState(1.0, -0.01), 20_000)
+    rides = np.flatnonzero(after.contact)
+    n = int(rides[-1] - rides[-2])
+    start = MapState(*(float(a[rides[-1]]) for a in after[:3]))
+    orbit = periodic_orbit(section, start, n)
+    assert orbit.contacts == 1
+    assert orbit.multipliers == (0.0, 0.0)
+    assert orbit.stable
+    assert orbit.lyapunov_exponent == -math.inf
+    assert orbit.mean_speed == pytest.approx(
+        after.turned[rides[-2] + 1 : rides[-1] + 1].sum()
+        / after.delay[rides[-2] + 1 : rides[-1] + 1].sum(),
+        abs=1e-12,
+    )
+
+
+def test_no_orbit_is_said_so() -> None:
+    with pytest.raises(
+        InputError, match=r"axial_forcing: got 0\.333, allowed: at least .* 0\.333333"
+    ):
+        fixed_point(0.333, 0.5)
+    with pytest.raises(InputError, match=r"guess: .*repeats after 3 impacts.*start closer"):
+        periodic_orbit(NextCollisionMap(0.4, 0.5), MapState(3.0, -0.1), 3)
+    with pytest.raises(InputError, match="impacts: got 0"):
+        periodic_orbit(NextCollisionMap(0.4, 0.5), MapState(1.0, -1.0), 0)
+    with pytest.raises(InputError, match=r"1/π"):
+        periodic_orbit(NextCollisionMap(0.3, 0.5), MapState(1.0, -1.0), 100)
+
+
+def test_the_fold_itself_has_an_orbit() -> None:
+    orbit = fixed_point(1 / 3, 0.5)
+    assert orbit.forcing_phase[0] == pytest.approx(0.0, abs=1e-7)  # arccos of 1: half the digits
+    assert max(m.real for m in orbit.multipliers) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("angular_forcing", [1.0, 1e4, 3e7, 1e10, 1e12])
+def test_however_weak_friction_is_one_impact_sticks(angular_forcing: float) -> None:
+    """The speed of period 1 is that of the platform at its impact; period 2 has a harder impact."""
+    one = fixed_point(0.45, 0.5, 0.3, angular_forcing)
+    assert one.angular_multiplier == 0.0
+    assert one.mean_speed == pytest.approx(math.cos(one.state.forcing_phase + 0.3), abs=1e-13)
+    section = NextCollisionMap(0.5, 0.5, 0.3, angular_forcing)
+    two = periodic_orbit(section, section.iterate(MapState(1.0, -1.3), 4000), 2)
+    assert two.angular_multiplier == 0.0
+
+
+def test_a_speed_that_roundings_hide_is_not_known() -> None:
+    orbit = fixed_point(0.45, 0.5, 0.3, 1e18)
+    assert math.isnan(orbit.mean_speed)
+    assert math.isnan(orbit.angular_multiplier)
+    known = find_attractors(orbit.map, [(0.7, -1.3)]).found
+    assert all(math.isnan(settled_speed(one, orbit.map)) for one in known)

@@ -1,0 +1,115 @@
+"""The map with rotation is the stepper in other units: the same bits, and the same angle."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.maps import axial_map
+from bouncing_disk_ros.maps.axial_map import (
+    MAP_CONTACT,
+    MAP_REST,
+    ORBIT_DELAY,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+)
+from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
+
+UNIT = 1.0 / math.tau  # Hz: ω = 1, to the bit
+
+
+def orbit(
+    start: tuple[float, float, float], parameters: tuple[float, float, float, float], n: int
+) -> NDArray[np.float64]:
+    out = np.full((n, 6), np.nan)
+    return out[: collision_orbit(*start, *parameters, n, out)]
+
+
+def simulation(
+    start: tuple[float, float, float], parameters: tuple[float, float, float, float]
+) -> Simulation:
+    """A run in the map's units that begins with an impact; a_e = a_g = 1, so that μ = 1/Γ_T."""
+    forcing, restitution, phase_lag, angular_forcing = parameters
+    tau, w, omega = start
+    return Simulation(
+        Motion(forcing, 1.0, UNIT, phase_lag),
+        Disk(1.0, restitution, 1.0 / angular_forcing, 1.0, 1.0, 1.0 / math.pi),
+        InitialState(0.0, forcing * math.cos(tau) + w, omega, 0.0, tau),
+    )
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.8, 0.95, 1.0])
+def test_each_step_has_the_bits_of_the_stepper(restitution: float) -> None:
+    """Γ_T from 0.1 (always sticks) to 100 (slips for long), slides and sticks in contact."""
+    rng = np.random.default_rng([21, int(100 * restitution)])
+    contacts = compared = 0
+    for k in range(25):
+        forcing = rng.uniform(0.25, 1.2) if k % 2 else rng.uniform(0.319, 0.33)
+        parameters = (forcing, restitution, rng.uniform(-4, 4), 10 ** rng.uniform(-1, 2))
+        start = (rng.uniform(0, math.tau), -rng.uniform(0, 5 if k % 2 else 0.3), rng.uniform(-2, 2))
+        rows = simulation(start, parameters).advance(150 * 10**9, 5000)[0]
+        single = np.flatnonzero(rows["kind"] == ImpactKind.IMPACT)
+        omega = start[2]
+        for i, j in itertools.pairwise(single):
+            phase, speed = rows["forcing_phase"][i], rows["axial_impact_velocity"][i]
+            step = orbit((phase, speed, omega), parameters, 1)[0]
+            assert step[ORBIT_TAU] == rows["forcing_phase"][j]
+            assert step[ORBIT_W] == rows["axial_impact_velocity"][j]
+            omega = step[ORBIT_SPEED]
+            if step[ORBIT_KIND] != MAP_CONTACT:
+                assert omega == rows["angular_velocity"][i]
+            # the row's w_T has the roundings of α̇, of β̇ and of their difference
+            slip = omega - math.cos(step[ORBIT_TAU] + parameters[2])
+            assert rows["angular_impact_velocity"][j] == pytest.approx(slip, abs=4e-15)
+            contacts += int(step[ORBIT_KIND] == MAP_CONTACT)
+            compared += 1
+    assert compared > 150
+    assert (contacts > 5) == (restitution < 1.0)
+
+
+@pytest.mark.parametrize("angular_forcing", [0.5, 3.0, 40.0])
+def test_the_angle_is_the_steppers(angular_forcing: float) -> None:
+    """Through flights, chatters, sticking and sliding, over about 200 impacts."""
+    start, parameters = (1.0, -0.5, 0.4), (0.34, 0.3, 0.7, angular_forcing)
+    steps = orbit(start, parameters, 200)
+    assert (steps[:, ORBIT_KIND] == MAP_CONTACT).sum() >= 5
+    run = simulation(start, parameters)
+    run.advance(round(steps[:, ORBIT_DELAY].sum() * 1e9))
+    # to the nanosecond: the run is read up to 0.5 ns off the impact, at a speed of about one
+    angle = run.sample().unwrapped_angle
+    assert angle == pytest.approx(steps[:, ORBIT_TURNED].sum(), abs=2e-9)
+
+
+def test_without_friction_the_speed_stays_and_the_rest_is_the_axial_map() -> None:
+    steps = orbit((1.0, -2.0, 0.25), (0.55, 0.5, 0.3, math.inf), 500)
+    assert (steps[:, ORBIT_SPEED] == 0.25).all()
+    np.testing.assert_allclose(steps[:, ORBIT_TURNED], 0.25 * steps[:, ORBIT_DELAY], rtol=1e-15)
+    out = np.zeros((500, 4))
+    axial_map.axial_orbit(1.0, -2.0, 0.55, 0.5, 500, out)
+    assert (out == steps[:, :4]).all()
+
+
+def test_the_speed_on_the_period_1_orbit_is_eq_4() -> None:
+    forcing, lag = 0.42, -0.4
+    phase = math.acos(1 / 3 / forcing)
+    steps = orbit((phase, -4 / 3, 0.0), (forcing, 0.5, lag, 100.0), 200)
+    assert steps[-1, ORBIT_SPEED] == pytest.approx(math.cos(phase + lag), abs=1e-13)
+    # until then each impact adds its largest change, (1 + ε)|w_A|/Γ_T = 2/Γ_T
+    np.testing.assert_allclose(np.diff(steps[:20, ORBIT_SPEED]), 0.02, atol=1e-14)
+
+
+def test_a_disk_at_rest_is_launched_where_the_platform_lets_go() -> None:
+    forcing = 0.4
+    step = orbit((1.5 * math.pi, 0.0, 0.0), (forcing, 0.5, 0.0, 1e-10), 1)[0]
+    assert step[ORBIT_KIND] == MAP_CONTACT
+    sep = math.asin(1 / math.pi / forcing)
+    assert step[ORBIT_SPEED] == pytest.approx(math.cos(sep), abs=1e-7)  # sticks, but for 1e-9 rad
+    below = orbit((1.5 * math.pi, 0.0, 0.0), (0.3, 0.5, 0.0, 0.01), 5)
+    assert below[:, ORBIT_KIND].tolist() == [MAP_REST]

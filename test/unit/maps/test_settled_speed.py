@@ -1,0 +1,112 @@
+"""Mean speeds that friction settles: eq. 4 on the period-1 orbit, plain iteration elsewhere."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind
+from bouncing_disk_ros.maps.lyapunov_and_speed import (
+    MEAN_PER_TIME,
+    MEASURED,
+    measure_attractor,
+)
+from bouncing_disk_ros.maps.mean_speed import best_lag, repeated_speed, settled_speeds
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+
+STARTS = [(x, -y) for x in np.linspace(0.0, 6.0, 6) for y in (0.3, 1.3, 2.9)]
+FORCINGS = (1e-3, 1.0, 100.0, 1e5, 1e12)
+
+
+@pytest.mark.parametrize("angular_forcing", FORCINGS)
+def test_the_period_one_orbit_has_the_speed_of_equation_4(angular_forcing: float) -> None:
+    """However weak friction is, and whatever the disk starts with; the best lag is −τ_imp."""
+    section = NextCollisionMap(0.45, 0.5, 0.3, angular_forcing)
+    known = find_attractors(section, STARTS)
+    one = [a.kind for a in known.found].index(AttractorKind.PERIODIC)
+    phase = math.acos(1.0 / 3.0 / 0.45)
+    found = settled_speeds(known, section, np.array([0.0, 1.0, -2.5, 1e3]))
+    np.testing.assert_allclose(found[:, one], math.cos(phase + 0.3), rtol=1e-12)
+    best = best_lag(known.found[one], section)
+    assert best.mean_speed == pytest.approx(1.0, abs=1e-12)
+    assert best.phase_lag == pytest.approx(-phase, abs=1e-7)  # a maximum is flat
+
+
+@pytest.mark.parametrize("axial_forcing", [0.45, 0.5, 0.55])
+def test_other_orbits_agree_with_many_impacts(axial_forcing: float) -> None:
+    """Iterated from rest: chattering and orbits of two impacts repeat, of chaos the mean is near.
+
+    The mean over n impacts of chaos errs by some 1/√n, as its speeds are of the order of 1.
+    """
+    section = NextCollisionMap(axial_forcing, 0.5, -0.4, 30.0)
+    known = find_attractors(section, STARTS)
+    speeds = settled_speeds(known, section, np.zeros(1))[0]
+    given = (axial_forcing, 0.5, -0.4, 30.0)
+    for attractor, speed in zip(known.found, speeds, strict=True):
+        chaotic = attractor.kind is AttractorKind.CHAOTIC
+        impacts = 40_000 if chaotic else 40 * len(attractor.forcing_phases)
+        start = attractor.forcing_phases[0], attractor.velocities[0], 0.0, 1.0, 0.0
+        results = np.empty(MEASURED + 1)
+        measure_attractor(np.array(start), *given, 20 * impacts if not chaotic else 500, impacts,
+                          np.empty((1, 6)), results)  # fmt: skip
+        assert speed == pytest.approx(results[MEAN_PER_TIME], abs=0.03 if chaotic else 1e-9)
+
+
+def test_the_speed_that_repeats_is_where_iteration_ends() -> None:
+    """Of impacts as they are, each changes the speed to its own by as much as friction can."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        n = int(rng.integers(1, 6))
+        own, most = rng.uniform(-1.0, 1.0, n), rng.uniform(0.02, 0.5, n)
+
+        def repetition(speed: float, own: np.ndarray = own, most: np.ndarray = most) -> float:
+            for one, size in zip(own.tolist(), most.tolist(), strict=True):
+                speed = min(max(one, speed - size), speed + size)
+            return speed
+
+        for start in (-3.0, 0.0, 0.4):
+            speed = start
+            for _ in range(500):
+                speed = repetition(speed)
+            assert repeated_speed(repetition, start) == pytest.approx(speed, abs=1e-12)
+
+
+def test_frictions_that_cancel_keep_the_speed_of_the_start() -> None:
+    def repetition(speed: float) -> float:
+        for own in (-0.5, 0.5):
+            speed = min(max(own, speed - 0.125), speed + 0.125)
+        return speed
+
+    found = [repeated_speed(repetition, start) for start in (-2.0, -0.25, 0.0, 0.125, 0.75)]
+    assert found == pytest.approx([-0.375, -0.25, 0.0, 0.125, 0.5], abs=1e-15)
+
+
+@pytest.mark.parametrize("angular_forcing", [0.5, 3.63, 200.0])
+def test_contact_after_a_chatter_has_the_speed_of_the_simulation(angular_forcing: float) -> None:
+    """Friction decides later than the axial map how a chatter ends: it has more impacts then."""
+    given = (0.379, 0.67, -3.26, angular_forcing)
+    known = find_attractors(NextCollisionMap(*given), STARTS)
+    assert known.found[0].name == "chattering (1 cycle)"
+    run = Simulation(
+        Motion(given[0], 1.0, 1.0 / math.tau, given[2]),
+        Disk(1.0, given[1], 1.0 / angular_forcing, 1.0, 1.0, 1.0 / math.pi),
+        InitialState(),
+    )
+    angles = []
+    for k in (3000, 3001):
+        run.advance(round(k * math.tau * 1e9))
+        angles.append(run.sample().unwrapped_angle)
+    expected = (angles[1] - angles[0]) / math.tau
+    found = settled_speeds(known, NextCollisionMap(*given), np.zeros(1))[0, 0]
+    assert found == pytest.approx(expected, abs=1e-8)  # instants are whole nanoseconds
+
+
+def test_rest_has_no_speed() -> None:
+    section = NextCollisionMap(0.2, 0.5, 0.0, 10.0)
+    known = find_attractors(section, STARTS)
+    assert np.isnan(settled_speeds(known, section, np.zeros(2))).all()

@@ -1,0 +1,239 @@
+"""The means of a motor are those of the simulation itself, whatever it does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.maps import motor_curves
+from bouncing_disk_ros.motor_study.motor_points import (
+    CHATTERS,
+    CONTACT_ONLY,
+    MEANS,
+    NOT_PERIODIC,
+    UNSETTLED,
+    MotorMeans,
+    Run,
+    measure,
+)
+
+MOTION = Motion(1e-6, 4e-4, 40_000.0, -0.7383651652519078)
+DISK = Disk(5e-4, 0.5, 0.2, 2.5e-3, 2.83e-3, 9.80665, 22.3)
+PERIOD_NS = 25_000
+LEFT_OUT = 2000
+
+
+def motors() -> Iterator[tuple[Motion, Disk]]:
+    """From rest at 40 kHz: chattering, contact alone and held, with loads and brakes."""
+    rng = np.random.default_rng(140)
+    for preload in (15.3, 26.0, 31.0, 33.0):
+        for _ in range(6):
+            limit = DISK.friction * DISK.friction_radius * preload
+            yield (
+                MOTION._replace(
+                    phase_lag=rng.uniform(-3, 3),
+                    angular_amplitude=4e-4 * 10 ** rng.uniform(-2, 0.5),
+                ),
+                DISK._replace(
+                    preload=preload,
+                    load_torque=limit * rng.uniform(-0.8, 0.8) * rng.integers(0, 2),
+                    brake_torque=limit * 10 ** rng.uniform(-2, 0.3) * rng.integers(0, 2),
+                    load_inertia=4e-9 * rng.uniform(0, 2) * rng.integers(0, 2),
+                ),
+            )
+
+
+def test_means_over_a_cycle_are_those_of_a_long_simulation() -> None:
+    given = list(motors())
+    found = measure(given, Run("rest"))
+    assert set(found.kind.tolist()) >= {CHATTERS, CONTACT_ONLY}
+    compared = 0
+    for i, (motion, disk) in enumerate(given):
+        if found.cycles[i] == 0:
+            continue
+        simulation = Simulation(motion, disk, InitialState())
+        seen = []
+        for periods in (LEFT_OUT, LEFT_OUT + 50 * int(found.cycles[i])):
+            while simulation.advance(periods * PERIOD_NS)[1]:
+                pass
+            seen.append((simulation.sample(), simulation.energy()))
+        (before, energy), (after, later) = seen
+        t = (after.time_ns - before.time_ns) * 1e-9
+        speed = (after.unwrapped_angle - before.unwrapped_angle) / t
+        scale = math.tau * motion.frequency * motion.angular_amplitude
+        assert found.mean_speed[i] == pytest.approx(speed, rel=1e-6, abs=1e-7 * scale), (i, disk)
+        power = (later.work_axial - energy.work_axial) / t
+        turning = (later.work_angular - energy.work_angular) / t
+        size = abs(power) + abs(turning) + 1e-9
+        assert found.axial_power[i] == pytest.approx(power, abs=1e-5 * size)
+        assert found.angular_power[i] == pytest.approx(turning, abs=1e-5 * size)
+        assert found.brake_power[i] == pytest.approx(
+            (later.loss_brake - energy.loss_brake) / t, abs=1e-5 * size
+        )
+        assert found.sliding_loss[i] == pytest.approx(
+            (later.loss_sliding - energy.loss_sliding) / t, abs=1e-5 * size
+        )
+        compared += 1
+    assert compared >= 18
+
+
+def assert_within(found: MotorMeans, longer: MotorMeans, errors: float) -> None:
+    """Each mean is that of the longer run within so many of its errors, and theirs are smaller."""
+    for name in MEANS:
+        short, long = getattr(found, name), getattr(longer, name)
+        known = np.isfinite(short) & np.isfinite(long)
+        assert known.any(), name
+        apart = abs(short - long)[known]
+        allowed = np.hypot(found.errors[name], longer.errors[name])[known]
+        rounding = 1e-12 * abs(long[known])
+        assert (apart <= errors * allowed + rounding).all(), (name, apart / allowed)
+
+
+def test_where_nothing_repeats_the_errors_say_how_far_the_means_are() -> None:
+    """Chaos at Γ = 0.55, and at Γ = 40 with ε = 0.85, where the powers take long to be known."""
+    chaotic = [(MOTION, DISK._replace(preload=18.2, load_torque=load)) for load in (0.0, 0.002)]
+    wild = DISK._replace(preload=0.245, restitution=0.85, load_torque=2e-5, brake_torque=1e-5)
+    chaotic += [(MOTION, wild)]
+    found = measure(chaotic, Run(longest=9_000))
+    longer = measure(chaotic, Run(longest=90_000))
+    assert found.kind.tolist() == longer.kind.tolist() == [NOT_PERIODIC] * 3
+    assert (found.measured >= 512).all()
+    assert (longer.errors["mean_speed"] < found.errors["mean_speed"])[:2].all()
+    assert_within(found, longer, 4.0)
+    assert (found.errors["axial_power"] > 0.0).all()
+    assert (found.contact_share[:2] == 0.0).all()
+    np.testing.assert_allclose(found.impact_rate[:2], 40_000.0, rtol=0.05)
+
+
+def test_where_roundings_decide_the_means_are_those_of_motors_equal_within_them() -> None:
+    """It comes back after 42 periods, or 95, or as many as the last digit of ε has it."""
+    motion = Motion(
+        6.272433458335658e-07, 0.0001582891617782492, 7572.60735889837, -0.43275486701401267
+    )
+    disk = Disk(
+        mass=0.000289954493726261, restitution=0.7597222196725844, friction=0.24404804379755368,
+        friction_radius=0.02815191547424804, gyration_radius=0.025585201589502612,
+        gravity=0.029710301109808948, preload=0.28366674026542665,
+        load_torque=0.00039253333928555194, load_inertia=8.133295643917608e-08,
+    )  # fmt: skip
+    amplitudes = [motion.axial_amplitude * (1.0 + 2e-15 * k) for k in range(4)]
+    found = measure(
+        [(motion._replace(axial_amplitude=one), disk) for one in amplitudes], Run("rest")
+    )
+    assert found.kind.tolist() == [NOT_PERIODIC] * 4
+    assert (found.errors["mean_speed"] > 0.0).all()
+    longer = measure([(motion, disk)] * 4, Run("rest", longest=150_000))
+    assert_within(found, longer, 4.0)
+
+
+def drift(motion: Motion, disk: Disk, speed: float) -> float:
+    """By how much a rotor's speed changes from period 100 to 300, of a disk put on the platform."""
+    simulation = Simulation(motion, disk, InitialState(angular_velocity=speed))
+    seen = []
+    for periods in (100, 300):
+        while simulation.advance(periods * PERIOD_NS)[1]:
+            pass
+        seen.append(simulation.sample().angular_velocity)
+    return float(seen[1] - seen[0])
+
+
+def test_a_heavy_rotor_has_the_speed_at_which_it_does_not_drift() -> None:
+    """It would take up to 1e7 periods to come to it; on the platform and in chatter."""
+    heavy = [
+        DISK._replace(preload=preload, load_inertia=inertia, load_torque=load)
+        for preload in (40.0, 23.0)
+        for inertia in (1e-5, 1e-4)
+        for load in (0.0, 0.004)
+    ]
+    found = measure([(MOTION, disk) for disk in heavy], Run("rest"))
+    assert found.kind.tolist() == [CONTACT_ONLY] * 4 + [CHATTERS] * 4
+    assert (found.errors["mean_speed"] < 1e-7).all()
+    for disk, speed in zip(heavy, found.mean_speed.tolist(), strict=True):
+        at, above, below = (drift(MOTION, disk, speed + d) for d in (0.0, 1.0, -1.0))
+        assert above < 0.0 < below
+        # the speed at one phase differs from the mean by what a period can change it
+        swing = motor_curves.friction_limit(disk) / (disk.inertia * MOTION.frequency)
+        assert abs(at) <= min(abs(above), abs(below)) * (swing + 1e-3)
+    # slow against the period, friction balances the load: ∫(g + s̈) sgn(α̇ − β̇) dt = 0
+    phases = (np.arange(200_000) + 0.5) * (math.tau / 200_000)
+    peak = math.tau * MOTION.frequency * MOTION.angular_amplitude
+    pull = disk_pull(heavy[2])
+    pressed = pull - MOTION.axial_amplitude * (math.tau * MOTION.frequency) ** 2 * np.sin(phases)
+    turning = peak * np.cos(phases + MOTION.phase_lag)
+    balance = np.mean(pressed * np.sign(found.mean_speed[2] - turning)) / pull
+    assert abs(balance) < 1e-4
+    assert found.mean_speed[2] == pytest.approx(-45.80, abs=0.005)
+
+
+def disk_pull(disk: Disk) -> float:
+    """g + P/m."""
+    return disk.gravity + disk.preload / disk.mass
+
+
+def test_what_does_not_settle_has_no_mean() -> None:
+    """Chaos with a rotor too heavy for the periods allowed; a rotor that nothing turns or slows."""
+    heavy = DISK._replace(preload=18.2, load_inertia=1e-4)
+    free = DISK._replace(friction=0.0)
+    found = measure([(MOTION, heavy), (MOTION, free)], Run())
+    assert found.kind.tolist() == [UNSETTLED] * 2
+    assert np.isnan(found.mean_speed).all()
+    assert np.isnan(found.errors["mean_speed"]).all()
+    assert measure([(MOTION, heavy)], Run(longest=200_000)).kind[0] == NOT_PERIODIC
+
+
+def test_rise_and_stop_times_are_those_of_constant_torque() -> None:
+    """A rotor that slips all the way: it rises by T* − T_B and stops by T* + T_B."""
+    disk = DISK._replace(load_inertia=2e-7, brake_torque=0.002)
+    found = measure([(MOTION, disk)], Run())
+    limit, speed = motor_curves.friction_limit(disk), float(found.mean_speed[0])
+    risen = disk.inertia * speed / (limit - 0.002)
+    stopped = disk.inertia * speed / (limit + 0.002)
+    period = 1.0 / MOTION.frequency
+    for part, rise, stop in (
+        (1.0 - math.exp(-1.0), found.rise_time, found.stop_time),
+        (0.95, found.rise_time_95, found.stop_time_95),
+    ):
+        assert rise[0] == pytest.approx(part * risen, abs=period)
+        assert stop[0] == pytest.approx(part * stopped, rel=1e-12)
+
+
+def test_contact_is_all_of_the_time_or_none() -> None:
+    found = measure([(MOTION, DISK), (MOTION, DISK._replace(preload=33.0))], Run())
+    assert found.contact_share.tolist() == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert found.impact_rate.tolist() == pytest.approx([40_000.0, 0.0])
+    assert found.friction_work_per_turn[1] == pytest.approx(
+        math.tau * found.sliding_loss[1] / abs(found.mean_speed[1])
+    )
+
+
+def test_a_motor_followed_keeps_the_orbit_that_a_start_from_rest_does_not_find() -> None:
+    """At Γ from 0.48 down to 0.34 with ε = 0.5 a rotor at rest ends with contact."""
+    disks = [DISK._replace(preload=preload) for preload in np.linspace(21.0, 29.5, 12)]
+    line = [(MOTION, disk) for disk in disks]
+    followed = measure(line, Run("followed"), len(line))
+    assert followed.period.tolist() == [1] * 12
+    np.testing.assert_allclose(followed.mean_speed, measure(line, Run()).mean_speed, rtol=1e-9)
+    assert (measure(line, Run("rest")).kind == CHATTERS).all()
+    # beyond the end of the orbit it is lost, and not found again on the way
+    there = [(MOTION, DISK._replace(preload=preload)) for preload in (29.0, 30.1, 30.5, 29.0)]
+    found = measure(there, Run("followed"), 4)
+    assert found.kind.tolist() == [0, 0, CHATTERS, CHATTERS]
+    rows = measure([*there, *there], Run("followed"), 4)
+    assert rows.kind.tolist() == [*found.kind.tolist()] * 2
+
+
+def test_a_brake_that_holds_is_at_rest() -> None:
+    """Pressed so that it never leaves the stator, with a brake stronger than friction."""
+    held = DISK._replace(preload=40.0, brake_torque=0.2)
+    found = measure([(MOTION, held)], Run("rest"))
+    assert found.kind[0] == CONTACT_ONLY
+    assert found.mean_speed[0] == 0.0
+    assert math.isnan(found.friction_work_per_turn[0])
+    assert math.isnan(found.efficiency[0])
+    assert found.sliding_loss[0] > 0.0
+    assert found.angular_power[0] == pytest.approx(found.sliding_loss[0], rel=1e-9)

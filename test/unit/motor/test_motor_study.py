@@ -1,0 +1,159 @@
+"""The study `motor`: maps that hold the closed forms, however they are cut; clear refusals."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps import motor_curves
+from bouncing_disk_ros.motor_study import compute as motor_module
+from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.study import named, run
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+SMALL: dict[str, Value] = {"x_count": 9, "y_begin": 21.0, "y_end": 30.0, "y_count": 4}
+
+
+def result_of(path: Path, **given: Value) -> tuple[Motor, xr.Dataset]:
+    study = named("motor", **given)
+    assert isinstance(study, Motor)
+    found = run(study, path / "motor.zarr")
+    assert found is not None
+    return study, found
+
+
+def test_the_defaults_are_the_preset_swum() -> None:
+    preset = load_preset("swum")
+    table = STUDY_TABLES["motor"]
+    shared = {name: value for name, value in preset.items() if name in table}
+    assert len(shared) == 10
+    assert {name: table[name].default for name in shared} == shared
+
+
+def test_a_map_of_preload_and_load_has_stall_and_no_load_speed(tmp_path: Path) -> None:
+    study, found = result_of(tmp_path, **SMALL)
+    assert found["mean_speed"].dims == ("preload", "load_torque")
+    assert found["mean_speed"].attrs["units"] == "rad/s"
+    for i, preload in enumerate(found["preload"].values):
+        motion, disk = study.motor_at({"preload": preload, "load_torque": 0.0})
+        assert float(found["no_load_speed"][i]) == pytest.approx(
+            motor_curves.no_load_speed(motion, disk), rel=1e-9
+        )
+        assert float(found["stall_torque"][i]) == pytest.approx(
+            motor_curves.stall_torque(motion, disk), rel=1e-9
+        )
+        row = found["mean_speed"].values[i]
+        beyond = found["load_torque"].values > motor_curves.friction_limit(disk)
+        assert np.isnan(row).tolist() == beyond.tolist()
+        assert ((found["kind"].values[i] == 4) == beyond).all()
+    best = found["efficiency"].max("load_torque")
+    np.testing.assert_array_equal(found["best_efficiency"].values, best.values)
+    regimes = motor_curves.preload_regimes(*study.motor_at({"preload": 21.0, "load_torque": 0.0}))
+    assert found.attrs["preload_doubling"] == regimes.doubling
+
+
+@pytest.mark.parametrize("start", ["period-1", "followed"])
+def test_a_map_does_not_depend_on_how_it_is_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: str
+) -> None:
+    given: dict[str, Value] = {
+        **SMALL, "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "y_axis": "phase_lag",
+        "y_begin": -1.0, "y_end": 1.0, "start": start,
+    }  # fmt: skip
+    _, whole = result_of(tmp_path / "whole", **given)
+    monkeypatch.setattr(motor_module, "SIDE", 2)
+    monkeypatch.setattr(motor_module, "POINTS_OF_A_REGION", 9)
+    _, cut = result_of(tmp_path / "cut", **given)
+    assert cut["region_done"].size > whole["region_done"].size
+    for name in named("motor").fields:
+        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+
+
+def test_the_best_phase_lag_meets_the_impact(tmp_path: Path) -> None:
+    """θ = −τ_imp; half a turn beside it the rotor turns as fast, but backwards."""
+    _, found = result_of(
+        tmp_path, x_axis="phase_lag", x_begin=-1.5, x_end=1.5, x_count=301, y_begin=22.3,
+        y_end=22.3, y_count=1,
+    )  # fmt: skip
+    assert float(found["best_phase_lag"][0]) == pytest.approx(-0.7384, abs=0.006)
+    assert float(found["best_speed"][0]) == pytest.approx(100.53, rel=1e-4)
+    assert "stall_torque" not in found
+
+
+def test_a_load_that_turns_the_rotor_back_has_no_part_in_the_best_phase_lag() -> None:
+    speed = xr.DataArray([[40.0, 60.0, 20.0], [-90.0, 10.0, -100.0]], dims=("load", "phase_lag"))
+    result = xr.Dataset({"mean_speed": speed}, {"phase_lag": [-1.5, -0.7, 1.5]})
+    found = derived(result, "load", "phase_lag", lambda _: np.zeros(0))
+    assert found["best_phase_lag"].values.tolist() == [-0.7, -0.7]
+    assert found["best_speed"].values.tolist() == [60.0, 10.0]
+
+
+@pytest.mark.parametrize("axis", sorted(motor_module.AXES))
+def test_every_axis_can_be_mapped(tmp_path: Path, axis: str) -> None:
+    default = float(STUDY_TABLES["motor"][axis].default)
+    ends = {"x_begin": 0.97 * default, "x_end": 1.02 * default} if default else {"x_end": 0.01}
+    if default < 0.0:
+        ends = {"x_begin": 1.02 * default, "x_end": 0.97 * default}
+    other: dict[str, Value] = {}
+    if axis == "preload":
+        other = {"y_axis": "load_torque", "y_begin": 0.0, "y_end": 0.005}
+    given: dict[str, Value] = {"y_begin": 22.0, "y_end": 23.0, **ends, **other}
+    _, found = result_of(tmp_path, x_axis=axis, x_count=2, y_count=2, **given)
+    assert set(found["mean_speed"].dims) == {
+        axis,
+        "preload" if axis != "preload" else "load_torque",
+    }
+    assert (found["kind"].values == 0).all()
+
+
+def test_stall_is_where_the_speed_is_0_or_friction_gives_way() -> None:
+    loads = np.linspace(-2.0, 4.0, 7)
+    falling = 2.0 - loads
+    assert stall(loads, falling, 10.0) == pytest.approx(2.0)
+    assert stall(loads, np.where(loads > 1.5, np.nan, falling), 1.5) == 1.5
+    assert math.isnan(stall(loads, falling + 10.0, 10.0)), "the axis ends before"
+    assert stall(loads, -1.0 - loads, 10.0) == pytest.approx(-1.0), "it turns the other way"
+    assert math.isnan(stall(loads[4:], falling[4:], 10.0)), "0 is not on the axis"
+    assert stall(loads, -loads, 10.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"x_axis": "load_inertia"}, "x_axis: got 'load_inertia', allowed: one of load_torque,"),
+        ({"x_axis": "torque"}, "load_torque"),
+        ({"y_axis": "load_torque"}, "y_axis: got 'load_torque', allowed: another parameter"),
+        ({"x_begin": 0.02}, "x_begin: got 0.02, allowed: less than x_end = 0.016"),
+        ({"brake_torque": -1.0}, "brake_torque: got -1.0, allowed: a finite number >= 0"),
+        ({"load_inertia": -1e-9}, "load_inertia: got -1e-09, allowed: a finite number >= 0"),
+        ({"x_axis": "brake_torque", "x_begin": -0.01}, "x_begin: got -0.01, allowed: a finite"),
+        ({"x_begin": 0.1, "x_end": 0.2}, "runs away at every point"),
+        ({"x_axis": "restitution", "x_end": 0.5, "load_torque": -0.1}, "load_torque: got -0.1"),
+        ({"axial_amplitude": 0.0, "angular_amplitude": 0.0, "x_end": 1e-3}, "nothing moves"),
+        ({"friction": 0.0, "x_axis": "brake_torque"}, "friction: got 0.0, allowed: > 0, or"),
+        ({"y_begin": 35.0, "y_end": 40.0, "brake_torque": 1.0}, "brake_torque: got 1.0,"),
+        ({"y_begin": -1.0, "y_end": 40.0}, "y_begin: got -1.0, allowed: > −mass × gravity"),
+        ({"restitution": 1.0}, "restitution"),
+        ({"x_axis": "restitution", "x_end": 1.0}, "x_end: got 1.0, allowed: less than 1"),
+        ({"start": "orbit"}, "start: got 'orbit', allowed: period-1, rest, followed"),
+        ({"longest": 500}, "longest: got 500, allowed: >= settling + 2 measured = 1324"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_one_clear_line(given: dict[str, Value], message: str) -> None:
+    with pytest.raises(InputError) as refused:
+        named("motor", **given)
+    assert message in refused.value.line
+    assert "\n" not in refused.value.line
+
+
+def test_a_plane_that_moves_at_some_point_is_taken() -> None:
+    named("motor", x_begin=-0.1, x_end=0.1)
+    named("motor", y_begin=25.0, y_end=40.0, brake_torque=1.0)
+    named("motor", x_axis="angular_amplitude", x_begin=0.0, x_end=1e-3)

@@ -1,0 +1,283 @@
+"""A run read from its bag: several simulators and runs, lost rows, missing topics, damage."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.bag.bag_topic import Message
+from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.offset import CUBIC, Knot, OffsetState
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.report.read_run import (
+    BagRun,
+    EveryNth,
+    Losses,
+    Newest,
+    ReadOptions,
+    RunOrder,
+    Sign,
+    in_order_of_sending,
+)
+from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.run_report import report_of
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
+from support.recorded import NS, START_NS, RecordedRun, period_one_bag
+
+
+def read(folder: Path, **options: Any) -> BagRun:
+    with bag.open(folder) as opened:
+        run = BagRun(opened, ReadOptions(**options))
+        assert sum(1 for _ in run.read()) == run.total or run.source.remarks
+        return run
+
+
+def test_a_bag_gives_what_was_simulated(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        made = RecordedRun(writer, preset="pizza_multiple_toss", lose=(2,)).run(6.0)
+        disk = made.session.simulation.disk
+    run = read(tmp_path / "run")
+    record, source = run.record, run.source
+    assert record.disk == disk
+    assert len(record.states) == len(record.speeds) == 60
+    assert record.states[-1].time == 6.0
+    assert [report.simulated for report in record.health] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert record.health[-1].energy is not None
+    assert record.health[-1].energy.loss_impact_axial > 0.0
+    assert record.lost == 1
+    assert np.max(np.diff(record.rows["index"])) == 2.0
+    lost = {count.topic: count.lost for count in source.topics}
+    assert lost["/disk/impacts"] == "1"
+    assert set(lost.values()) == {"0", "1"}
+    assert source.missing == ("disk/phase",)
+    assert (source.namespace, source.run, source.runs) == ("/", 1, 1)
+
+
+def test_restitution_is_right_where_an_offset_moves_the_platform(tmp_path: Path) -> None:
+    def back_and_forth(session: Session) -> None:
+        knots = tuple(
+            Knot(session.time_ns + k * NS // 7, OffsetState(0.02 * (-1) ** k, 0.1), CUBIC)
+            for k in range(1, 30)
+        )
+        session.trajectory(Splice(session.time_ns, knots, None))
+
+    with bag.Writer(tmp_path / "run") as writer:
+        made = RecordedRun(writer, restitution=0.45, preset="pizza_multiple_toss")
+        made.run(8.0, {1.0: back_and_forth})
+    run = read(tmp_path / "run")
+    report = report_of(run.record, run.source)
+    assert report.restitution.value == pytest.approx(0.45, abs=1e-9)
+    assert report.restitution.high - report.restitution.low < 1e-9
+    words = dict(row for table in tables(report) for row in table.rows)
+    assert words["offset of the platform"].startswith("1 trajectory accepted")
+
+
+def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        for namespace, restitution in (("", 0.5), ("/left", 0.4), ("/a/b", 0.3)):
+            RecordedRun(writer, namespace, restitution=restitution).run(2.0)
+    with pytest.raises(InputError, match="a bag of 3 simulators', allowed: /, /a/b, /left"):
+        read(tmp_path / "run")
+    with pytest.raises(InputError, match=r"allowed: /, /a/b, /left\. Did you mean /left"):
+        read(tmp_path / "run", namespace="leftt")
+    for namespace, restitution in (("/", 0.5), ("left", 0.4), ("/a/b/", 0.3)):
+        run = read(tmp_path / "run", namespace=namespace)
+        assert run.record.disk.restitution == restitution
+        assert len(run.record.health) == 2  # those of others are on the same topic
+
+
+def test_runs_are_told_apart_by_the_indices_that_begin_again(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        for number, restitution in enumerate((0.5, 0.4, 0.3)):
+            start_ns = START_NS + 20 * number * NS
+            RecordedRun(writer, start_ns=start_ns, restitution=restitution).run(3.0)
+    for asked, restitution in ((0, 0.3), (1, 0.5), (2, 0.4), (3, 0.3)):
+        run = read(tmp_path / "run", run=asked)
+        assert run.record.disk.restitution == restitution
+        assert (run.source.run, run.source.runs) == (asked or 3, 3)
+        assert len(run.record.motions) == 1
+        assert len(run.record.states) == 30
+        assert np.all(np.diff(run.record.rows["time"]) > 0.0)
+    with pytest.raises(InputError, match="run: got 4, allowed: 1 to 3"):
+        read(tmp_path / "run", run=4)
+
+
+def test_only_impacts_are_enough(tmp_path: Path) -> None:
+    others = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
+    run = read(period_one_bag(tmp_path / "run", without=others))
+    assert len(run.record.rows) > 30
+    assert math.isnan(run.record.disk.mass)
+    assert set(run.source.missing) == {*others, "disk/phase"}
+    without_motion = period_one_bag(tmp_path / "b", without=("platform/motion",))
+    # stamps are then related to simulated time by the impacts
+    assert read(without_motion).record.states[-1].time == pytest.approx(12.0, abs=0.1)
+
+
+def test_a_bag_without_a_simulator_is_one_clear_line(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "empty"):
+        pass
+    with pytest.raises(InputError, match="got 'no messages', allowed: a bag with topics of a"):
+        read(tmp_path / "empty")
+    with bag.Writer(tmp_path / "arm") as writer:
+        writer.add_topic("/joint_states", "sensor_msgs/msg/JointState", [bag.OfferedQos()])
+        writer.write("/joint_states", bytes(8), START_NS)
+    with pytest.raises(InputError, match="got '/joint_states'"):
+        read(tmp_path / "arm")
+
+
+def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
+    folder = period_one_bag(tmp_path / "run")
+    run = read(folder, begin=3.0, end=6.0)
+    assert run.record.rows["time"].min() >= 3.0
+    assert run.record.rows["time"].max() < 6.0
+    assert [report.simulated for report in run.record.health] == [3.0, 4.0, 5.0]
+    assert run.source.limits == ("all before 3 s and from 6 s on, as asked",)
+    assert run.source.absence("/diagnostics") == "without messages within these times"
+    assert run.source.absence("disk/phase") == "not in this bag"  # of a topic that is missing
+    assert read(folder).source.absence("/diagnostics") == "without messages of this run"
+
+
+@pytest.mark.parametrize("without", [(), ("joint_states", "disk/rotor_speed", "/diagnostics")])
+@pytest.mark.parametrize(
+    ("limits", "given", "why"),
+    [
+        ({"begin": 100.0, "end": 200.0}, "from 100 s to 200 s", "This time is outside the run."),
+        ({"begin": 13.0}, "from 13 s", "This time is outside the run."),
+        ({"end": -1.0}, "to -1 s", "This time is outside the run."),
+        (
+            {"begin": 5.0001, "end": 5.0002},
+            "from 5.0001 s to 5.0002 s",
+            "There is no message in this time.",
+        ),
+    ],
+)
+def test_times_without_anything_say_where_the_run_is(
+    tmp_path: Path, without: tuple[str, ...], limits: dict[str, float], given: str, why: str
+) -> None:
+    folder = period_one_bag(tmp_path / "run", without=without)
+    times = read(folder).record.rows["time"]
+    first = 0.0 if not without else times[0]  # else only the impacts tell
+    last = 12.0 if not without else times[-1]
+    with pytest.raises(InputError) as caught:
+        read(folder, **limits)
+    assert caught.value.given == given
+    assert caught.value.allowed == f"times within the run, from {first:.3f} s to {last:.3f} s"
+    assert caught.value.hint == why
+
+
+def test_rows_beyond_the_limit_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bouncing_disk_ros.report.read_run._JOIN", 4)
+    run = read(period_one_bag(tmp_path / "run"), most_rows=10)
+    rows = run.record.rows
+    assert 10 <= len(rows) < 10 + 2 * 4
+    dropped = int(rows["index"][0])
+    assert rows["index"].tolist() == list(range(dropped, 36))  # at 0, 1/3 ... 11 2/3 s
+    assert run.record.lost == 0
+    assert f"the first {dropped} rows of impacts" in run.source.limits[0]
+
+
+def test_a_damaged_bag_is_reported_up_to_the_damage(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run", bag.Options(chunk_size=2000)) as writer:
+        RecordedRun(writer, preset="pizza_multiple_toss").run(10.0)
+    (file,) = (tmp_path / "run").glob("*.mcap")
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 255
+    file.write_bytes(data)
+    run = read(tmp_path / "run")
+    assert 0 < len(run.record.states) < 100
+    assert "what follows is not in this report (bag_recover saves it)" in run.source.remarks[-1]
+
+
+def test_slow_motion_has_simulated_times(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        made = RecordedRun(writer, real_time_factor=0.5)
+        made.run(4.0)
+    record = read(tmp_path / "run").record
+    assert record.states[-1].time == pytest.approx(4.0)
+    stamps = [report.stamp for report in record.health]
+    assert stamps[-1] - stamps[0] == pytest.approx(6.0), "three simulated seconds"
+
+
+def test_changes_are_heard(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        RecordedRun(writer, preset="pizza_multiple_toss").run(
+            8.0,
+            {
+                2.0: lambda session: session.set_parameters({"restitution": 0.4}),
+                3.0: lambda session: session.apply_impulse(session.input_ns, 0.01, 0.0),
+                4.0: lambda session: session.reset(),
+                5.0: lambda session: session.command([(6 * NS, Motion(0.04, 0.1, 3.0, 0.0))]),
+                7.0: lambda session: session.set_parameters({"snapshot_period": 2.0}),
+            },
+        )
+    record = read(tmp_path / "run").record
+    times = [(change.what, round(change.time, 6)) for change in record.changes]
+    assert times == [("parameters", 2.0), ("impulse", 3.0), ("reset", 4.0)]
+    assert [disk.restitution for _, disk in record.disks] == [0.5, 0.4]
+    assert record.motions[-1].target == Motion(0.04, 0.1, 3.0, 0.0)
+    assert record.inputs == 5
+
+
+# --- order and numbers ----------------------------------------------------------------------------
+def message(topic: str, received: float, sent: float, number: int = 1) -> Message:
+    return Message(topic, round(received * NS), round(sent * NS), number, b"")
+
+
+def test_messages_come_in_the_order_of_sending() -> None:
+    rows = [
+        message("b", 10.0, 9.9), message("a", 10.1, 9.8), message("a", 10.2, 9.7),
+        message("b", 10.3, 99.0), message("a", 12.0, 11.9),
+    ]  # fmt: skip
+    order = [rows.index(row) for row in in_order_of_sending(rows)]
+    # of one topic the order of reception stays; a sender's clock that is ahead does not count
+    assert order == [1, 2, 0, 3, 4]
+    latched = [message("motion", 30.0, 25.2), message("inputs", 30.1, 25.1), message("a", 40.0, 40)]
+    order = [latched.index(row) for row in in_order_of_sending(latched)]
+    assert order == [1, 0, 2]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "lost"),
+    [
+        ((4, 5, 6), "0"),
+        ((1, 2, 5, 6), "2"),
+        ((1, 2, 1, 2, 4), "1"),
+        ((1, 7, 2, 8, 3, 9), "not countable: several publishers on the topic"),
+        ((0, 0, 0), "not countable: the recorder did not number them"),
+    ],
+)
+def test_losses_by_number(numbers: tuple[int, ...], lost: str) -> None:
+    losses = Losses()
+    for place, number in enumerate(numbers):
+        losses.note(message("a", place, place, number))
+    assert losses.of("a", 2) == lost
+
+
+def test_a_gap_in_the_numbers_does_not_show_that_the_run_goes_on() -> None:
+    """Late messages of a second run: of one topic the numbers rise, of the next one they fall."""
+    order = RunOrder()
+    begins, goes_on, nothing = Sign.BEGINS, Sign.GOES_ON, Sign.NOTHING
+    signs = [order.take(*shown, []) for shown in (("a", 1), ("b", 1), ("b", 2), ("a", 4), ("b", 2))]
+    assert signs == [begins, nothing, goes_on, nothing, begins]
+
+
+def test_a_thinned_list_keeps_even_steps() -> None:
+    kept = EveryNth[int](8)
+    for number in range(1000):
+        kept.append(number)
+    assert 4 <= len(kept) <= 8
+    assert kept == list(range(0, 1000, kept.step))
+
+
+def test_a_list_of_the_newest_counts_what_it_drops() -> None:
+    kept = Newest[int](8)
+    for number in range(1000):
+        kept.append(number)
+    assert 8 <= len(kept) < 16
+    assert kept == list(range(kept.dropped, 1000))

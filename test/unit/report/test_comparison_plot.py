@@ -1,0 +1,53 @@
+"""The picture of two runs says which is which, and where they part."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+
+from bouncing_disk_ros import simulate
+from bouncing_disk_ros.report.comparison_picture import two_runs_picture
+from bouncing_disk_ros.report.run_comparison import Shown
+from bouncing_disk_ros.run.changed_run import changes_of, what_if
+from bouncing_disk_ros.units import NS
+
+
+def picture(**change: float) -> tuple[Figure, float | None]:
+    run = simulate(8.0, preset="pizza_multiple_toss")
+    runs = what_if(run.inputs, changes_of(change), 8 * NS)
+    first, second = (
+        Shown(label, t.impacts, t.rows, t.samples, t.detail, t.rotor_speed, t.steady_since)
+        for label, t in (("recorded", runs.first), ("changed", runs.second))
+    )
+    diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
+    return two_runs_picture(first, second, diverged, "a title"), diverged
+
+
+def texts(axes: Any) -> list[str]:
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_both_runs_are_in_every_panel() -> None:
+    figure, diverged = picture(friction=0.2)
+    heights, speeds, section = figure.axes
+    assert texts(heights) == ["disk x, recorded", "disk x, changed", "platform s"]
+    assert texts(speeds) == texts(section) == ["recorded", "changed"]
+    assert diverged is not None
+    low, high = heights.get_xlim()
+    assert low <= diverged < high < 8.0
+    assert "recorded period-1" in figure.get_suptitle()
+
+
+def test_two_platforms_are_drawn_when_they_differ() -> None:
+    same, other = picture(friction=0.2)[0], picture(frequency=3.2)[0]
+    count = [len(figure.axes[0].lines) for figure in (same, other)]
+    assert count[1] == count[0] + 1
+
+
+@pytest.mark.parametrize("change", [{}, {"restitution": 0.5}])
+def test_runs_that_never_part_are_shown_whole(change: dict[str, float]) -> None:
+    figure, diverged = picture(**change)
+    assert diverged is None
+    assert "never part" in figure.axes[0].get_title()

@@ -1,0 +1,152 @@
+"""Offsets of the platform from the record of inputs: as the simulation moved, and in estimates."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.core.offset import CUBIC, LINE, QUINTIC, Knot, OffsetState
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.report.estimate import platform_velocities, restitution_of
+from bouncing_disk_ros.report.recorded_offset import axial_offset
+from bouncing_disk_ros.report.report_panels import height_panel
+from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
+from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.run.input_records import to_json
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
+
+NS = 1_000_000_000
+RESTITUTION = 0.6
+SECONDS = 12.0
+
+
+class Recorded:
+    """A run on a platform that offsets move almost all the time, listened to."""
+
+    def __init__(self, heard_from: int = 0, forget: tuple[str, ...] = ()) -> None:
+        self.records: list[dict[str, Any]] = []
+        values = {"restitution": RESTITUTION, "axial_amplitude": 0.02, "frequency": 5.0}
+        values |= {"initial_height": 0.1, "initial_forcing_phase": 0.0}
+        whole = parameters.complete(values)
+        self.session = Session(whole, self.records.append, paused=True)
+        self.record = RunRecord(UNKNOWN_DISK)
+        self.record.motions.append(self.session.simulation.motion_in_force)
+        self.samples: list[tuple[float, float, float]] = []
+        self._move()
+        heard = [r for r in self.records[heard_from:] if r["kind"] not in forget]
+        self.builder = RunRecordBuilder(self.record)
+        for one in heard:
+            self.builder.handlers["disk/inputs"](SimpleNamespace(data=to_json(one)))
+
+    def _move(self) -> None:
+        rng = np.random.default_rng(5)
+        for k in range(int(SECONDS * 5)):
+            at = self.session.time_ns + int(rng.integers(1, NS // 10))
+            degree = (LINE, CUBIC, QUINTIC)[k % 3]
+            rates = (1.0, 0.3, 2.0)[: (degree + 1) // 2]
+            stated = [0.03 * float(rng.normal()) * rate for rate in rates]
+            knot = Knot(at + int(rng.integers(NS // 20, NS // 5)), OffsetState(*stated), degree)
+            self.session.trajectory(Splice(at, (knot,), None))
+            if k % 20 == 10:
+                self.session.snapshot()
+            end = self.session.time_ns + NS // 5
+            while self.session.time_ns < end:
+                assert not self.session.advance(min(self.session.time_ns + NS // 93, end))
+                now = self.session.simulation.sample()
+                self.samples.append(
+                    (self.session.time_ns / NS, now.platform_position, now.platform_velocity)
+                )
+        self.record.chunks += [join_rows(self.session.take_rows())]
+
+    @property
+    def report(self) -> Report:
+        return report_of(self.record, Source("a"))
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    return Recorded()
+
+
+def test_positions_and_velocities_are_those_of_the_run(recorded: Recorded) -> None:
+    times, positions, velocities = np.array(recorded.samples).T
+    turn = math.tau * 5.0 * times
+    offsets = recorded.record.offsets
+    assert len(offsets) == 1 + len([r for r in recorded.records if r["kind"] == "trajectory"])
+    found = axial_offset(times, offsets) + 0.02 * np.sin(turn)
+    assert found == pytest.approx(positions, abs=1e-13)
+    found = axial_offset(times, offsets, 1) + 0.02 * math.tau * 5.0 * np.cos(turn)
+    assert found == pytest.approx(velocities, abs=1e-11)  # 10 m/s² × rounding of 10 s, and more
+
+
+def test_restitution_is_right_while_an_offset_moves(recorded: Recorded) -> None:
+    found = recorded.report.restitution
+    assert found.impacts > 60
+    assert found.value == pytest.approx(RESTITUTION, abs=1e-9)
+    assert found.high - found.low < 1e-9
+    rows, motion = recorded.record.rows, recorded.record.motion
+    assert motion is not None
+    assert abs(restitution_of(rows, platform_velocities(rows, motion)).value - RESTITUTION) > 1e-3
+    velocities = platform_velocities(rows, motion, recorded.record.offsets)
+    assert restitution_of(rows, velocities).value == pytest.approx(RESTITUTION, abs=1e-9)
+
+
+def test_heights_drawn_from_impacts_have_the_offset(recorded: Recorded) -> None:
+    report = recorded.report
+    found, *_ = height_panel(report, "time (s)").series
+    assert found.name == "platform s"
+    times = np.array([time for time, _, _ in recorded.samples])
+    inside = (times >= found.x[0]) & (times <= found.x[-1])
+    assert np.sum(inside) > 20
+    positions = 1e3 * np.array([position for _, position, _ in recorded.samples])
+    # lines between points 2 ms apart: 0.5 mm beside the curve where s̈ is 1000 m/s²
+    assert np.interp(times[inside], found.x, found.y) == pytest.approx(positions[inside], abs=0.5)
+
+
+def test_a_recording_that_begins_late_knows_the_offset_from_the_next_snapshot_on() -> None:
+    late = Recorded(heard_from=4)
+    assert late.record.offsets[0] == (0, None)
+    found = late.report.restitution
+    assert found.value == pytest.approx(RESTITUTION, abs=1e-9)
+    rows = late.record.rows
+    known = rows[rows["time"] >= late.record.known[0][0]]
+    assert found.impacts < len(known) < len(rows) - 5, "nothing is known before it"
+
+
+def test_without_inputs_an_offset_makes_restitution_unknown(recorded: Recorded) -> None:
+    record = RunRecord(UNKNOWN_DISK, chunks=[recorded.record.rows])
+    record.motions.append(recorded.record.motions[0])
+    RunRecordBuilder(record).handlers["platform/offset"](None)
+    found = report_of(record, Source("a")).restitution
+    assert math.isnan(found.value)
+    assert found.note == (
+        "not identifiable: the platform's offset trajectories (disk/inputs) are not in this bag"
+    )
+
+
+def test_rows_at_a_jump_of_the_velocity_are_left_out() -> None:
+    offsets = Recorded().record.offsets[:1]
+    start = offsets[0][1]
+    assert start is not None
+    line = start.spliced(NS, 0, [Knot(2 * NS, OffsetState(1.0), LINE)])
+    times = np.array([0.5, 1.0, 1.5, 2.0, 2.5])
+    found = axial_offset(times, [(0, line)], 1)
+    assert np.array_equal(np.isnan(found), [False, True, False, True, False])
+    assert found[[0, 2, 4]].tolist() == [0.0, 1.0, 0.0]
+    assert axial_offset(times, [(0, line)]).tolist() == [0.0, 0.0, 0.5, 1.0, 1.0]
+
+
+def test_a_snapshot_with_another_offset_is_refused(recorded: Recorded) -> None:
+    snapshot = json.loads(json.dumps([r for r in recorded.records if r["kind"] == "snapshot"][-1]))
+    snapshot["state"]["offset"]["axial"] = [[[0, 1]]]
+    with pytest.raises(InputError, match="snapshot: got 'of no offset"):
+        RunRecordBuilder(RunRecord(UNKNOWN_DISK)).take_record(snapshot)

@@ -1,0 +1,181 @@
+"""The pages of a report: all parts are there, the HTML needs no network, files know their own."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.report.read_run import WANTED, BagRun, ReadOptions
+from bouncing_disk_ros.report.report_files import MARK
+from bouncing_disk_ros.report.report_html import report_html
+from bouncing_disk_ros.report.report_page import report_page, save_page
+from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from support.recorded import period_one_bag
+
+PANELS = (
+    "Rotor speed", "Forcing phase of the impacts", "Next-collision section", "Return map",
+    "Energy ledger", "Real time: lateness of the simulator's ticks",
+    "Height, last 6 periods",
+)  # fmt: skip
+TABLES = (
+    "Segments of steady motion", "Recording", "Segment 1", "Orbit", "Rotor speed",
+    "Estimates from the impacts (95 % intervals)", "Energy", "Real time and loss",
+)  # fmt: skip
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
+    folder = period_one_bag(tmp_path_factory.mktemp("bags") / "run & <1>")
+    with bag.open(folder) as opened:
+        run = BagRun(opened, ReadOptions())
+        for _ in run.read():
+            pass
+        return report_of(run.record, run.source)
+
+
+class Page(HTMLParser):
+    """Headings, everything that a browser would fetch, and the text outside of scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.headings: list[str] = []
+        self.fetched: list[str] = []
+        self.generator = ""
+        self.plots: list[str] = []
+        self.words = ""
+        self._within = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self._within = tag
+        for name in ("src", "href", "srcset", "data", "poster", "action", "background"):
+            if given.get(name):
+                self.fetched.append(str(given[name]))
+        if tag in ("link", "iframe", "object", "embed", "img"):
+            self.fetched.append(tag)
+        if given.get("name") == "generator":
+            self.generator = str(given["content"])
+        if "plotly-graph-div" in (given.get("class") or ""):
+            self.plots.append(str(given["id"]))
+
+    def handle_endtag(self, tag: str) -> None:
+        self._within = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._within in ("h1", "h2"):
+            self.headings.append(data)
+        if self._within == "style":
+            assert "@import" not in data
+            assert "url(" not in data
+        elif self._within != "script":
+            self.words += data
+
+
+def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
+    text = report_html(report)
+    page = Page(text)
+    assert page.headings == ["run & <1>", *PANELS, *TABLES]
+    assert page.fetched == []
+    assert page.generator == MARK
+    assert page.plots == [f"plot_{place}" for place in range(len(PANELS))]
+    assert "period-1" in page.words
+    assert "in force 0.5" in page.words
+    assert text == report_html(report)  # no dates, no random names
+
+
+ALL = (*WANTED, "/diagnostics")
+
+
+def test_a_report_on_nothing_says_what_is_absent() -> None:
+    page = Page(report_html(report_of(RunRecord(UNKNOWN_DISK), Source("empty", missing=ALL))))
+    assert page.plots == []
+    assert page.words.count("not in this bag") >= len(PANELS)
+
+
+def test_the_page_is_plotly_and_little_else(report: Report) -> None:
+    from plotly.offline import get_plotlyjs
+
+    assert len(report_html(report)) < len(get_plotlyjs()) + 150_000
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_figures_are_marked_as_ours(report: Report, tmp_path: Path, kind: str) -> None:
+    save_page(report_page(report), tmp_path / f"page.{kind}")
+    data = (tmp_path / f"page.{kind}").read_bytes()
+    assert MARK.encode() in data
+    assert len(data) > 20_000
+
+
+def test_axes_have_symbol_and_unit(report: Report) -> None:
+    figure = report_page(report)
+    labels = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
+    assert labels == {
+        "simulated time t (s)", "angular velocity α̇ (rad/s)",
+        r"forcing phase at impact $τ_{\mathrm{imp}}$ (rad)",
+        r"impact velocity $w_{\mathrm{A}}$/(πg/ω)",
+        r"forcing phase $τ_{\mathrm{n}}$ (rad)", r"next forcing phase $τ_{\mathrm{n+1}}$ (rad)",
+        "height x, s (mm)", "energy E (J)", "wall time since the first report (s)", "lateness (ms)",
+    }  # fmt: skip
+    assert [axes.get_title() for axes in figure.axes] == list(PANELS)
+
+
+def test_an_empty_report_gives_a_figure(tmp_path: Path) -> None:
+    report = report_of(RunRecord(UNKNOWN_DISK), Source("empty"))
+    save_page(report_page(report), tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 5_000
+
+
+def test_a_browser_without_network_draws_the_plots(report: Report, tmp_path: Path) -> None:
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        pytest.skip("needs a Chromium (apt-get install chromium)")
+    file = tmp_path / "report.html"
+    file.write_text(report_html(report), "utf-8")
+    done = subprocess.run(
+        [
+            browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic",
+            "--no-first-run", "--disable-background-networking", "--disable-component-update",
+            "--disable-sync", f"--user-data-dir={tmp_path / 'profile'}",
+            "--host-resolver-rules=MAP * ~NOTFOUND", "--enable-logging=stderr",
+            "--window-size=1300,2600", "--virtual-time-budget=20000", "--dump-dom", file.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    complaints = [line for line in done.stderr.splitlines() if ":CONSOLE" in line]
+    assert complaints == []
+    drawn = done.stdout.split('id="plot_')[1:]
+    assert len(drawn) == len(PANELS)
+    for place, part in enumerate(drawn):
+        marks = part.count('class="point"') + part.count('class="js-line"')
+        assert marks >= 2, f"plot {place} has not drawn: {json.dumps(part[:300])}"
+    impacts = drawn[1].count('class="point"')
+    assert impacts == len(report.rows)
+
+
+def test_no_legend_covers_a_curve_and_no_text_another(report: Report) -> None:
+    figure = report_page(report)
+    figure.draw_without_rendering()
+    legends = 0
+    for axes in figure.axes:
+        below = [axes.xaxis.label, *axes.texts]
+        for upper, lower in pairwise(text.get_window_extent() for text in below):
+            assert lower.y1 <= upper.y0
+        if (legend := axes.get_legend()) is None:
+            continue
+        legends += 1
+        box, data = legend.get_window_extent(), axes.get_window_extent()
+        assert data.y1 <= box.y0
+        assert box.y1 <= axes.title.get_window_extent().y0
+        assert box.x1 <= data.x1
+    assert legends == 6

@@ -1,0 +1,322 @@
+"""Reports on what is easily told of another time, run or platform: each span is the run's own."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bouncing_disk_ros import bag
+from bouncing_disk_ros.core.model import Motion
+from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
+from bouncing_disk_ros.nodes.bag_report import parser
+from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
+from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
+from bouncing_disk_ros.proof.bag_proof import BagProver
+from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
+from bouncing_disk_ros.report.recorded_runs import RecordedRuns
+from bouncing_disk_ros.report.report_panels import energy_panel, panels
+from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.run_comparison import Shown
+from bouncing_disk_ros.report.run_report import Report, report_of
+from bouncing_disk_ros.run.changed_run import changes_of, what_if
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
+from support.recorded import NS, START_NS, Act, RecordedRun
+
+PRESET = "pizza_multiple_toss"
+MOTION = Motion(0.04, 0.5, 3.0, 0.0)
+
+
+def made(
+    folder: Path, seconds: float, acts: dict[float, Act] | None = None, *, slice_ticks: int = 1,
+    choice: str = "longest", read: dict[str, Any] | None = None, **given: Any,
+) -> Report:  # fmt: skip
+    with bag.Writer(folder / "run") as writer:
+        run = RecordedRun(writer, **{"preset": PRESET, "gravity": 10.0, **given})
+        run.run(seconds, acts, slice_ticks)
+    return report(folder / "run", choice, **(read or {}))
+
+
+def report(folder: Path, choice: str = "longest", **options: Any) -> Report:
+    with bag.open(folder) as opened:
+        reader = BagRun(opened, ReadOptions(**options))
+        for _ in reader.read():
+            pass
+        return report_of(reader.record, reader.source, choice)
+
+
+def words(found: Report) -> dict[str, str]:
+    return {name: text for table in tables(found) for name, text in table.rows}
+
+
+def reach(*points: tuple[float, Motion]) -> Act:
+    def act(session: Session) -> None:
+        session.command([(round(at * NS), motion) for at, motion in points])
+
+    return act
+
+
+def reset(session: Session) -> None:
+    session.reset()
+
+
+def soften(session: Session) -> None:
+    session.set_parameters({"restitution": 0.4})
+
+
+# --- motions --------------------------------------------------------------------------------------
+def test_all_motions_of_one_long_step_are_there(tmp_path: Path) -> None:
+    """The topic has the last of them only: the record of inputs has all."""
+    half = MOTION._replace(axial_amplitude=0.03)
+    acts = {0.1: reach((6.0, half), (12.0, MOTION), (18.0, half))}
+    found = made(tmp_path, 24.0, acts, slice_ticks=240)
+    motions = [part.segment.motion for part in found.segments]
+    assert motions[1:] == [half, MOTION, half]
+    assert len(panels(found, 100)[0].spans) == 3, "cross-fades are shaded"
+    assert found.restitution.value == pytest.approx(0.5, abs=1e-12)
+    assert found.restitution.high - found.restitution.low < 1e-9
+
+
+def test_without_inputs_a_motion_that_is_missing_is_not_known(tmp_path: Path) -> None:
+    half = MOTION._replace(axial_amplitude=0.03)
+    acts = {0.1: reach((6.0, half), (12.0, MOTION))}
+    found = made(tmp_path, 18.0, acts, slice_ticks=180, without=("disk/inputs",), choice="1")
+    assert [part.segment.motion for part in found.segments] == [None, MOTION]
+    assert words(found)["platform"] == "not known: records of its motion are missing here"
+    last = words(report(tmp_path / "run", "2"))["platform"]
+    assert last.startswith(
+        "A 40 mm, Φ 0.5 rad, f 3 Hz, θ 0 rad; by platform/motion, which has only the last"
+    )
+    made(tmp_path / "known", 18.0, acts, slice_ticks=180, choice="2")
+    assert "platform/motion" not in words(report(tmp_path / "known" / "run", "2"))["platform"]
+
+
+# --- runs -----------------------------------------------------------------------------------------
+@pytest.mark.parametrize("numbered", [True, False])
+def test_two_runs_in_one_bag_are_two(tmp_path: Path, numbered: bool) -> None:
+    """The second run begins with its first message, not with its first impact."""
+    other: dict[str, Any] = {"axial_amplitude": 0.036, "initial_height": 0.3}
+    with bag.Writer(tmp_path / "run") as writer:
+        for place, more in enumerate((dict[str, Any](), other)):
+            run = RecordedRun(
+                writer, "", START_NS + 60 * place * NS, preset=PRESET, gravity=10.0,
+                without=("disk/inputs", "disk/rotor_speed", "/diagnostics"), numbered=numbered,
+                **more,
+            )  # fmt: skip
+            run.run(8.0)
+    for number, amplitude in ((1, None), (2, 0.036)):
+        found = report(tmp_path / "run", run=number)
+        assert found.source.runs == 2
+        assert len(found.segments) == 1, found.segments
+        motion = found.segments[0].segment.motion
+        assert motion is not None
+        assert amplitude is None or motion.axial_amplitude == amplitude
+        assert found.restitution.value == pytest.approx(0.5, abs=1e-12)
+        assert found.restitution.high - found.restitution.low < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("begin", "without"), [(0.0, ()), (4.0, ()), (4.0, ("disk/inputs",)), (0.0, ("disk/inputs",))]
+)
+def test_replay_proof_and_report_agree_on_the_runs(
+    tmp_path: Path, begin: float, without: tuple[str, ...]
+) -> None:
+    """The recorder hears the second run late: its rows and times rise behind those of the first."""
+    first, second = tmp_path / "run", {"initial_height": 0.3, "begin": begin, "without": without}
+    with bag.Writer(first) as writer:
+        RecordedRun(writer, preset=PRESET, gravity=10.0).run(2.0)
+        given: dict[str, Any] = {"preset": PRESET, "gravity": 10.0, **second}
+        RecordedRun(writer, "", START_NS + 60 * NS, **given).run(8.0)
+    reports = [report(first, run=number) for number in (1, 2)]
+    assert [found.source.runs for found in reports] == [2, 2]
+    with bag.open(first) as opened:
+        replayed = replay_bag(Recorded(opened))
+        runs = list(RecordedRuns(opened, "/disk/inputs", "/disk/impacts"))
+        prover = BagProver(opened, parser().parse_args([str(first), "--prove", "--run", "1"]))
+        assert len(list(prover.work())) > 5
+        assert next(prover.lines(interrupted=False)).endswith("0.000 s to 2.000 s")
+    assert replayed.identical
+    assert replayed.left_over == 0
+    assert len(runs) == len(replayed.runs) == 2
+    for found, one, run in zip(reports, replayed.runs, runs, strict=True):
+        is_replayed = found.record.known != []
+        assert (one.start_ns is not None) == is_replayed
+        assert (one.rows if is_replayed else one.not_compared) == len(found.rows)
+        assert run.end_ns / NS == pytest.approx(found.end, abs=1e-6)
+
+
+# --- the platform ---------------------------------------------------------------------------------
+def test_an_offset_that_is_not_in_the_bag_is_seen_by_the_impacts(tmp_path: Path) -> None:
+    def lift(session: Session) -> None:
+        knots = tuple(
+            Knot(session.time_ns + k * NS // 2, OffsetState(0.01 * (-1) ** k), QUINTIC)
+            for k in range(1, 20)
+        )
+        session.trajectory(Splice(session.time_ns, knots, None))
+
+    without = ("platform/offset", "disk/inputs")
+    found = made(tmp_path, 12.0, {2.0: lift}, without=without)
+    assert math.isnan(found.restitution.value)
+    said = words(found)
+    assert "impacts are off the platform of the record, by up to 0.0" in said["restitution ε"]
+    assert "impacts are off the platform of the record" in said["not so"]
+    known = made(tmp_path / "known", 12.0, {2.0: lift})
+    assert known.restitution.value == pytest.approx(0.5, abs=1e-9)
+
+
+# --- windows --------------------------------------------------------------------------------------
+def test_the_ledger_is_compared_over_rows_that_are_there(tmp_path: Path) -> None:
+    """With --rows, with --from after a reset, and with --to before one."""
+    found = made(tmp_path, 12.0, {3.0: reset, 9.5: reset})
+    assert found.ledger is not None
+    assert found.ledger.begin >= 9.5
+    for options in ({"most_rows": 4}, {"begin": 5.0}, {"end": 9.0}, {"begin": 4.0, "end": 9.0}):
+        check = report(tmp_path / "run", **options).ledger
+        assert check is not None, options
+        assert check.missing == 0
+        assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8), options
+        assert options.get("begin", 3.0) <= check.begin < check.end <= options.get("end", 12.0)
+    said = words(report(tmp_path / "run", end=9.0))
+    assert said["ledger at"] == "8.000 s, since the reset at 3.000 s"
+    assert said["recomputed from"].endswith("rows, 3.000 s to 8.000 s") or (
+        "4.000 s to 8.000 s" in said["recomputed from"]
+    )
+
+
+def test_an_impact_at_the_instant_of_a_report_counts_once(tmp_path: Path) -> None:
+    """Impacts are at whole thirds of a second: every third report is at one, and so is a change."""
+    found = made(tmp_path, 9.0, {3.0: soften}, initial_height=0.0)
+    check = found.ledger
+    assert check is not None
+    assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8)
+    assert check.begin > 3.0
+    plain = made(tmp_path / "plain", 12.0)
+    drawn = {series.name: series for series in energy_panel(plain, 1000).series}
+    line, rings = drawn["loss in impacts, axial"], drawn["axial, from the impacts"]
+    assert len(rings.x) > 3
+    assert rings.y == pytest.approx(line.y[np.searchsorted(line.x, rings.x)], rel=1e-8)
+
+
+def test_no_rise_time_across_a_reset_or_a_gap(tmp_path: Path) -> None:
+    still = Motion(0.0, 0.0, 3.0, 0.0)
+    acts = {4.0: reach((5.0, still)), 8.0: reset, 10.0: reach((11.0, still))}
+    found = made(tmp_path, 16.0, acts)
+    rises = {part.segment.began_by: part.rise for part in found.segments}
+    assert rises["reset"] is None
+    resets = [part.segment.begin for part in found.segments if part.segment.began_by == "reset"]
+    assert resets == [8.0]
+    for part in found.segments:
+        if part.rise is not None:
+            assert not part.rise.begin < 8.0 < part.segment.end
+    # the recorder of the second bag began within the cross-fade: its start is not known
+    late = made(tmp_path / "late", 16.0, acts, begin=4.5)
+    assert late.segments[0].rise is None
+
+
+def test_an_impulse_that_a_reset_discards_begins_nothing(tmp_path: Path) -> None:
+    def later(session: Session) -> None:
+        session.apply_impulse(session.time_ns + 4 * NS, 0.1, 0.0)
+
+    found = made(tmp_path, 9.0, {2.0: later, 3.0: reset})
+    assert [part.segment.began_by for part in found.segments][1:] == ["reset"]
+
+
+def test_contact_after_an_impact_without_restitution_is_seen(tmp_path: Path) -> None:
+    """ε = 0: one impact, then contact; nothing is drawn below the platform."""
+    found = made(tmp_path, 6.0, restitution=0.0, axial_amplitude=0.005,
+                 without=("joint_states", "disk/rotor_speed"))  # fmt: skip
+    part = found.chosen
+    assert part is not None
+    assert part.orbit is not None
+    assert part.orbit.name == "in contact"
+    assert math.isnan(part.settled.value), "impacts do not tell the mean in contact"
+    drawn = {series.name: series for series in panels(found, 1000)[6].series}
+    if "disk x" in drawn:
+        assert np.all(drawn["disk x"].y >= drawn["platform s"].y - 1e-9)
+
+
+# --- means ----------------------------------------------------------------------------------------
+def test_the_mean_at_the_end_is_over_whole_periods_and_all_messages(tmp_path: Path) -> None:
+    """Chattering turns the disk unevenly; two messages a period of the orbit are not enough."""
+    given: dict[str, Any] = {"axial_amplitude": 0.4 * math.pi * 10.0 / (6.0 * math.pi) ** 2,
+             "initial_with_platform": True, "initial_axial_velocity": 0.0}  # fmt: skip
+    with bag.Writer(tmp_path / "run") as writer:
+        run = RecordedRun(writer, preset=PRESET, gravity=10.0, without=("joint_states",), **given)
+        angles = {0.0: run.session.simulation.sample().unwrapped_angle}
+        for _ in range(120):
+            run.run(0.1)
+            sample = run.session.simulation.sample()
+            angles[round(sample.time_ns / NS, 1)] = sample.unwrapped_angle
+    for topics in ((), ("disk/rotor_speed", "disk/inputs", "platform/motion")):
+        part = report(tmp_path / "run", topics=topics).chosen
+        assert part is not None
+        mean = part.settled
+        begin, end = round(mean.begin, 1), round(mean.end, 1)
+        assert mean.value == pytest.approx((angles[end] - angles[begin]) / (end - begin), abs=1e-9)
+    assert words(report(tmp_path / "run"))["at the end"].count(" s to ") == 1
+
+
+# --- words ----------------------------------------------------------------------------------------
+def test_the_factor_reached_is_told_for_each_that_was_asked(tmp_path: Path) -> None:
+    def faster(session: Session) -> None:
+        session.set_parameters({"real_time_factor": 4.0})
+
+    found = made(tmp_path, 12.0, {5.5: faster})
+    assert found.real_time is not None
+    assert [(pace.asked, round(pace.reached, 6)) for pace in found.real_time.paces] == [
+        ("1", 1.0), ("4", 4.0)
+    ]  # fmt: skip
+
+
+def test_absent_and_silent_topics_are_told_apart(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        writer.add_topic("/disk/rotor_speed", "geometry_msgs/msg/TwistStamped", [bag.OfferedQos()])
+        run = RecordedRun(writer, preset=PRESET, without=("disk/rotor_speed", "/diagnostics"))
+        run.run(2.0)
+    found = report(tmp_path / "run")
+    assert found.source.missing == ("/diagnostics", "disk/phase")
+    assert found.source.empty == ("disk/rotor_speed",)
+    said = words(found)
+    assert said["without messages"] == "disk/rotor_speed"
+    assert said["real time"] == "/diagnostics is not in this bag"
+    assert found.source.absence("disk/rotor_speed") == "in this bag without messages"
+
+
+@pytest.mark.parametrize("end", [2.0, 5.0])
+def test_times_before_a_later_reset_are_as_if_it_never_came(tmp_path: Path, end: float) -> None:
+    found = made(tmp_path, 9.0, {6.0: reset}, read={"end": end})
+    alone = made(tmp_path / "alone", end, read={"end": end})
+    assert found.ledger == alone.ledger
+    assert words(found)["at the end"] == words(alone)["at the end"]
+
+
+def test_a_replay_goes_as_far_as_any_topic_shows(tmp_path: Path) -> None:
+    """Contact has no impacts: nothing else shows that the run went on; a what-if needs it too."""
+    still: dict[str, Any] = {
+        "axial_amplitude": 0.001,
+        "angular_amplitude": 0.5,
+        "initial_with_platform": True,
+        "initial_axial_velocity": 0.0,
+    }
+    with bag.Writer(tmp_path / "run") as writer:
+        writer.add_topic("/disk/impacts", "sensor_msgs/msg/PointCloud2", [bag.OfferedQos()])
+        RecordedRun(writer, preset=PRESET, initial_height=0.0, **still).run(4.0)
+    with bag.open(tmp_path / "run") as opened:
+        recorded = Recorded(opened)
+        (found,) = replay_bag(recorded).runs
+        assert found.rows == 0
+        assert found.end_ns == pytest.approx(4 * NS, abs=10)
+        for changes, said in (
+            ({}, "the two never differ: 0 impacts and 2001 samples are equal"),
+            ({"friction": 0.01}, "they differ, though no impact does (0 impacts): by samples from"),
+        ):
+            runs = what_if(recorded.run(1).records, changes_of(changes), found.end_ns)
+            shown = [
+                Shown("", one.impacts, one.rows, one.samples, one.detail, 0.0, 0.0)
+                for one in (runs.first, runs.second)
+            ]
+            assert said in comparison_lines(runs, *shown)[-1]

@@ -1,0 +1,92 @@
+"""The picture of a run: axes with symbol and unit, theory beside data, also of an empty run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.report.run_picture import run_picture, save_picture
+from bouncing_disk_ros.report.run_record import RunRecord, State
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.programmes import as_simulated, load_programme
+from bouncing_disk_ros.run.simulate import simulate
+
+
+def disk_of_the_preset() -> Disk:
+    values = parameters.complete(load_preset("pizza_multiple_toss"))
+    return Disk(*(float(values[name]) for name in Disk._fields))
+
+
+def first_toss() -> RunRecord:
+    """The demonstration without DDS, aligned by hand."""
+    programme = load_programme("first_toss_to_period_1")
+    result = simulate(
+        15.0, preset="pizza_multiple_toss", programme=as_simulated(programme), sample_rate=50.0,
+        initial_with_platform=True, initial_axial_velocity=0.0, axial_amplitude=0.0,
+        angular_amplitude=0.0, phase_lag=0.0, initial_forcing_phase=1.77,
+    )  # fmt: skip
+    record = RunRecord(disk_of_the_preset(), chunks=[result.impacts])
+    names = ("axial_position", "platform_position", "angular_velocity")
+    for sample in result.samples:
+        time = float(sample["time_ns"]) / 1e9
+        record.states.append(State(time, *(float(sample[name]) for name in names)))
+    start = Motion(0.0, 0.0, 3.0, 0.0)
+    for at_ns, target in programme.targets(start):
+        record.motions.append(MotionInForce(at_ns - 333_000_000, at_ns, start, target, 0, 0.0))
+        start = target
+    last = record.motions[-1]
+    record.motions.append(last._replace(begin_ns=last.end_ns, start=last.target))
+    return record
+
+
+def test_panels_say_what_they_show(tmp_path: Path) -> None:
+    figure = run_picture(first_toss(), "a title")
+    labels = {(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes}
+    assert labels == {
+        ("simulated time t (s)", "height x, s (mm)"),
+        ("simulated time t (s)", "angular velocity α̇ (rad/s)"),
+        ("forcing phase at impact τ (rad)", "impact velocity w_A / (πg/ω)"),
+        ("simulated time t (s)", "forcing phase τ (rad)"),
+    }
+    assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")
+    assert figure.get_suptitle().endswith("orbit found: period-1")
+    for name in ("a.png", "b.svg", "c.pdf"):
+        save_picture(figure, tmp_path / "new" / name)
+        assert (tmp_path / "new" / name).stat().st_size > 10_000
+
+
+def points(line: Line2D) -> NDArray[np.float64]:
+    return np.column_stack([np.asarray(line.get_xdata()), np.asarray(line.get_ydata())])
+
+
+def test_theory_is_drawn_where_the_points_end() -> None:
+    _, speeds, section, phases = run_picture(first_toss(), "t").axes
+    cross = next(line for line in section.lines if line.get_marker() == "+")
+    dots = next(line for line in section.lines if line.get_marker() == "o")
+    # x and y of the rows are float32
+    assert points(dots)[-1] == pytest.approx(points(cross)[0], abs=1e-6)
+    dashed = [
+        line for axes in (speeds, phases) for line in axes.lines if line.get_linestyle() == "--"
+    ]
+    levels = [points(line)[0, 1] for line in dashed]
+    assert levels == pytest.approx([6 * math.pi * 1.4531049057854113, math.acos(20.0 / 27.0)])
+
+
+def test_speeds_are_drawn_over_time() -> None:
+    record = first_toss()
+    _, speeds, _, _ = run_picture(record, "t").axes
+    disk = next(line for line in speeds.lines if line.get_label() == "disk α̇")
+    assert points(disk).tolist() == [[s.time, s.angular_velocity] for s in record.states]
+
+
+def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
+    figure = run_picture(RunRecord(disk_of_the_preset()), "empty")
+    save_picture(figure, tmp_path / "empty.png")
+    assert figure.get_suptitle() == "empty"

@@ -1,0 +1,206 @@
+"""Speed transients: known curves, known noise, and simulated runs whose mean torque is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import simulate
+from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.scales import period_one
+from bouncing_disk_ros.report.time_curves import Curve, fit, interval
+from bouncing_disk_ros.report.transient import Transient, TransientKind, transient_of
+from bouncing_disk_ros.run.simulate import Result
+from support.coverage import covers
+
+T = np.linspace(5.0, 15.0, 400)
+APPROACH = 20.0 - 5.0 * np.exp(-(T - 5.0) / 1.7)
+
+
+def wandering(rng: np.random.Generator, n: int, memory: float) -> NDArray[np.float64]:
+    """Noise of σ = 1 whose neighbours are correlated by `memory`."""
+    noise = rng.normal(0.0, 1.0, n)
+    for i in range(1, n):
+        noise[i] = memory * noise[i - 1] + math.sqrt(1.0 - memory**2) * noise[i]
+    return noise
+
+
+def test_exponential_without_noise_is_exact() -> None:
+    found = transient_of(T, APPROACH)
+    assert (found.kind, found.finished, found.note) == (TransientKind.EXPONENTIAL, True, "")
+    assert found.time_constant.value == pytest.approx(1.7, rel=1e-12)
+    assert (found.initial, found.final) == pytest.approx((15.0, 20.0), rel=1e-13)
+    assert math.isnan(found.rate.value)
+
+
+@pytest.mark.parametrize("end", [5.5, 8.3, 14.8])
+def test_linear_without_noise_is_exact(end: float) -> None:
+    found = transient_of(T, 20.0 + 3.0 * np.minimum(T - end, 0.0))
+    assert (found.kind, found.finished, found.note) == (TransientKind.LINEAR, True, "")
+    assert found.rate.value == pytest.approx(3.0, rel=1e-12)
+    assert found.end == pytest.approx(end, rel=1e-12)
+    assert found.final == pytest.approx(20.0, rel=1e-13)
+    assert math.isnan(found.time_constant.value)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_time_constants_cover(memory: float) -> None:
+    """Noise of 1/25 of the approach, from point to point or lasting; n/τ is itself estimated."""
+
+    def trial(rng: np.random.Generator) -> bool:
+        found = transient_of(T, APPROACH + 0.2 * wandering(rng, len(T), memory))
+        assert found.kind is TransientKind.EXPONENTIAL
+        return found.time_constant.low <= 1.7 <= found.time_constant.high
+
+    covers(trial, 100, 0.93 if memory else 0.95)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_rates_cover(memory: float) -> None:
+    def trial(rng: np.random.Generator) -> bool:
+        ramp = 20.0 + np.minimum(T - 11.0, 0.0)
+        found = transient_of(T, ramp + 0.1 * wandering(rng, len(T), memory))
+        assert found.kind is TransientKind.LINEAR
+        return found.rate.low <= 1.0 <= found.rate.high
+
+    covers(trial, 100, 0.93 if memory else 0.95)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8, 0.95])
+def test_noise_alone_is_no_transient(memory: float) -> None:
+    def trial(rng: np.random.Generator) -> bool:
+        kind = transient_of(T, 20.0 + wandering(rng, len(T), memory)).kind
+        return kind in (TransientKind.NONE, TransientKind.UNRESOLVED)
+
+    covers(trial, 60, 0.98)
+
+
+def test_constant_is_no_transient() -> None:
+    found = transient_of(T, np.full(len(T), 27.39))
+    assert (found.kind, found.finished) == (TransientKind.NONE, True)
+    assert found.final == pytest.approx(27.39, rel=1e-14)
+
+
+def test_not_finished() -> None:
+    line = transient_of(T, 2.0 * T)
+    assert (line.kind, line.finished) == (TransientKind.LINEAR, False)
+    assert line.rate.value == pytest.approx(2.0, rel=1e-12)
+    assert math.isnan(line.final)
+    assert math.isnan(line.end)
+    assert line.note.startswith("not finished: a straight line so far")
+    early = transient_of(T[:120], APPROACH[:120])  # 3 s: less than two time constants
+    assert (early.kind, early.finished) == (TransientKind.EXPONENTIAL, False)
+    assert early.note.startswith("not finished: less than three")
+    assert early.time_constant.value == pytest.approx(1.7, rel=1e-9)
+    noise = 0.2 * wandering(np.random.default_rng(1), 60, 0.0)
+    start = transient_of(T[:60], APPROACH[:60] + noise)
+    assert not start.finished
+
+
+def test_ambiguous_shape_is_said() -> None:
+    noise = 2.0 * wandering(np.random.default_rng(2), len(T), 0.0)
+    found = transient_of(T, APPROACH + noise)
+    assert found.kind is TransientKind.EXPONENTIAL
+    assert found.note == "a straight line that ends fits as well"
+
+
+def test_too_little() -> None:
+    found = transient_of(T[:7], APPROACH[:7])
+    assert (found.kind, found.finished) == (TransientKind.UNRESOLVED, False)
+    assert found.note == "not identifiable: 7 points, at least 8 are needed"
+    with_gaps = APPROACH.copy()
+    with_gaps[::2] = math.nan
+    assert transient_of(T, with_gaps).time_constant.value == pytest.approx(1.7, rel=1e-12)
+
+
+def test_a_random_walk_has_no_transient() -> None:
+    def trial(rng: np.random.Generator) -> bool:
+        found = transient_of(T, np.cumsum(rng.normal(0.0, 1.0, len(T))))
+        assert "wanders" in found.note or found.kind is not TransientKind.UNRESOLVED
+        return found.kind in (TransientKind.NONE, TransientKind.UNRESOLVED)
+
+    covers(trial, 60, 0.95)
+
+
+def test_bad_input() -> None:
+    with pytest.raises(ValueError, match="alike"):
+        transient_of(T, T[:5])
+    with pytest.raises(ValueError, match="rise"):
+        transient_of(T[::-1], APPROACH)
+
+
+@pytest.mark.parametrize("load_torque", [0.0, 0.001])
+def test_slip_at_every_impact_is_linear(load_torque: float) -> None:
+    """Period 1: an impact each period turns the disk by μ a_e 2(πg/ω)/a_g², so α̈ = μ a_e g/a_g².
+
+    A load torque takes T_L/(m a_g²) from it. The line ends at ωΦ cos(τ_imp + θ) (eq. 4).
+    """
+    result = simulate(
+        60.0, preset="pizza_multiple_toss", friction=0.01, initial_angular_velocity=0.0,
+        load_torque=load_torque,
+    )  # fmt: skip
+    values = result.parameters
+    disk = Disk(*(float(values[name]) for name in Disk._fields))
+    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    rate = disk.friction * disk.friction_radius * disk.gravity / disk.gyration_radius**2
+    rate -= load_torque / (disk.mass * disk.gyration_radius**2)
+    found = transient_of(result.impacts["time"], result.impacts["angular_velocity"])
+    orbit = period_one(motion, disk)
+    assert orbit is not None
+    assert (found.kind, found.finished) == (TransientKind.LINEAR, True)
+    assert found.rate.value == pytest.approx(rate, rel=1e-9)
+    assert found.final == pytest.approx(orbit.angular_velocity, rel=1e-9)
+
+
+def mean_torque_transient(run: Result) -> Transient:
+    """The transient that the mean torque gives: α̈ = (μ a_e g/a_g²) (P(β̇ > α̇) − P(β̇ < α̇)).
+
+    P is over the impacts of the run, each with the weight of its impulse.
+    """
+    values = {name: float(run.parameters[name]) for name in (*Disk._fields, *Motion._fields)}
+    grip = values["friction"] * values["friction_radius"] / values["gyration_radius"] ** 2
+    omega = math.tau * values["frequency"]
+    turning = omega * values["angular_amplitude"] * np.cos(run.impacts["forcing_phase"])
+    order = np.argsort(turning)
+    impulses = run.impacts["axial_impulse"][order]
+    below = np.cumsum(impulses) / np.sum(impulses)
+    times = np.linspace(0.0, run.impacts["time"][-1], 3000)
+    speeds = np.zeros(len(times))
+    step = grip * values["gravity"] * float(times[1])
+    for k in range(1, len(times)):
+        part = float(np.interp(speeds[k - 1], turning[order], below))
+        speeds[k] = speeds[k - 1] + step * (1.0 - 2.0 * part)
+    return transient_of(times, speeds)
+
+
+def test_wandering_over_all_phases_is_exponential() -> None:
+    """High bounces, and so little friction that hundreds of them make a time constant."""
+    run = simulate(
+        15_000.0, axial_amplitude=0.2, angular_amplitude=1.0, restitution=0.9, friction=1e-4
+    )
+    found = transient_of(run.impacts["time"], run.impacts["angular_velocity"])
+    expected = mean_torque_transient(run)
+    assert (found.kind, expected.kind) == (TransientKind.EXPONENTIAL, TransientKind.EXPONENTIAL)
+    assert found.finished
+    # the single run's wandering is in its interval, the curve's departure from exp in the other's
+    assert found.time_constant.low <= expected.time_constant.high
+    assert found.time_constant.high >= expected.time_constant.low
+    assert found.final == pytest.approx(expected.final, rel=0.05)
+
+
+def test_an_interval_does_not_depend_on_the_unit_of_time() -> None:
+    """A ramp of milliseconds: its normal matrix must not be all rounding."""
+    rng = np.random.default_rng(9)
+    times = np.linspace(0.0, 87 * 2.5e-5, 88)
+    speeds = 44_864.0 * np.minimum(times, 1.7e-3) + rng.normal(scale=0.05, size=88)
+    quick, slow = (
+        interval(fit(Curve.RAMP, scaled, speeds), scaled, speeds, 88.0)
+        for scaled in (times, np.linspace(0.0, 87 * 0.25, 88))
+    )
+    assert quick.low < 44_864.0 < quick.high
+    for one, other in zip(quick[:3], slow[:3], strict=True):
+        assert one == pytest.approx(1e4 * other, rel=1e-6)
+    assert quick.high - quick.low == pytest.approx(1e4 * (slow.high - slow.low), rel=1e-3)

@@ -1,0 +1,57 @@
+"""The command line before and after --ros-args, and what --help shows of a table."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from bouncing_disk_ros.help_text import spec_lines
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.ros.startup import Start, parser_of, split_arguments
+
+
+@pytest.mark.parametrize(
+    ("args", "own", "ros"),
+    [
+        ([], [], []),
+        (["bag", "--csv"], ["bag", "--csv"], []),
+        (["--ros-args", "-p", "a:=1"], [], ["--ros-args", "-p", "a:=1"]),
+        (["bag", "--ros-args", "--ros-args"], ["bag"], ["--ros-args", "--ros-args"]),
+    ],
+)
+def test_arguments_are_split_at_the_first_ros_args(
+    args: list[str], own: list[str], ros: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert split_arguments(args) == (own, ros)
+    monkeypatch.setattr(sys, "argv", ["program", *args])
+    assert split_arguments(None) == (own, ros)
+
+
+def test_help_has_every_option_with_type_default_and_unit() -> None:
+    table = {"lead": Spec("lead", 0.5, "s", "how early"), "csv": Spec("csv", False, "", "as CSV")}
+    text = parser_of("tool", "What it does.", table, "tool now").format_help()
+    assert all(line in text for spec in table.values() for line in spec_lines(spec))
+    assert "lead (double, default 0.5 s)" in text
+    assert text.startswith("usage: tool [--help] [--ros-args")
+    assert text.endswith("example:\n  tool now\n")
+
+
+def test_a_file_for_another_node_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "other.yaml"
+    for node, said in (("basins", True), ("tool", False), ("/**", False)):
+        file.write_text(f"{node}:\n  ros__parameters:\n    width: 3\n", encoding="utf-8")
+        arguments = ["--ros-args", "--params-file", str(file)]
+        Start("tool", "", {}, "", arguments, needs_ros=False).parse()
+        line = f"tool: --params-file {file}: it sets nothing for a node called tool, and is ignored"
+        assert capsys.readouterr().err == (f"{line}\n" if said else "")
+
+
+def test_a_parameter_before_ros_args_is_told_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        Start("tool", "", {}, "", ["width:=3"], needs_ros=False).parse()
+    assert ended.value.code == 2
+    assert "come after --ros-args: --ros-args -p NAME:=VALUE" in capsys.readouterr().err

@@ -1,0 +1,349 @@
+"""Pictures and lines of the studies: panels and labels, and the odd results that must not crash."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from bouncing_disk_ros.motor_study import tool as motor
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.study import run
+from bouncing_disk_ros.study.basin_shares import tool as basin_shares
+from bouncing_disk_ros.study.basins import tool as basins
+from bouncing_disk_ros.study.bifurcation import tool as bifurcation
+from bouncing_disk_ros.study.parameter_map import tool as parameter_map
+from bouncing_disk_ros.study.study_tool import StudyTool
+from bouncing_disk_ros.study.toss_map import tool as toss_map
+from bouncing_disk_ros.study.toss_paths import tool as toss_paths
+from bouncing_disk_ros.study_tables import STUDY_TABLES
+
+Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
+
+
+def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
+    """The figures, all drawn, the lines and the result of a small study."""
+    table = STUDY_TABLES[tool.name]
+    values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
+    make_view = tool.make_view()
+    study = make_view.make(values)
+    result = run(study, path / "r.zarr")
+    assert result is not None
+    figures = dict(make_view.pictures(study, result))
+    for figure in figures.values():
+        figure.savefig(io.BytesIO(), format="png", dpi=40)
+    lines = make_view.lines(result)
+    assert all("\n" not in line for line in lines)
+    return figures, lines, result
+
+
+def labels(figure: Figure) -> list[tuple[str, str]]:
+    return [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes if axes.get_visible()]
+
+
+def text_of(figure: Figure) -> str:
+    found = [str(figure.get_suptitle())]
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        found += [text.get_text() for text in legend.get_texts()] if legend else []
+        found += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel()]
+    return "\n".join(found)
+
+
+def test_basins(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.45, width=60, height=60)
+    assert list(figures) == ["basins"]
+    text = text_of(figures["basins"])
+    assert "Γ = 0.45, restitution ε = 0.5" in text
+    assert "period-1: 3" in text
+    assert "unresolved" not in text
+    assert "relative velocity before it, $w_A$" in text
+    assert "time until it is clear" in text
+    assert any(line.startswith("  period-1") for line in lines)
+    assert any("uncertainty exponent" in line for line in lines)
+
+
+def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.2, width=50, height=50,
+                              angular_velocities="0 1")  # fmt: skip
+    assert "rest: 100.00 ± 0.00 %" in text_of(figures["basins"])
+    assert "  no boundary in the window, or too short a one" in lines
+    assert lines[-1] == "  from α̇ = +1 ωΦ: all come to rest"
+
+
+def test_basins_that_the_cap_leaves_open(tmp_path: Path) -> None:
+    figures, lines, result = shown(tmp_path, basins.TOOL, width=6, height=5, cap=1)
+    open_ = 100.0 * float(result["unresolved_fraction"])
+    assert open_ > 0.0
+    assert f"unresolved: {open_:.2f} %" in text_of(figures["basins"])
+    assert any("unresolved" in line and f"{open_:.3f} %" in line for line in lines)
+
+
+def test_a_window_of_ones_own_keeps_its_axes(tmp_path: Path) -> None:
+    """Impacts on attractors outside do not stretch them; narrow windows have ticks with labels."""
+    figures, _, _ = shown(
+        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
+        phase_end=0.1, velocity_begin=-0.8, velocity_end=-0.6, velocity="after",
+    )  # fmt: skip
+    left = figures["basins"].axes[0]
+    assert left.get_xlim() == pytest.approx((-0.1 / math.pi, 0.1 / math.pi))
+    assert left.get_ylim() == pytest.approx((-0.8, -0.6))
+    figures["basins"].draw_without_rendering()
+    low, high = left.get_xlim()
+    shown_ticks = [tick for tick in left.get_xticks() if low <= tick <= high]
+    assert len(shown_ticks) >= 3
+    assert "sign changed" in left.get_ylabel()
+
+
+def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Path) -> None:
+    """Period 1 at τ = 0.74: in a window from 2π on it is drawn one turn later."""
+    figures, _, _ = shown(
+        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
+        phase_end=8.0, velocity_begin=-2.0, velocity_end=-1.0,
+    )  # fmt: skip
+    axes = figures["basins"].axes[0]
+    points = [line for line in axes.lines if line.get_label() == "impacts on the attractors"]
+    places = [float(x) for line in points for x in np.asarray(line.get_xdata())]
+    assert places == pytest.approx([(math.acos(1.0 / 1.35) + math.tau) / math.pi])
+    legend = axes.get_legend()
+    assert legend is not None
+    assert "impacts on the attractors" in [text.get_text() for text in legend.get_texts()]
+
+
+def test_no_axis_has_the_unit_1(tmp_path: Path) -> None:
+    for name, tool, given in (
+        ("b", bifurcation.TOOL, {"count": 2, "settling": 50, "measured": 20, "kept": 5}),
+        ("s", basin_shares.TOOL, {"count": 2, "samples": 6}),
+        ("p", parameter_map.TOOL, {"x_count": 2, "y_count": 2, "settling": 9, "measured": 256}),
+    ):
+        figures, _, _ = shown(tmp_path / name, tool, **given)
+        for figure in figures.values():
+            assert "(1)" not in text_of(figure)
+
+
+def test_one_pixel(tmp_path: Path) -> None:
+    figures, _, _ = shown(tmp_path, basins.TOOL, width=1, height=1)
+    assert len(figures["basins"].axes) == 3
+
+
+def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basins.TOOL, width=12, height=10,
+                              angular_velocities="0 0.5 -1 2")  # fmt: skip
+    figure = figures["mean_speeds"]
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert len(titles) == 4
+    assert "−1" in titles[2]
+    assert any("mean speed at the end" in label for pair in labels(figure) for label in pair)
+    assert sum(line.startswith("  from α̇ = ") for line in lines) == 4
+
+
+def test_shares(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, basin_shares.TOOL, begin=0.2, end=0.45, count=3, samples=12)
+    figure = figures["basin_shares"]
+    x, ys = labels(figure)[-1][0], [y for _, y in labels(figure)]
+    assert x == "axial forcing Γ"
+    assert [y.split()[0] for y in ys] == ["share", "best", "mean"]
+    legend = text_of(figure)
+    assert "rest" in legend
+    assert "chaotic" not in legend, "a class that is nowhere is not in the legend"
+    assert lines[0].startswith("  rest             at most 100.000 %, at 0.2")
+
+
+def test_shares_of_one_value(tmp_path: Path) -> None:
+    shown(tmp_path, basin_shares.TOOL, begin=0.45, end=0.45, count=1, samples=6)
+
+
+@pytest.mark.parametrize("along", ["restitution", "phase_lag", "angular_forcing"])
+def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
+    ends = {"restitution": (0.4, 0.6), "phase_lag": (-1.0, 1.0), "angular_forcing": (1.0, 100.0)}
+    begin, end = ends[along]
+    figures, lines, result = shown(
+        tmp_path, bifurcation.TOOL, along=along, begin=begin, end=end, count=4, settling=100,
+        measured=50, kept=20, doublings=1,
+    )  # fmt: skip
+    ys = [y for _, y in labels(figures["bifurcation"])]
+    assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "impact", "Lyapunov"]
+    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
+    assert f"in {name};" in text_of(figures["bifurcation"])
+    at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
+    assert any(line.endswith(f"at {at:.6g}") for line in lines)
+
+
+def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
+    _, lines, result = shown(
+        tmp_path, bifurcation.TOOL, begin=0.3, end=0.2, count=3, initial_velocity=-1.0,
+        settling=100, measured=50, kept=20,
+    )  # fmt: skip
+    assert np.isnan(result["mean_speed"].values).all()
+    assert len(lines) == 2
+    assert lines[0].startswith("  no period doubling up to 0.3: at ε = 0.5 the first is at 0.486")
+    assert lines[1] == "  Lyapunov exponent above 0.001 at 0 of 3 values"
+
+
+def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, bifurcation.TOOL, begin=0.3, end=0.45, count=4, settling=50, measured=50,
+        kept=20, starts=9,
+    )  # fmt: skip
+    figure = figures["bifurcation"]
+    assert figure.get_suptitle().startswith("Attractors reached from 9 starts at each Γ; ε = 0.5")
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "starts that end without contact", "starts that end with contact",
+        "period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)",
+    ]  # fmt: skip
+    assert figure.axes[1].lines[0].get_linestyle() == "None", "points: no start is followed"
+    assert "  contact from some starts at 3 of 4 values, from all at 0" in lines
+    assert lines[-1].startswith("  after contact the mean speed depends on the start at 3 values")
+
+
+def test_a_map_of_parameters(tmp_path: Path) -> None:
+    figures, lines, result = shown(
+        tmp_path, parameter_map.TOOL, x_begin=0.25, x_end=0.56, x_count=12, y_begin=0.5, y_end=0.51,
+        y_count=2, settling=1000, measured=300,
+    )  # fmt: skip
+    figure = figures["parameter_map"]
+    left, right = figure.axes[:2]
+    assert left.get_xlabel() == "axial forcing Γ"
+    assert left.get_ylabel() == "restitution ε"
+    start = "a start beside the period-1 orbit (where there is none, from contact)"
+    title = f"What the disk settles on from {start}\nθ = 0, $\\Gamma_T$ = 100"
+    assert figure.get_suptitle() == title
+    legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
+               for axes in (left, right)]  # fmt: skip
+    assert {"rest", "with contact", "period 1", "period 2", "chaotic"} <= set(legends[0])
+    assert "period 5" not in legends[0], "a class that is nowhere is not in the legend"
+    assert legends[1] == ["with contact: −∞", "rest"]
+    speed = figures["mean_speed"].axes[0]
+    assert speed.get_xlabel() == left.get_xlabel()
+    for image in (right.images[1], speed.images[0]):
+        low, high = image.get_clim()
+        assert low == -high, "the colours are centred at 0"
+    assert any(line.startswith("  rest ") for line in lines)
+    assert any(line.startswith("  largest mean speed ") for line in lines)
+    best = float(result["lyapunov_exponent"].where(np.isfinite).max())
+    assert any(line.startswith(f"  largest Lyapunov exponent {best:.4f} at ax") for line in lines)
+
+
+def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, parameter_map.TOOL, x_begin=0.2, x_end=0.2, x_count=1, y_begin=0.5, y_end=0.5,
+        y_count=1, settling=10, measured=256,
+    )  # fmt: skip
+    assert "rest" in text_of(figures["parameter_map"])
+    assert lines == ["  rest         100.000 % of the points", "  period 1       0.000 %"]
+
+
+def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
+    figures, _, _ = shown(
+        tmp_path, parameter_map.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=2,
+        y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
+        start="given", initial_phase=0.5, initial_velocity=-2.0,
+    )  # fmt: skip
+    title = "What the disk settles on from τ = 0.5, $w_A$ = −2\nΓ = 0.45, ε = 0.5"
+    assert figures["mean_speed"].get_suptitle() == title
+
+
+def test_toss_maps(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, toss_map.TOOL, phase_lag_count=9, amplitude_angle_count=9,
+                              trajectory_lags="0")  # fmt: skip
+    assert list(figures) == ["toss_map", "trajectories"]
+    assert [line.split(" at ")[0].strip() for line in lines] == [
+        "largest airborne speed", "largest speed ratio", "largest efficiency"
+    ]  # fmt: skip
+    assert "phase lag" in labels(figures["toss_map"])[2][0]
+
+
+def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
+    figures, lines, _ = shown(tmp_path, toss_paths.TOOL, phase_lags="0 0",
+                              amplitude_angles="0.25pi 0.499pi", points=16)  # fmt: skip
+    assert len(figures["toss_paths"].axes) >= 2
+    assert "τ_sep = 0.1599 rad" in lines[0]
+    assert lines[1].endswith("the disk never leaves")
+    assert math.isfinite(float(lines[0].split("τ_sep = ")[1].split()[0]))
+
+
+def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
+    small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
+    for starts in (0, 3):
+        figures, _, _ = shown(
+            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.45, starts=starts, **small
+        )
+        assert list(figures) == ["bifurcation"]
+
+
+def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
+    figures, lines, result = shown(
+        tmp_path, motor.TOOL, x_count=7, y_begin=19.0, y_end=33.0, y_count=8, longest=1500
+    )
+    assert list(figures) == ["speed_torque", "stall", "motor_map"]
+    left, right = figures["speed_torque"].axes[:2]
+    assert (left.get_xlabel(), left.get_ylabel()) == (
+        "load torque T_L (N·m)", "mean speed of the rotor (rad/s)"
+    )  # fmt: skip
+    names = [text.get_text() for text in left.texts]
+    assert names == [f"{p:.4g}" for p in result["preload"].values if p < 30.2], "no contact alone"
+    assert right.get_ylabel() == "preload P (N)"
+    stall = figures["stall"].axes
+    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (N·m)"]
+    marked = [text.get_text().strip() for text in stall[0].texts]
+    assert marked == ["doubling", "no period 1", "contact lasts"]
+    assert "periodic" in text_of(figures["stall"])
+    shown_kinds = text_of(figures["motor_map"])
+    assert "runs away" in shown_kinds
+    assert "unresolved" not in shown_kinds
+    assert any(
+        line.startswith("  period 1 between preloads of 20.6803 and 30.1544 N") for line in lines
+    )
+    assert any("; contact, once begun, never ends from 31.5778 N on" in line for line in lines)
+    assert any(line.startswith("  largest efficiency 0.1") for line in lines)
+    assert any(line.startswith("  stall torque from ") for line in lines)
+
+
+def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path: Path) -> None:
+    """Contours end where the first of two lines does; cells show each point."""
+    figures, _, result = shown(
+        tmp_path, motor.TOOL, x_count=12, y_begin=22.0, y_end=28.0, y_count=2
+    )
+    right = figures["speed_torque"].axes[1]
+    (image,) = right.images
+    assert right.get_ylim() == (19.0, 31.0), "whole cells"
+    known = np.isfinite(result["efficiency"].transpose("preload", "load_torque").values)
+    assert (known.sum(axis=1) > 1).all()
+    assert known[0].sum() < known[1].sum(), "friction gives way at a smaller torque"
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(~np.ma.getmaskarray(drawn), known)
+
+
+def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, motor.TOOL, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
+        y_end=1.0, y_count=3,
+    )  # fmt: skip
+    assert list(figures) == ["speed_torque", "motor_map"]
+    assert not any("stall" in line for line in lines)
+    assert "  best phase lag -1 rad over brake_torque" in lines, "the same for each"
+
+
+def test_a_motor_at_one_point(tmp_path: Path) -> None:
+    figures, lines, _ = shown(
+        tmp_path, motor.TOOL, x_end=0.0, x_count=1, y_begin=33.0, y_end=33.0, y_count=1
+    )
+    assert "no efficiency anywhere" in [t.get_text() for t in figures["speed_torque"].axes[1].texts]
+    assert lines[0] == "  contact_only 100.000 % of the points"
+
+
+def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
+    figures, _, _ = shown(
+        tmp_path, motor.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
+        y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
+    )  # fmt: skip
+    assert list(figures) == ["motor_map"]
+    assert "T_L = 0.002 N·m" in figures["motor_map"].get_suptitle()
