@@ -51,8 +51,7 @@ def orbit_named(
 # Rotation of the disk on a periodic orbit: the phase lag that turns it fastest, and its speed.
 #
 # After an impact that removes all slip the disk turns as the platform does then, α̇ = ωΦ cos(τ +
-# θ)
-# (eq. 4 of Liu, Friend, Yeo, EPL 2009); on the period-1 orbit θ = −τ_imp gives ωΦ.
+# θ) (eq. 4 of Liu, Friend, Yeo, EPL 2009); on the period-1 orbit θ = −τ_imp gives ωΦ.
 
 
 def flight_times(orbit: Array, axial_forcing: float) -> Array:

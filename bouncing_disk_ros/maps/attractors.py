@@ -180,12 +180,9 @@ def numbered(names: list[str]) -> list[str]:
 # Attractors along a parameter keep their number: those that are near each other are one line.
 #
 # The distance of two attractors is that of their points: the mean way from the points of each to
-# the
-# nearest one of the other, the larger of the two. Through a doubling, and from a cascade into its
-# chaotic band, it grows from 0. Where two attractors are near one, the nearest pair is joined
-# first.
-# The attractor with contact is always one line: there is at most one
-# (analysis.dynamics.attractors).
+# the nearest one of the other, the larger of the two. Through a doubling, and from a cascade into
+# its chaotic band, it grows from 0. Where two attractors are near one, the nearest pair is joined
+# first. The attractor with contact is always one line: there is at most one, as said above.
 
 
 Array = NDArray[np.float64]

@@ -117,8 +117,7 @@ def settled_speeds(
 # The phase lag that turns the disk fastest on a given axial attractor (paper, eq. 4 and below).
 #
 # The axial part of an attractor does not depend on θ, so its impacts are found once; the mean
-# speed
-# is then a function of θ alone.
+# speed is then a function of θ alone.
 
 
 LAGS = 48

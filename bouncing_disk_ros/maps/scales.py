@@ -63,8 +63,8 @@ def velocity_scale(motion: Motion, disk: Disk) -> float:
 # ------------------------------------------------------------------------------------------------
 # Closed forms of the period-1 orbit: one impact in each period of the platform.
 #
-# Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009), with
-# g + P/m in place of g under a preload P. SI units, angles in rad.
+# Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009), with g +
+# P/m in place of g under a preload P. SI units, angles in rad.
 
 
 class PeriodOne(NamedTuple):

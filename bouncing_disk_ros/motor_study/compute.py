@@ -227,7 +227,7 @@ class Motor(PlaneStudy):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.dynamics.motor_points.MotorMeans."""
+        """As in `motor_points.MotorMeans`."""
         dims = (self.up, self.across)
         flags = dict(KINDS)
         return {

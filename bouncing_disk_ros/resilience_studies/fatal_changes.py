@@ -131,13 +131,9 @@ def _after_separation(section: NextCollisionMap, phases: Array) -> tuple[Array, 
 #
 # The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
 # reached again where its attractor is, within a number of periods (a chaotic one: unless another
-# is
-# reached). The sizes that are fatal are
-# intervals: the line is looked at in steps of a part of the size, and the edge of the first
-# interval
-# found is halved to rounding (of a chaotic attractor to 1e-6 of it). Intervals narrower than a
-# step
-# may be missed.
+# is reached). The sizes that are fatal are intervals: the line is looked at in steps of a part of
+# the size, and the edge of the first interval found is halved to rounding (of a chaotic attractor
+# to 1e-6 of it). Intervals narrower than a step may be missed.
 
 
 Flights = Callable[[NDArray[np.intp], Array], Array]

@@ -110,10 +110,9 @@ def continued(system: System, start: Point, largest: float, smallest: float) -> 
 #
 # The equations are those of `impact_equations`, which know no first root: a graze is two smooth
 # equations more, the gap and its derivative at the time of the touch (the virtual impact of R.
-# Ghosh
-# and D. Simpson, arXiv 2510.16218), where Newton's method on the return map fails on its square
-# root.
-# Points found are certain to about 1e-12; on a curve they are no further apart than asked for.
+# Ghosh and D. Simpson, arXiv 2510.16218), where Newton's method on the return map fails on its
+# square root. Points found are certain to about 1e-12; on a curve they are no further apart than
+# asked for.
 
 
 LARGEST_STEP, SMALLEST_STEP = 0.02, 1e-7

@@ -35,7 +35,7 @@ def test_without_the_library_one_line_says_so(start: Starter, tmp_path: Path) ->
 
 _WITHOUT = """
 import importlib.util, sys
-from bouncing_disk_ros.nodes.bags import bag_report
+from bouncing_disk_ros.nodes import bag_report
 there = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *more: None if name == "flint" else there(name, *more)
 sys.exit(bag_report.main())
@@ -53,7 +53,7 @@ def test_an_interrupted_proof_sums_up(start: Starter, tmp_path: Path) -> None:
 
 _SLOW = """
 import sys, time
-from bouncing_disk_ros.nodes.bags import bag_report
+from bouncing_disk_ros.nodes import bag_report
 from bouncing_disk_ros.proof import event_proof
 def slow(event):
     print("proving", flush=True)

@@ -120,12 +120,13 @@ def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path, shell: list[
 
 _INTERRUPTED = """
 import sys, time
-from bouncing_disk_ros.nodes.bags import bag_report, bag_run
+from bouncing_disk_ros.nodes import bag_report
+from bouncing_disk_ros.report import read_run
 def slow(self):
     print("reading", flush=True)
     time.sleep(60)
     yield
-bag_run.BagRun.read = slow
+read_run.BagRun.read = slow
 sys.exit(bag_report.main())
 """
 
@@ -140,7 +141,7 @@ def test_it_is_interrupted_while_it_imports(start: Starter, tmp_path: Path) -> N
 
 _IMPORTING = """
 import sys, time
-from bouncing_disk_ros.nodes.bags import bag_report
+from bouncing_disk_ros.nodes import bag_report
 class Slow:
     def find_spec(self, name, path, target=None):
         if name == "numpy":

@@ -75,7 +75,7 @@ class ResilienceStudy(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.dynamics.resilience_measures.Resilience."""
+        """As in `measures.Resilience`."""
         one = ("value", "attractor")
         unit, period = "m pi g/omega", "2 pi/omega"
         return {

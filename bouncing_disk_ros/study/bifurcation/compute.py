@@ -168,7 +168,7 @@ class Bifurcation(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.dynamics.bifurcation.Branch."""
+        """As in `bifurcation_diagram.Branch`."""
         line = ("value", "start") if self._starts else ("value",)
         cloud, speed = (*line, "impact"), "omega Phi"
         known = "nan where roundings decide how contact goes on"

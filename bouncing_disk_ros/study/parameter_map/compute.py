@@ -74,7 +74,7 @@ class ParameterMap(PlaneStudy):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.dynamics.parameter_map.Settled."""
+        """As in `parameter_plane.Settled`."""
         dims, speed = (self.up, self.across), "omega Phi"
         return {
             "kind": Field(dims, "int32", "1", "kind of attractor", fill=UNRESOLVED, flags=FLAGS),

@@ -75,7 +75,7 @@ class TossMap(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.toss.Toss."""
+        """As in `tosses.Toss`."""
         dims = ("phase_lag", "amplitude_angle")
         return {
             "airborne_speed": Field(dims, "float64", "rad/s", "airborne speed", "α̇_f"),

@@ -47,7 +47,7 @@ class TossPaths(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in analysis.toss_path.TossPaths."""
+        """As in `toss_path.TossPaths`."""
         both, one = ("path", "forcing_phase"), ("path",)
         return {
             "arc": Field(both, "float64", "m", "arc along the circle of radius a_e", "a_e β"),
