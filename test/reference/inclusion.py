@@ -86,35 +86,32 @@ def _offset(c, place, d):  # type: ignore[no-untyped-def]
     return value, slope, curvature
 
 
-@njit(cache=True, error_model="numpy")
-def _axial(c, d):  # type: ignore[no-untyped-def]
-    """s, ṡ, s̈."""
+@inner
+def _joint(c, d, amplitude, offset, lag, lags):  # type: ignore[no-untyped-def]
+    """Position, velocity and acceleration of a joint from its places in a stretch and its lag."""
     b, b1, b2, since = _blend(c, d)
-    tau, w, w1 = c[2] + c[7] * (c[0] + d) + c[8] * since, c[7] + c[8] * b, c[8] * b1
-    a, a1, a2 = c[3] + c[4] * b, c[4] * b1, c[4] * b2
+    tau = c[2] + c[7] * (c[0] + d) + c[8] * since + lag + lags * b
+    w, w1 = c[7] + c[8] * b + lags * b1, c[8] * b1 + lags * b2
+    a, a1, a2 = c[amplitude] + c[amplitude + 1] * b, c[amplitude + 1] * b1, c[amplitude + 1] * b2
     sine, cosine = math.sin(tau), math.cos(tau)
-    q, q1, q2 = _offset(c, P, d)
+    q, q1, q2 = _offset(c, offset, d)
     return (
         a * sine + q,
         a1 * sine + a * w * cosine + q1,
         a2 * sine + (2.0 * a1 * w + a * w1) * cosine - a * w * w * sine + q2,
     )
+
+
+@njit(cache=True, error_model="numpy")
+def _axial(c, d):  # type: ignore[no-untyped-def]
+    """s, ṡ, s̈."""
+    return _joint(c, d, 3, P, 0.0, 0.0)
 
 
 @inner
 def _angular(c, d):  # type: ignore[no-untyped-def]
     """β, β̇, β̈."""
-    b, b1, b2, since = _blend(c, d)
-    tau = c[2] + c[7] * (c[0] + d) + c[8] * since + c[9] + c[10] * b
-    w, w1 = c[7] + c[8] * b + c[10] * b1, c[8] * b1 + c[10] * b2
-    a, a1, a2 = c[5] + c[6] * b, c[6] * b1, c[6] * b2
-    sine, cosine = math.sin(tau), math.cos(tau)
-    q, q1, q2 = _offset(c, Q, d)
-    return (
-        a * sine + q,
-        a1 * sine + a * w * cosine + q1,
-        a2 * sine + (2.0 * a1 * w + a * w1) * cosine - a * w * w * sine + q2,
-    )
+    return _joint(c, d, 5, Q, c[9], c[10])
 
 
 @inner
@@ -284,8 +281,10 @@ def _impact(state, c, d, noise, log, count):  # type: ignore[no-untyped-def]
     state[SPEED], state[GAP] = -c[RESTITUTION] * w, 0.0
     state[SPEED] *= 1.0 + noise[count, 0]
     state[SPIN] += noise[count, 1] * (abs(state[SPIN]) + abs(b[1]))
+    s2 = _axial(c, d)[2]
     log[count, 0], log[count, 1], log[count, 2], log[count, 3] = d, w, slip, state[SPIN]
-    return _rest_of_chatter(state, c, c[GRAVITY] + _axial(c, d)[2])
+    log[count, 4] = (abs(c[GRAVITY]) + abs(s2)) * c[RADIAN]
+    return _rest_of_chatter(state, c, c[GRAVITY] + s2)
 
 
 @inner
@@ -428,7 +427,7 @@ class Path(NamedTuple):
     """What a run was: the states at the instants asked for, and its impacts."""
 
     states: NDArray[np.float64]  # gap, ẋ − ṡ, α, α̇, losses of brake, sliding, impacts (both)
-    impacts: NDArray[np.float64]  # time (s), w_A, w_T, α̇ after
+    impacts: NDArray[np.float64]  # time (s), w_A, w_T, α̇ after, (g + P/m + |s̈|)/ω
     ended_ns: int  # the last instant that was reached: all, or where impacts were too many
     steps: int
 
@@ -554,7 +553,7 @@ class _Run:
         self.disturbs = noise * self.rng.normal(size=(MOST_IMPACTS + 1, 2))
         self.state = np.zeros(STATE)
         self.contact, self.steps = False, 0
-        self.log, self.stretch = np.zeros((MOST_IMPACTS + 1, 4)), np.zeros(32)
+        self.log, self.stretch = np.zeros((MOST_IMPACTS + 1, 5)), np.zeros(32)
         self.impacts: list[NDArray[np.float64]] = []
         self.kicks: list[tuple[int, float, float]] = []
 
@@ -701,5 +700,5 @@ def integrate(
             break
         now = then
         run.due(now)
-    impacts = np.concatenate([np.zeros((0, 4)), *run.impacts])
+    impacts = np.concatenate([np.zeros((0, 5)), *run.impacts])
     return Path(np.array(states).reshape(-1, STATE), impacts, now, run.steps)

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import pytest
 
+from bouncing_disk_ros.core.model import ImpactKind
 from reference import inclusion
 from support.random_runs import Script, random_script
-from support.scripted import compare, judge_scripts, play
+from support.scripted import compare, judge, judge_scripts, play
 
-SCRIPTS = 500
+SCRIPTS = 1000
 pytestmark = pytest.mark.timeout(600)  # compiled, on a machine that does much else
 LEAST_COMPARED = 0.95
 """Of all samples: chaos must not swallow the comparison."""
@@ -38,6 +39,22 @@ def test_a_wrong_state_is_found(column: str) -> None:
     last = int(abs(played.states[:, place]).argmax())
     played.states[last, place] *= 1.0 + 1e-8
     assert [one.what.split(" at ")[0] for one in compare(script, played).differences] == [column]
+
+
+def test_a_missing_impact_is_found() -> None:
+    script = _quiet()
+    played = play(script)
+    assert played.rows[0]["kind"] == ImpactKind.IMPACT
+    found = compare(script, played._replace(rows=played.rows[1:])).differences
+    assert found[0].what == "time of impact"
+
+
+@pytest.mark.parametrize("seed", [1579, 2994, 2902, 701016, 700366])
+def test_events_within_rounding_of_an_instant_are_no_difference(seed: int) -> None:
+    """Impacts of 3e-16 m/s at the start, of 7e-15 m/s at a chatter's end; an impulse and a sample
+    at the instant of these.
+    """
+    assert judge(random_script(seed)).differences == []
 
 
 def _quiet() -> Script:

@@ -32,6 +32,14 @@ FLOOR = 1e-10
 CHAOS = 1e-5
 NEAR = 1e-8
 """rad of phase: a sample as near to an impact may be before or after it."""
+INSTANT = 2.0**-50 * math.tau
+"""rad of phase: how well an instant is known.
+
+Phases up to 2π are 2⁻⁵⁰ rad apart. That of an impact is the sum of a phase, of the time since and
+of a root, each rounded, by two methods: six of these steps, 2⁻⁵⁰·2π. With (g + P/m + |s̈|)/ω that is
+how well w_A is known, so a slower impact may be there or not: a flight of at most twice as long,
+its begin and end each as uncertain, or a start on the platform whose ṡ is 0 but for rounding.
+"""
 EVENTS = 30_000
 """Budget of a run between two instants."""
 ROUNDING = 1e-15
@@ -152,7 +160,8 @@ def _compare_states(
     allowed = FACTOR * spread + FLOOR * scales
     times = np.array(script.samples_ns[:many]) / 1e9
     near = NEAR / (math.tau * script.motion.frequency)
-    beside = np.abs(times[:, None] - paths[0].impacts[None, :, 0]).min(axis=1, initial=1e300) < near
+    impacts = np.concatenate([paths[0].impacts[:, 0], played.rows["time"]])
+    beside = np.abs(times[:, None] - impacts).min(axis=1, initial=1e300) < near
     wrong = np.abs(played.states[:many] - right[:many]) > allowed[:many]
     wrong |= np.isnan(played.states[:many])
     found = [
@@ -174,9 +183,10 @@ def _compare_impacts(
     for number, row in enumerate(played.rows):
         if row["kind"] != ImpactKind.IMPACT:
             for i, path in enumerate(paths):
-                until = row["time"] + NEAR * scale[0]
-                places[i] += int(np.searchsorted(path.impacts[places[i] :, 0], until))
+                places[i] += _in_tail(path, places[i], row, NEAR * scale[0])
             continue
+        for i, path in enumerate(paths):
+            places[i] += _slow_before(path, places[i], row["time"] - NEAR * scale[0], i > 0)
         if row["time"] > end or any(
             p >= len(x.impacts) for p, x in zip(places, paths, strict=True)
         ):
@@ -185,7 +195,7 @@ def _compare_impacts(
             break
         ours = np.array([row["time"], row["axial_impact_velocity"], row["angular_impact_velocity"],
                          row["angular_velocity"]])  # fmt: skip
-        others = [path.impacts[place] for place, path in zip(places, paths, strict=True)]
+        others = [path.impacts[place, :4] for place, path in zip(places, paths, strict=True)]
         spread = np.maximum(spread, np.max([np.abs(one - others[0]) for one in others], axis=0))
         spin = max(scales[:, 3].max(initial=0.0), abs(ours[2]), abs(ours[3]))
         scale[1:] = max(scale[1], abs(ours[1])), spin, spin
@@ -198,6 +208,28 @@ def _compare_impacts(
         places = [place + 1 for place in places]
         many += 1
     return found, many
+
+
+def _in_tail(path: Path, place: int, row: np.void, near: float) -> int:
+    """How many impacts from a place on a chatter's tail stands for: none is faster than its first.
+
+    A faster one at its end is that of an input which acts there.
+    """
+    times, speeds = path.impacts[place:, [0, 1]].T
+    first = abs(row["axial_impact_velocity"]) * (1.0 + CHAOS)
+    return _leading((times < row["time"] + near) & (np.abs(speeds) <= first))
+
+
+def _slow_before(path: Path, place: int, until: float, noisy: bool) -> int:
+    """How many impacts from a place on, up to a time, are too slow to be sure (see INSTANT)."""
+    known = INSTANT + (FACTOR * NOISE if noisy else 0.0)
+    times, speeds, scales = path.impacts[place:, [0, 1, 4]].T
+    return _leading((times < until) & (np.abs(speeds) <= known * scales))
+
+
+def _leading(holds: NDArray[np.bool_]) -> int:
+    """How many of the first are true."""
+    return len(holds) if holds.all() else int(np.argmin(holds))
 
 
 # --- against itself -------------------------------------------------------------------------------
