@@ -25,6 +25,7 @@ import functools
 import importlib
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.executables import STUDIES as _STUDIES
 from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
@@ -89,21 +90,25 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.run.programmes import load_programme, programme_names
     from bouncing_disk_ros.run.simulate import Result, simulate
     from bouncing_disk_ros.study.figures import figures
-    from bouncing_disk_ros.study.functions import (
-        basin_shares,
-        basins,
-        bifurcation,
-        curves,
-        manifolds,
-        motor,
-        parameter_map,
-        resilience,
-        toss_map,
-        toss_paths,
-    )
+    from bouncing_disk_ros.study.functions import StudyFunction
     from bouncing_disk_ros.study.runner import run as run_study
     from bouncing_disk_ros.study.store import open_result
 
+    basin_shares: StudyFunction
+    basins: StudyFunction
+    bifurcation: StudyFunction
+    curves: StudyFunction
+    manifolds: StudyFunction
+    motor: StudyFunction
+    parameter_map: StudyFunction
+    resilience: StudyFunction
+    toss_map: StudyFunction
+    toss_paths: StudyFunction
+
+_FUNCTIONS = tuple(
+    name for name, (module, _) in _STUDIES.items() if not module.startswith(f"{name}.")
+)
+"""Studies that are functions of this package: those whose name is not that of a folder in it."""
 #: module that has them -> public names
 _PUBLIC = {
     "maps.attractor_search": "find_attractors",
@@ -135,8 +140,7 @@ _PUBLIC = {
     "run.presets": "load_preset preset_names",
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
-    "study.functions": "basin_shares basins bifurcation curves manifolds motor parameter_map "
-    "resilience toss_map toss_paths",
+    "study.functions": " ".join(_FUNCTIONS),
     "study.runner": "run_study",
     "study.store": "open_result",
 }
@@ -152,15 +156,14 @@ __all__ = [
     "Attractor", "AttractorKind", "Attractors", "Curve", "EdgeState", "Estimate", "FailedError",
     "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
     "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
-    "TossSetting", "Window", "__version__", "bag", "basin_entropy",
-    "basin_shares", "basins", "best_lag", "bifurcation", "box_dimension", "curve_family",
-    "curves", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors", "figures",
-    "find_attractors", "fixed_point", "friction_of", "impacts_from_msg", "instants_of",
-    "label_starts", "load_preset", "load_programme", "manifolds", "motor", "open_result",
-    "orbit_curve", "orbit_of", "parameter_map", "period_doublings", "periodic_orbit",
-    "platform_velocities", "plots", "preset_names", "programme_names", "read_run", "resilience",
-    "restitution_of", "run_study", "saddle_manifolds", "saddle_of", "simulate", "spread_starts",
-    "study", "summary_of", "toss", "toss_map", "toss_paths", "uncertainty_exponent",
+    "TossSetting", "Window", "__version__", "bag", "basin_entropy", "best_lag", "box_dimension",
+    "curve_family", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors",
+    "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
+    "instants_of", "label_starts", "load_preset", "load_programme", "open_result",
+    "orbit_curve", "orbit_of", "period_doublings", "periodic_orbit", "platform_velocities",
+    "plots", "preset_names", "programme_names", "read_run", "restitution_of", "run_study",
+    "saddle_manifolds", "saddle_of", "simulate", "spread_starts", "study", "summary_of", "toss",
+    "uncertainty_exponent", *_FUNCTIONS,
 ]  # fmt: skip
 
 _use_numba_cache()  # before anything here imports numba, which reads the setting once

@@ -7,43 +7,10 @@ Read by `setup.py` (which may import nothing of the package, so this file import
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from typing import Any
 
-#: name of the executable -> its module, and what it does, in one line
-_TABLE: dict[str, tuple[str, str]] = {
-    "simulator": (
-        "nodes.simulator.simulator",
-        "simulate the disk in real time: take platform commands, publish disk state and impacts",
-    ),
-    "perform": (
-        "nodes.perform",
-        "publish a programme of platform motions on the command topic",
-    ),
-    "echo_impacts": (
-        "nodes.echo_impacts",
-        "print the impacts of disk/impacts as readable rows",
-    ),
-    "juggle": (
-        "juggling.juggle",
-        "keep a multiple toss going: impacts in, offset trajectories of the platform out",
-    ),
-    "recorder": (
-        "nodes.recorder.recorder",
-        "record topics to an MCAP bag that every ROS 2 tool opens",
-    ),
-    "replay": (
-        "nodes.replay.replay",
-        "simulate a recorded run again from its inputs: bit-identical, or changed",
-    ),
-    "bag_recover": (
-        "nodes.bag_recover",
-        "repair a bag that is incomplete or damaged",
-    ),
-    "bag_report": (
-        "nodes.bag_report",
-        "report on a recorded run from its bag: summary, figures, a page of plots",
-    ),
+#: name of the study -> the module of its definition and executable, and what it does, in one line
+STUDIES: dict[str, tuple[str, str]] = {
     "toss_paths": (
         "study.toss_paths.tool",
         "draw the paths of the tossing hand (Fig. 1 of the paper)",
@@ -88,6 +55,42 @@ _TABLE: dict[str, tuple[str, str]] = {
         "juggling.tool",
         "map which starts each strategy of control captures, under which errors",
     ),
+}
+#: name of the executable -> its module, and what it does, in one line
+_TABLE: dict[str, tuple[str, str]] = {
+    "simulator": (
+        "nodes.simulator.simulator",
+        "simulate the disk in real time: take platform commands, publish disk state and impacts",
+    ),
+    "perform": (
+        "nodes.perform",
+        "publish a programme of platform motions on the command topic",
+    ),
+    "echo_impacts": (
+        "nodes.echo_impacts",
+        "print the impacts of disk/impacts as readable rows",
+    ),
+    "juggle": (
+        "juggling.juggle",
+        "keep a multiple toss going: impacts in, offset trajectories of the platform out",
+    ),
+    "recorder": (
+        "nodes.recorder.recorder",
+        "record topics to an MCAP bag that every ROS 2 tool opens",
+    ),
+    "replay": (
+        "nodes.replay.replay",
+        "simulate a recorded run again from its inputs: bit-identical, or changed",
+    ),
+    "bag_recover": (
+        "nodes.bag_recover",
+        "repair a bag that is incomplete or damaged",
+    ),
+    "bag_report": (
+        "nodes.bag_report",
+        "report on a recorded run from its bag: summary, figures, a page of plots",
+    ),
+    **STUDIES,
     "workbench": (
         "workbench.workbench",
         "see a run and touch it on a page in the browser: live, or of a bag",
@@ -101,17 +104,21 @@ _TABLE: dict[str, tuple[str, str]] = {
 EXECUTABLES = {name: summary for name, (_, summary) in _TABLE.items()}
 
 
+def module_of(name: str) -> str:
+    """Return the module of the executable called `name` (one of `EXECUTABLES`)."""
+    return f"bouncing_disk_ros.{_TABLE[name][0]}"
+
+
 def entry_point(name: str) -> str:
     """Return `module:function` of the executable called `name` (one of `EXECUTABLES`)."""
-    return f"bouncing_disk_ros.{_TABLE[name][0]}:main"
+    return f"{module_of(name)}:main"
 
 
 PROVE_BAG = "bouncing_disk_ros.proof.bag_proof:prove_bag"
 """What `bag_report --prove` calls. It belongs to an extension, which the base never imports."""
 
 
-def loaded(entry: str) -> Callable[..., Any]:
-    """The function that `module:function` names."""
-    module, function = entry.split(":")
-    found: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    return found
+def loaded(entry: str) -> Any:
+    """What `module:name` names."""
+    module, name = entry.split(":")
+    return getattr(importlib.import_module(module), name)

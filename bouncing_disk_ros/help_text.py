@@ -12,8 +12,8 @@ from pathlib import Path
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.executables import STUDIES, loaded, module_of
 from bouncing_disk_ros.parameters import GROUPS, SLOWEST, TABLE, Spec
-from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, SERVICES, TOPICS, TRANSFORM_TOPICS
 
 BEGIN = "<!-- tables: written by `python -m bouncing_disk_ros.help_text docs` -->"
@@ -111,21 +111,26 @@ def parameters_page() -> str:
         f"{SLOWEST:g}. No two frames have the same name. Names have no spaces and do not begin "
         "with /. Platform and disk each have a second frame, whose name ends in `_carriage`."
     )
-    for name, table in STUDY_TABLES.items():
-        parts += [f"## The study {name}", _HEAD + "\n".join(map(_row, table.values()))]
-    parts += [
-        "## All studies",
-        _STUDIES_NOTE,
-        _HEAD + "\n".join(map(_row, COMMON.values())),
-    ]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts + _study_parts()) + "\n"
 
 
-_STUDIES_NOTE = (
-    "Results do not depend on these parameters, except that a bag or a preset provides values of "
-    "the parameters above. Only `bifurcation`, `parameter_map`, `curves`, `motor`, "
-    "`basins`, `manifolds`, `basin_shares` and `resilience` take a bag, only `motor` a preset."
-)
+def _study_parts() -> list[str]:
+    """The studies' tables; their definitions belong to no table, so they are loaded by name."""
+    definitions = [loaded(f"{module_of(name)}:DEFINITION") for name in STUDIES]
+    parts = []
+    for one in definitions:
+        parts += [f"## The study {one.name}", _HEAD + "\n".join(map(_row, one.specs))]
+    *bags, last = (f"`{one.name}`" for one in definitions if one.from_bag)
+    presets = ", ".join(f"`{one.name}`" for one in definitions if one.takes_preset)
+    note = (
+        "Results do not depend on these parameters, except that a bag or a preset provides values "
+        f"of the parameters above. Only {', '.join(bags)} and {last} take a bag, only {presets} a "
+        "preset."
+    )
+    common = loaded("bouncing_disk_ros.study.study_definition:COMMON")
+    return [*parts, "## All studies", note, _HEAD + "\n".join(map(_row, common.values()))]
+
+
 _HEAD = (
     "| name | symbol | type | default | unit | allowed | meaning | source |\n"
     "|---|---|---|---|---|---|---|---|\n"

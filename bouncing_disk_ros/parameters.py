@@ -49,7 +49,7 @@ class Spec:
     unlimited: bool = False
     """Whether inf stands for its highest value, which is no limit."""
     numbers: bool = False
-    """Whether it is a text of whole numbers, of which one alone may come as a number."""
+    """Whether it is a text of numbers: one number or a sequence of them may come for it."""
 
     @property
     def type(self) -> type[Value]:
@@ -104,8 +104,8 @@ class Spec:
             return joined(given) if all(isinstance(one, str) for one in given) else given
         if given is False and "off" in self.words:  # as YAML reads it
             return "off"
-        if self.numbers and type(given) is int:  # as YAML reads one of them
-            return str(given)
+        if self.numbers:
+            return listed_text(given)
         if self._is_castable(given):
             return float(given)  # type: ignore[arg-type]
         if self.type is float and isinstance(given, str) and _NUMBER.fullmatch(given):
@@ -258,6 +258,10 @@ _SPECS = (
     Spec("publish_tf", False, "", "publish these frames on /tf with each sample, and the URDF on "
          "robot_description (needs tf2_msgs)", read_only=True, group="frames", source="chosen"),
 )  # fmt: skip
+
+AXIAL_FORCING = Spec("axial_forcing", 0.45, "1", "axial forcing Γ = Aω²/(πg)", "Γ", low=0.0,
+                     high=1e3)  # fmt: skip
+"""In place of the axial amplitude, where the motion is written without dimensions."""
 
 SLOWEST = 1e-6
 """Smallest real-time factor above 0."""

@@ -21,6 +21,7 @@ from sphinx.application import Sphinx
 import bouncing_disk_ros
 from bouncing_disk_ros import plots
 from bouncing_disk_ros.errors import ExitCode
+from bouncing_disk_ros.executables import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 #: pages of the repository's top level -> their names beside the guides
@@ -45,6 +46,7 @@ GUIDES = {
     "Reference": ("api", "model", "interfaces", "parameters", "security", "performance"),
     "Development": ("architecture", "contributing", "changelog"),
 }
+_FUNCTIONS = [name for name in STUDIES if name in bouncing_disk_ros.__all__]
 #: section of the API -> what it is, and the names of the package in it
 SECTIONS: dict[str, tuple[str, str]] = {
     "Simulate": (
@@ -54,9 +56,7 @@ SECTIONS: dict[str, tuple[str, str]] = {
     "Studies": (
         """Long computations with their results as datasets: [studies](studies.md). All take the
         [parameters](parameters.md) of their table as keywords.""",
-        """toss_paths toss_map bifurcation parameter_map curves motor basins manifolds
-        basin_shares resilience run_study
-        open_result figures study""",
+        " ".join([*_FUNCTIONS, "run_study open_result figures study"]),
     ),
     "Next-collision map": (
         "From impact to impact, in units of the forcing: orbits, attractors, boundaries of basins.",

@@ -9,20 +9,19 @@ a second run only draws, and an interrupted one goes on.
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from tqdm import tqdm
 
 from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.executables import entry_point
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study_tables import COMMON
+from bouncing_disk_ros.study.studies import definition_of
 from geometry_figure import geometry_figure  # beside this file
 from paper_figures import FIGURES, PaperFigure, page
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from bouncing_disk_ros.study import Progress
-    from bouncing_disk_ros.study.study_tool import StudyTool
+    from bouncing_disk_ros.study.study_definition import StudyDefinition
 
 ROOT = Path(__file__).resolve().parents[1]
 DPI = 110
@@ -47,25 +46,25 @@ class Stopped:
         self.asked = True
 
 
-def tool_and_values(name: str) -> tuple[StudyTool, dict[str, object]]:
+def tool_and_values(name: str) -> tuple[StudyDefinition[Any], dict[str, Value]]:
     """The study of a parameter file in config/ and its whole set of parameters, checked."""
     content = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text("utf-8"))
     ((key, section),) = content.items()
-    module = importlib.import_module(entry_point(key.rsplit("/", 1)[-1]).split(":")[0])
-    tool: StudyTool = module.TOOL
+    definition = definition_of(key.rsplit("/", 1)[-1])
     given = section["ros__parameters"]
     for field in given:
-        if field not in tool.table:
-            raise InputError(f"config/{name}.yaml", field, ", ".join(tool.table))
-    own = {spec.name: spec for spec in tool.table.values() if spec.name not in COMMON}
-    return tool, {key: spec.checked(given.get(key, spec.default)) for key, spec in own.items()}
+        if field not in definition.table:
+            raise InputError(f"config/{name}.yaml", field, ", ".join(definition.table))
+    values = {
+        spec.name: spec.checked(given.get(spec.name, spec.default)) for spec in definition.specs
+    }
+    return definition, values
 
 
 def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
     """The result of one figure, its pictures written to docs/figures; None: interrupted."""
-    tool, values = tool_and_values(figure.name)
-    view = tool.make_view()
-    study = view.make(values)  # type: ignore[arg-type]
+    definition, values = tool_and_values(figure.name)
+    study = definition.study()(values)
     with tqdm(desc=figure.name, unit="part", disable=None) as bar:
 
         def show(progress: Progress) -> None:
@@ -79,7 +78,7 @@ def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
         )  # fmt: skip
     if result is not None:
         folder = ROOT / "docs" / "figures"
-        for name, picture in view.pictures(study, result).items():
+        for name, picture in definition.pictures(study, result).items():
             picture.savefig(folder / f"{figure.name}_{name}.png", dpi=DPI)
             print(f"docs/figures/{figure.name}_{name}.png", flush=True)
     return result

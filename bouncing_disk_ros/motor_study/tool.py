@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.parameters import TABLE, Spec, Value
 from bouncing_disk_ros.study.plane_lines import kind_shares, largest
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,13 +26,53 @@ _EXAMPLE = (
     "ros2 run bouncing_disk_ros motor --ros-args -p y_axis:=phase_lag -p y_begin:=-0.5pi "
     "-p y_end:=0.5pi"
 )
+_FUNCTION = """\
+Speed, torque, efficiency and stall of an ultrasonic motor over two of its parameters.
+
+>>> motor(x_axis="load_torque", y_axis="preload", x_count=40, y_count=10)["stall_torque"]
+"""
+_SWUM: Mapping[str, float] = MappingProxyType(
+    {
+        "axial_amplitude": 1.0e-6, "angular_amplitude": 4.0e-4, "frequency": 40000.0,
+        "phase_lag": -0.7383651652519078, "mass": 5.0e-4, "restitution": 0.5, "friction": 0.2,
+        "friction_radius": 2.5e-3, "gyration_radius": 2.8284271247461901e-3,
+        "gravity": 9.80665, "preload": 22.3, "load_torque": 0.0,
+        "brake_torque": 0.0, "load_inertia": 0.0,
+    }
+)  # fmt: skip
+"""A motor, as in the preset swum."""
+_LOADS = (
+    "load_torque, brake_torque, preload, axial_amplitude, angular_amplitude, frequency, "
+    "phase_lag, restitution or friction"
+)
+_SPECS = (
+    Spec("x_axis", "load_torque", "", f"the parameter of the horizontal axis: {_LOADS}"),
+    Spec("x_begin", 0.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
+    Spec("x_end", 0.016, "", "last value of it", low=-1e12, high=1e12, angle=True),
+    Spec("x_count", 200, "", "number of values", low=1, high=1_000_000),
+    Spec("y_axis", "preload", "", "the parameter of the vertical axis"),
+    Spec("y_begin", 15.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
+    Spec("y_end", 40.0, "", "last value of it", low=-1e12, high=1e12, angle=True),
+    Spec("y_count", 200, "", "number of values", low=1, high=1_000_000),
+    *(replace(TABLE[name], default=value, source="as in the preset swum",
+              while_unconfigured=False) for name, value in _SWUM.items()),
+    Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
+         "and as rest where there is none; rest: the rotor lies on the stator; followed: along x, "
+         "each from the last state of the one before, the first one as period-1"),
+    Spec("settling", 300, "", "least number of periods of the stator left out where the motion "
+         "does not repeat", low=0, high=100_000_000),
+    Spec("measured", 512, "", "periods of the first stretch for the means, where the state does "
+         "not repeat; if it is too short, one twice as long is added, and so on",
+         low=32, high=100_000_000),
+    Spec("longest", 20_000, "", "largest number of periods of the stator simulated at each point",
+         low=64, high=1_000_000_000),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[Motor]:
-    """The study with its pictures."""
+def _study() -> type[Motor]:
     from bouncing_disk_ros.motor_study.compute import Motor
 
-    return StudyView(Motor, _pictures, lines, from_bag=_from_bag, image="mean_speed")
+    return Motor
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
@@ -94,8 +136,20 @@ def _range(result: xr.Dataset, field: str, name: str, unit: str) -> list[str]:
     return [f"  {name} {path} {unit} over {values.dims[0]}"]
 
 
-TOOL = StudyTool("motor", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="motor",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="mean_speed",
+    from_bag=_from_bag,
+    takes_preset=True,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

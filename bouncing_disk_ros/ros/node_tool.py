@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
 
@@ -14,12 +14,9 @@ from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.ros.validated_parameters import descriptor_of
 
 
-def options(node: Node, table: Mapping[str, Spec], lists: Collection[str] = ()) -> dict[str, Value]:
-    """Declare the options of a table on a node; unknown names and wrong values are InputErrors.
-
-    `lists`: texts that hold numbers; a number, or an array of them, is taken there as well.
-    """
-    values = option_values(overrides_of(node), table, lists)
+def options(node: Node, table: Mapping[str, Spec]) -> dict[str, Value]:
+    """Declare the options of a table on a node; unknown names and wrong values are InputErrors."""
+    values = option_values(overrides_of(node), table)
     for name, spec in table.items():
         # an empty list has no type: a list of one empty text stands for it
         shown = (items_of(str(values[name])) or [""]) if spec.listed else values[name]

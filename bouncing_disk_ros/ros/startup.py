@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import NoReturn
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, closest, one_line
 from bouncing_disk_ros.help_text import spec_lines
-from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter, listed_text
+from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
 from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.stop import Stop
 
@@ -34,22 +34,16 @@ def figure_kinds(text: str) -> list[str]:
 # The options of an executable from what its command line gives, with ROS or without.
 
 
-def option_values(
-    given: Mapping[str, object], table: Mapping[str, Spec], lists: Collection[str] = ()
-) -> dict[str, Value]:
+def option_values(given: Mapping[str, object], table: Mapping[str, Spec]) -> dict[str, Value]:
     """The values of a table's options; unknown names and wrong values are InputErrors.
 
-    `given`: parameter overrides. `lists`: texts that hold numbers; a number, or an array of them,
-    is taken there as well.
+    `given`: parameter overrides.
     """
-    taken = dict(given)
-    for name in taken:
+    for name in given:
         if name not in table and not is_rclpy_parameter(name):
             hint = closest(name, table) or "--help lists the parameters."
             raise InputError("parameter", name, ", ".join(table), hint)
-        if name in lists:
-            taken[name] = listed_text(taken[name])
-    return {name: spec.checked(taken.get(name, spec.default)) for name, spec in table.items()}
+    return {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
 
 
 # ------------------------------------------------------------------------------------------------

@@ -31,7 +31,6 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
 from bouncing_disk_ros.run.trajectory_rows import trajectory_of
 from bouncing_disk_ros.run.trajectory_validation import schedule_trajectory, validate_trajectory
-from bouncing_disk_ros.study_tables import STUDY_TABLES
 from bouncing_disk_ros.units import NS
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
@@ -180,7 +179,7 @@ def simulate(
 
 def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:
     """The axial amplitude that has a forcing with these parameters and the defaults, m."""
-    forcing = float(STUDY_TABLES["basins"]["axial_forcing"].checked(axial_forcing))
+    forcing = float(parameters.AXIAL_FORCING.checked(axial_forcing))
     whole = {**parameters.DEFAULTS, **parameters.checked(values)}
     frequency, gravity, preload, mass = (
         float(whole[name]) for name in ("frequency", "gravity", "preload", "mass")

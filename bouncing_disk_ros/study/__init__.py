@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
     from bouncing_disk_ros.study.runner import Progress, run
     from bouncing_disk_ros.study.store import export, open_result
-    from bouncing_disk_ros.study.study_by_name import named
+    from bouncing_disk_ros.study.studies import named
 
 _PUBLIC = {
     "definition": "Arrays Axis Field Region Study",
     "runner": "Progress run",
     "store": "export open_result",
-    "study_by_name": "named",
+    "studies": "named",
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = [

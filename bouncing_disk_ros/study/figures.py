@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.executables import entry_point
-from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.executables import STUDIES
+from bouncing_disk_ros.study.studies import definition_of, named
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study.study_tool import StudyTool
 
 
 def figures(result: xr.Dataset) -> dict[str, Figure]:
@@ -30,9 +26,8 @@ def figures(result: xr.Dataset) -> dict[str, Figure]:
     if isinstance(identity, str):
         identity = json.loads(identity)  # from NetCDF
     name = str(identity.get("study", ""))
-    if name not in STUDY_TABLES:
+    if name not in STUDIES:
         given = f"{type(result).__name__} without the name of a study"
         raise InputError("result", given, "the dataset that a study gave")
     study = named(name, **identity["parameters"])
-    tool: StudyTool = importlib.import_module(entry_point(name).split(":")[0]).TOOL
-    return dict(tool.make_view().pictures(study, result))
+    return dict(definition_of(name).pictures(study, result))

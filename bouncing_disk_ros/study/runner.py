@@ -22,7 +22,7 @@ from bouncing_disk_ros.study.definition import Arrays, Region, Study
 from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import RESULT, Store, exclusive_lock, opened
-from bouncing_disk_ros.study.study_by_name import named
+from bouncing_disk_ros.study.studies import named
 
 NICENESS = 10
 """Of threads that compute regions: with another program at work, 1 kHz ticks in the same process

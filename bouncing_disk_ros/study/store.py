@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.store_check import (
     COMPRESSORS,
@@ -37,7 +38,7 @@ from bouncing_disk_ros.study.store_check import (
     damaged_parts,
     seal,
 )
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.study.studies import definition_of
 
 _AS_IT_IS = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 """Open what stands there itself: no link is followed, no FIFO waited for."""
@@ -454,7 +455,8 @@ def _plain(value: object) -> object:
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:
     """An identity with options that its version did not have: defaults are what it did."""
-    table = STUDY_TABLES.get(str(wanted["study"]), {})
+    name = str(wanted["study"])
+    table = definition_of(name).options if name in STUDIES else {}
     defaults = {name: table[name].default for name in wanted["parameters"] if name in table}
     return {**identity, "parameters": {**defaults, **identity["parameters"]}}
 

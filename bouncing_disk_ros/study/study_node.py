@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 
-from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.node_tool import options, overrides_of, wait_for
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_work import REPORT_SECONDS, Outlet, StudyWork
-from bouncing_disk_ros.study_tables import LISTS, refuse_not_taken
 from bouncing_disk_ros.topics import Qos
 
 _LATCHED = Qos(1, latched=True)
@@ -28,14 +26,12 @@ _LATCHED = Qos(1, latched=True)
 class StudyNode(Node):
     """Runs one study; topics ~/progress, ~/figure/compressed and, for a map, ~/result."""
 
-    def __init__(
-        self, name: str, table: Mapping[str, Spec], make_view: Callable[[], StudyView[Any]]
-    ) -> None:
-        super().__init__(name)
-        refuse_not_taken(name, overrides_of(self))
-        values = options(self, table, LISTS)
-        self._work = StudyWork(name, table, values, set(overrides_of(self)), make_view())
-        self._topics = _Topics(self, has_image=self._work.has_image)
+    def __init__(self, study: StudyDefinition[Any]) -> None:
+        super().__init__(study.name)
+        study.refuse_not_taken(overrides_of(self))
+        values = options(self, study.table)
+        self._work = StudyWork(study, values, set(overrides_of(self)))
+        self._topics = _Topics(self, has_image=bool(study.image))
 
     def present(self, stop: Stop) -> int:
         """Compute, show, keep; the exit code."""

@@ -25,15 +25,14 @@ from tqdm import tqdm
 
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.maps.row_blocks import downsample
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.ros.startup import figure_kinds
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
 from bouncing_disk_ros.study.store import RESULT
-from bouncing_disk_ros.study.study_view import StudyView
-from bouncing_disk_ros.study_tables import COMMON, refuse_idle
+from bouncing_disk_ros.study.study_definition import COMMON, StudyDefinition
 
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
@@ -63,18 +62,16 @@ class Outlet:
 
 
 def run_study(
-    name: str,
-    table: Mapping[str, Spec],
+    definition: StudyDefinition[Any],
     values: Mapping[str, Value],
     given: Collection[str],
-    view: StudyView[Any],
     stop: Stop,
 ) -> int:
     """Run a study where there is no ROS; the exit code. As `StudyWork`."""
     if values["hold"]:
         hint = "There are no topics to hold."
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
-    work = StudyWork(name, table, values, given, view)
+    work = StudyWork(definition, values, given)
     outlet = Outlet()
     outlet.stop = stop
     stop.running = True
@@ -89,29 +86,22 @@ class StudyWork:
 
     def __init__(
         self,
-        name: str,
-        table: Mapping[str, Spec],
+        definition: StudyDefinition[Any],
         values: Mapping[str, Value],
         given: Collection[str],
-        view: StudyView[Any],
     ) -> None:
-        self._name, self._table, self._options, self._given = name, table, values, given
+        self._definition, self._options, self._given = definition, values, given
+        self._name = definition.name
         self._kinds = figure_kinds(str(values["figures"]))
-        self._view = view
         own = {name: value for name, value in values.items() if name not in COMMON}
         own |= {**self._from_preset(own), **self._from_bag(own)}
-        self._study = self._view.make(own)
-        refuse_idle(name, values)
-        folder = str(values["output"]) or _default_folder(name, self._study.parameters)
+        self._study = definition.study()(own)
+        definition.refuse_idle(values)
+        folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
         self._folder = Path(folder).expanduser()
         self._progress = Progress(0, 1, 0)
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
-
-    @property
-    def has_image(self) -> bool:
-        """Whether the result is a map, to be published as an image."""
-        return bool(self._view.image)
 
     def _from_preset(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a preset says and the user does not."""
@@ -126,15 +116,15 @@ class StudyWork:
     def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a recorded run says and the user does not."""
         bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
-        if not bag or self._view.from_bag is None:
+        if not bag or self._definition.from_bag is None:
             if namespace:
                 raise InputError("namespace", namespace, "none without bag", "Give bag too.")
             return {}
         from bouncing_disk_ros.study.from_bag import read_bag
 
-        wanted = [name for name in self._view.from_bag(own) if name not in self._given]
-        specs = {name: self._table[name] for name in wanted}
-        loads = "load_torque" in self._table
+        wanted = [name for name in self._definition.from_bag(own) if name not in self._given]
+        specs = {name: self._definition.table[name] for name in wanted}
+        loads = "load_torque" in self._definition.table
         found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)
         for warning in found.warnings:
@@ -205,8 +195,8 @@ class StudyWork:
 
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset, outlet: Outlet) -> None:
-        print("\n".join(self._view.lines(result)), flush=True)
-        figures = self._view.pictures(self._study, result)
+        print("\n".join(self._definition.lines(result)), flush=True)
+        figures = self._definition.pictures(self._study, result)
         files = []
         for name, figure in figures.items():
             for kind in self._kinds:
@@ -219,7 +209,8 @@ class StudyWork:
         if outlet.takes_result:
             drawn = next((file for file in files if file.suffix == ".png"), None)
             png = drawn.read_bytes() if drawn else _png(next(iter(figures.values())))
-            field = downsample(result[self._view.image], MOST_SENT) if self.has_image else None
+            image = self._definition.image
+            field = downsample(result[image], MOST_SENT) if image else None
             outlet.result(png, field)
 
 

@@ -20,7 +20,7 @@ from bouncing_disk_ros.maps.basin_labels import UNRESOLVED as UNDECIDED
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.start_plane import (
     UNRESOLVED,
@@ -131,13 +131,13 @@ def _map(axial_forcing: float, restitution: float) -> NextCollisionMap:
 
 def _rule() -> LabelRule:
     """That of the study by default."""
-    return LabelRule(float(STUDY_TABLES["basins"]["tolerance"].default))
+    return LabelRule(float(BASINS.options["tolerance"].default))
 
 
 @lru_cache(maxsize=_KEPT)
 def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
     """The attractors at Γ and ε, looked for once for all sessions and zooms."""
-    table = STUDY_TABLES["basins"]
+    table = BASINS.options
     phases, speeds = (
         _some(centres(*ends, int(table[count].default)))
         for ends, count in zip(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.study.bifurcation.picture import density
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.study.bifurcation.tool import DEFINITION as BIFURCATION
 
 COARSE, FULL = 160, 800
 """Values of Γ in a view: what is shown at first, and in the end."""
@@ -70,7 +70,7 @@ def diagram(
 def _branch(restitution: float, values: tuple[float, ...]) -> Branch:
     """What `images` needs, kept for another look at it and for other sessions."""
     section = NextCollisionMap(values[0], restitution)
-    starts = spread_starts(STARTS, float(STUDY_TABLES["bifurcation"]["velocity_begin"].default))
+    starts = spread_starts(STARTS, float(BIFURCATION.options["velocity_begin"].default))
     counts = {"settling": SETTLING, "measured": KEPT, "kept": KEPT}
     found = from_starts(section, "axial_forcing", np.array(values), starts, **counts)
     nothing = np.empty(0)

@@ -19,7 +19,7 @@ from bouncing_disk_ros.maps.attractors import (
 from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.session import motion_of
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 
 UNRESOLVED = "unresolved"
 """Name of the label −1."""
@@ -38,7 +38,7 @@ class Window(NamedTuple):
 
 def whole_window() -> Window:
     """The window of the study `basins` by default."""
-    table = STUDY_TABLES["basins"]
+    table = BASINS.options
     return Window(*(float(table[name].default) for name in Window._fields))
 
 
@@ -78,7 +78,7 @@ def section_of(values: Mapping[str, float]) -> Section:
         hint = "Nothing brings the disk back to the platform: there are no impacts to map."
         raise InputError("gravity", disk.gravity, "gravity + preload/mass > 0", hint)
     forcing = axial_forcing_of(motion, disk)
-    most = STUDY_TABLES["basins"]["axial_forcing"].high
+    most = BASINS.options["axial_forcing"].high
     if most is not None and forcing > most:
         raise InputError("axial_amplitude", motion.axial_amplitude, f"Γ <= {most:g}",
                          f"It amounts to Γ = {forcing:g}.")  # fmt: skip

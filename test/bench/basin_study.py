@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.study.basins.compute import Basins
-from bouncing_disk_ros.study_tables import COMMON, table_of
+from bouncing_disk_ros.study.basins.tool import DEFINITION
 
 
 def basins(side: int, axial_forcing: float = 0.45) -> Basins:
     """The study of a square map, all else by default."""
-    values = {name: spec.default for name, spec in table_of("basins").items() if name not in COMMON}
+    values = {name: spec.default for name, spec in DEFINITION.options.items()}
     return Basins({**values, "width": side, "height": side, "axial_forcing": axial_forcing})

@@ -17,14 +17,14 @@ import yaml
 
 import bouncing_disk_ros
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.executables import EXECUTABLES
+from bouncing_disk_ros.executables import EXECUTABLES, STUDIES
 from bouncing_disk_ros.juggling import juggle
 from bouncing_disk_ros.nodes import echo_impacts, perform
 from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
-from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
+from bouncing_disk_ros.study.studies import definition_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench import workbench
 from support.processes import environment
@@ -41,7 +41,7 @@ TABLES = {
     "juggle": juggle.OPTIONS,
     "recorder": recorder_options.OPTIONS,
     "workbench": workbench.OPTIONS,
-    **{name: table_of(name) for name in STUDY_TABLES},
+    **{name: definition_of(name).table for name in STUDIES},
 }
 #: plugins by name alone: the entry point of an installed package would register ours twice; and
 #: `colcon test` hands its options down in a variable: the child would overwrite its report
@@ -178,11 +178,11 @@ def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
     lines = PAGES["studies.md"].splitlines()
     share = "$(ros2 pkg prefix --share bouncing_disk_ros)/"
     with_ros2 = [place for place, line in enumerate(lines) if line.startswith("ros2 run ")]
-    assert len(with_ros2) >= 2 + len(STUDY_TABLES)
+    assert len(with_ros2) >= 2 + len(STUDIES)
     for place in with_ros2:
         wanted = lines[place].replace("ros2 run", "python -m", 1).replace(share, "")
         assert lines[place + 1] == wanted
-    for name in STUDY_TABLES:
+    for name in STUDIES:
         section = PAGES["studies.md"].split(f"\n## {name}\n")[1].split("\n## ")[0]
         assert f"ros2 run bouncing_disk_ros {name} " in section
         assert "```python\n" in section, name

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.executables import STUDIES
 from support.page_client import PageClient
 from support.processes import Process, Starter
 from support.recorded import period_one_bag
@@ -47,7 +47,7 @@ def begin(start: Starter, *arguments: str) -> Process:
 
 
 def test_each_study_computes(start: Starter, tmp_path: Path) -> None:
-    assert SMALL.keys() == STUDY_TABLES.keys()
+    assert SMALL.keys() == STUDIES.keys()
     file = tmp_path / "parameters.yaml"
     file.write_text("/lab/*:\n  ros__parameters: {netcdf: false, figures: [png]}\n")
     shared = ["--ros-args", "--params-file", str(file), "-r", "__ns:=/lab", "--log-level", "debug"]

@@ -263,5 +263,4 @@ class Observed:
 
 def drawn(module: str, made: study.Study, result: xr.Dataset) -> list[Figure]:
     """The figures of a study's executable, from its module."""
-    make_view = importlib.import_module(module).make_view()
-    return list(make_view.pictures(made, result).values())
+    return list(importlib.import_module(module).DEFINITION.pictures(made, result).values())

@@ -95,13 +95,12 @@ def study(arguments: Sequence[str]) -> int:
     """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
     from bouncing_disk_ros.errors import InputError
     from bouncing_disk_ros.ros.spin import bad_input
+    from bouncing_disk_ros.study.bifurcation.tool import DEFINITION
     from bouncing_disk_ros.study.from_bag import read_bag
-    from bouncing_disk_ros.study_tables import STUDY_TABLES
 
     wanted = ("axial_forcing", "restitution", "phase_lag")
-    table = STUDY_TABLES["bifurcation"]
     try:
-        found = read_bag(arguments[0], None, {name: table[name] for name in wanted})
+        found = read_bag(arguments[0], None, {name: DEFINITION.options[name] for name in wanted})
     except InputError as error:
         return bad_input("study", error.line)
     print(found.text)

@@ -36,7 +36,6 @@ TABLES = {
     "parsing",
     "regular_file",
     "sliders",
-    "study_tables",
     "topics",
     "units",
 }

@@ -13,8 +13,11 @@ from hypothesis import strategies as st
 from bouncing_disk_ros import help_text, limits, parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
-from bouncing_disk_ros.study_tables import STUDY_TABLES, table_of
+from bouncing_disk_ros.study.studies import definition_of
+
+DEFINITIONS = [definition_of(name) for name in STUDIES]
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 NUMBERS = [spec for spec in TABLE.values() if spec.type in (int, float)]
@@ -93,7 +96,8 @@ def test_numbers_that_are_none_are_refused(spec: Spec, value: float) -> None:
 @pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)
 @pytest.mark.parametrize("value", [None, [1.0], b"x", "1.0", True, 1, 1.0])
 def test_other_types_are_refused(spec: Spec, value: object) -> None:
-    castable = type(value) is int and (spec.type is float or spec.numbers)
+    castable = type(value) is int and spec.type is float
+    castable |= spec.numbers and type(value) in (int, float, list)
     if type(value) is spec.type or castable:
         return
     with pytest.raises(InputError, match=f"It is an? {spec.type_name}, not an? "):
@@ -102,7 +106,7 @@ def test_other_types_are_refused(spec: Spec, value: object) -> None:
 
 ANGLES = [
     spec
-    for table in (TABLE, *STUDY_TABLES.values())
+    for table in (TABLE, *(one.options for one in DEFINITIONS))
     for spec in table.values()
     if spec.unit == "rad" and spec.type is float
 ]
@@ -124,7 +128,7 @@ def test_every_angle_takes_a_part_of_pi(spec: Spec) -> None:
      ("parameter_map", "x_end"), ("parameter_map", "y_begin"), ("parameter_map", "y_end")],
 )  # fmt: skip
 def test_the_ends_of_an_axis_of_phase_lags_can_be_angles(study: str, name: str) -> None:
-    assert STUDY_TABLES[study][name].checked("-pi") == -math.pi
+    assert definition_of(study).options[name].checked("-pi") == -math.pi
 
 
 @pytest.mark.parametrize("spec", FLOATS, ids=lambda spec: spec.name)
@@ -135,7 +139,7 @@ def test_what_is_no_angle_takes_no_part_of_pi(spec: Spec) -> None:
         spec.checked("0.25pi")
 
 
-@pytest.mark.parametrize("table", [TABLE, *map(table_of, STUDY_TABLES)])
+@pytest.mark.parametrize("table", [TABLE, *(one.table for one in DEFINITIONS)])
 def test_help_shows_no_unit_where_there_is_none(table: Mapping[str, Spec]) -> None:
     dimensionless = [spec for spec in table.values() if spec.unit == "1"]
     assert dimensionless or table is not TABLE

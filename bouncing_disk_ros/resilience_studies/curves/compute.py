@@ -19,7 +19,7 @@ from bouncing_disk_ros.resilience_studies.curve_family import curve_family
 from bouncing_disk_ros.resilience_studies.impact_equations import CurveKind
 from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study.study_by_name import named
+from bouncing_disk_ros.study.studies import named
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.resilience_studies import NO_ROTATION
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,13 +22,38 @@ _ABOUT = """Over the plane of axial forcing and restitution: the curves on which
 attractors at one point of it fold, double their period, graze the platform or lose contact, with
 the points where two of these meet; behind them what a disk settles on."""
 _EXAMPLE = "ros2 run bouncing_disk_ros curves --ros-args -p axial_forcing:=0.34 -p doublings:=3"
+_NOT_TAKEN = ("phase_lag", "angular_forcing", "x_axis", "y_axis", "along")
+_FUNCTION = """\
+Folds, doublings, grazes and onset of contact of orbits in the plane of Γ and ε.
+
+>>> curves(axial_forcing=0.45, axial_forcing_count=40, restitution_count=40)["curve_kind"]
+"""
+_SPECS = (
+    Spec("axial_forcing", 0.45, "1", "the attractors at this axial forcing ...", "Γ", low=0.0,
+         high=1e3),
+    Spec("restitution", 0.5, "1", "... and this restitution are the orbits whose curves are drawn",
+         "ε", low=0.0, high=1.0),
+    Spec("doublings", 2, "", "how many times the orbits that these double into along the forcing "
+         "are followed too", low=0, high=6),
+    Spec("largest_step", 0.01, "", "largest distance between points of a curve, in Γ, ε and the "
+         "phases of the impacts (rad) together", low=1e-5, high=0.1),
+    Spec("axial_forcing_begin", 0.3, "1", "window: least axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_end", 0.8, "1", "window: largest axial forcing", low=0.0, high=1e3),
+    Spec("axial_forcing_count", 240, "", "points of the map behind the curves along it", low=1,
+         high=1_000_000),
+    Spec("restitution_begin", 0.2, "1", "window: least restitution", low=0.0, high=1.0),
+    Spec("restitution_end", 0.8, "1", "window: largest restitution", low=0.0, high=0.999),
+    Spec("restitution_count", 180, "", "points of the map along it", low=1, high=1_000_000),
+    Spec("settling", 2000, "", "impacts left out at each point of the map", low=0,
+         high=100_000_000),
+    Spec("measured", 512, "", "impacts that its kinds are found from", low=256, high=100_000_000),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[Curves]:
-    """The study with its picture."""
+def _study() -> type[Curves]:
     from bouncing_disk_ros.resilience_studies.curves.compute import Curves
 
-    return StudyView(Curves, _pictures, lines, from_bag=_from_bag, image="period")
+    return Curves
 
 
 def _from_bag(_: Mapping[str, Value]) -> list[str]:
@@ -68,8 +94,20 @@ def curve_name(result: xr.Dataset, i: int) -> str:
     return f"{kind}{orbit} in {counted(k, 'period')}"
 
 
-TOOL = StudyTool("curves", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="curves",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="period",
+    from_bag=_from_bag,
+    not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

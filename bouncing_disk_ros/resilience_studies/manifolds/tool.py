@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.resilience_studies import NO_ROTATION
+from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.tool import lines as basin_lines
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,13 +27,32 @@ their stable and unstable manifolds, cut at grazes; behind them the basins."""
 _ERRORS = 4.0
 """Standard errors of a share of starts that an enclosed area may differ from it."""
 _EXAMPLE = "ros2 run bouncing_disk_ros manifolds --ros-args -p axial_forcing:=0.34"
+_NOT_TAKEN = ("phase_lag", "angular_forcing")
+_FUNCTION = """\
+Saddles between basins of attraction with their manifolds, over the basins.
+
+>>> manifolds(axial_forcing=0.34, width=100, height=100)["saddle_share"]
+"""
+_WITH_ROTATION = ("angular_velocities", *_NOT_TAKEN)
+_SPECS = (
+    *(replace(spec, default={"width": 500, "height": 500}.get(spec.name, spec.default))
+      for spec in BASINS.specs if spec.name not in _WITH_ROTATION),
+    Spec("pairs", 6, "", "pairs of starts of each two basins that edge tracking begins with", low=1,
+         high=10_000),
+    Spec("distance", 0.01, "", "largest distance of neighbouring points of a manifold (rad and "
+         "πg/ω)", low=1e-6, high=1.0),
+    Spec("angle", 0.1, "rad", "largest angle by which a manifold turns between points that are not "
+         "very near", low=1e-4, high=3.0),
+    Spec("repetitions", 40.0, "", "how often the map over one repetition of the saddle is applied, "
+         "at most", low=1.0, high=1000.0),
+    Spec("points", 50_000, "", "points of one branch, at most", low=100, high=10_000_000),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[Manifolds]:
-    """The study with its picture."""
+def _study() -> type[Manifolds]:
     from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
 
-    return StudyView(Manifolds, _pictures, lines, from_bag=_from_bag, image="label")
+    return Manifolds
 
 
 def _from_bag(_: Mapping[str, Value]) -> list[str]:
@@ -85,8 +107,20 @@ def _enclosed_text(result: xr.Dataset, i: int) -> str:
     return row
 
 
-TOOL = StudyTool("manifolds", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="manifolds",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="label",
+    from_bag=_from_bag,
+    not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

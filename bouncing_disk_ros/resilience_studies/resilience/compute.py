@@ -14,11 +14,11 @@ from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.start_window import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
 from bouncing_disk_ros.resilience_studies.measures import measure
 from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study_tables import why_not_taken
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
 
@@ -36,7 +36,8 @@ class ResilienceStudy(Study):
         along = str(given["along"])
         if along not in AXES:
             allowed = "one of " + ", ".join(AXES)
-            raise InputError("along", along, allowed, why_not_taken(self.name, along))
+            why = NO_ROTATION if along in ("phase_lag", "angular_forcing") else ""
+            raise InputError("along", along, allowed, why)
         del given[along]  # no part of what is computed
         if "restitution" in given:
             refuse_conservative(float(given["restitution"]))

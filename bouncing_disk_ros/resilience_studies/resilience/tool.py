@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import TABLE, Spec, Value
+from bouncing_disk_ros.resilience_studies import NO_ROTATION
+from bouncing_disk_ros.study.shared_options import map_options
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -22,15 +24,49 @@ _ABOUT = """How easy each attractor is to reach and how hard to lose, over axial
 restitution: the smallest impulse and the smallest error in time after which it is not reached
 again, how fast it is reached, and its share of the starts."""
 _EXAMPLE = "ros2 run bouncing_disk_ros resilience --ros-args -p begin:=0.34 -p end:=0.48"
+_NOT_TAKEN = ("phase_lag", "angular_forcing")
 _NAMED = 5
 """Attractors that lines tell of, those that are there for longest."""
+_FUNCTION = """\
+Fatal impulses and timing errors, times and shares of each attractor over a parameter.
+
+>>> resilience(begin=0.34, end=0.48, count=8, samples=50)["line_least_fatal_impulse"]
+"""
+_SPECS = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing or restitution"),
+    Spec("begin", 0.32, "", "first value of it", low=0.0, high=1e3),
+    Spec("end", 0.58, "", "last value of it", low=0.0, high=1e3),
+    Spec("count", 66, "", "number of values", low=1, high=1_000_000),
+    *map_options("where it is not the axis", "axial_forcing", "restitution"),
+    Spec("samples", 300, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+    Spec("instants", 32, "", "instants of one repetition at which impulses act, besides the limits "
+         "at its impacts", low=1, high=100_000),
+    Spec("periods", 1000.0, "", "periods of the platform within which an orbit must be reached "
+         "again, or it is lost", low=1.0, high=1e9),
+    Spec("largest_impulse", 5.0, "m πg/ω", "impulses up to this are looked at", "J", low=0.02,
+         high=1e3),
+    Spec("resolution", 0.01, "", "intervals of fatal impulses and timing errors wider than this "
+         "part of them are found", low=1e-5, high=1.0),
+    Spec("after", "5 10 20 50 100", "", "periods of the platform after which it is counted how "
+         "many starts are on each attractor: a list with blanks between", numbers=True),
+    Spec("match", 0.3, "", "attractors at values in a row that are nearer than this (rad and πg/ω "
+         "together) are one line", low=0.0, high=100.0),
+    Spec("most_attractors", 8, "", "attractors kept at each value, those with the largest shares",
+         low=1, high=1000),
+    replace(TABLE["mass"], source="only for results in SI units", while_unconfigured=False),
+    replace(TABLE["frequency"], default=3.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
+    replace(TABLE["gravity"], default=10.0, source="as in the preset pizza_multiple_toss; only "
+            "for results in SI units", while_unconfigured=False),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[ResilienceStudy]:
-    """The study with its pictures."""
+def _study() -> type[ResilienceStudy]:
     from bouncing_disk_ros.resilience_studies.resilience.compute import ResilienceStudy
 
-    return StudyView(ResilienceStudy, _pictures, lines, from_bag=_from_bag)
+    return ResilienceStudy
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
@@ -49,6 +85,8 @@ def _pictures(_: ResilienceStudy, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Of each kind of attractor, where its share is largest and where it is hardest to lose."""
+    import numpy as np
+
     from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit, time_unit
 
     units = {
@@ -73,6 +111,8 @@ def lines(result: xr.Dataset) -> list[str]:
 
 def _hardest_to_lose(what: str, x: np.ndarray, least: np.ndarray, unit: float, si: str) -> str:
     """Where the least fatal one is largest: where none is, before all others."""
+    import numpy as np
+
     safe = x[np.isposinf(least)]
     if safe.size:
         span = f"{safe[0]:.5g}" + (f" to {safe[-1]:.5g}" if safe.size > 1 else "")
@@ -90,6 +130,8 @@ def _hardest_to_lose(what: str, x: np.ndarray, least: np.ndarray, unit: float, s
 
 def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
     """Name, line and places along the axis of each kind of attractor, the longest first."""
+    import numpy as np
+
     from bouncing_disk_ros.study.attractor_lines import attractor_name
 
     found: dict[tuple[str, int], list[int]] = {}
@@ -116,8 +158,19 @@ def _warnings(result: xr.Dataset, count: int) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("resilience", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="resilience",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    from_bag=_from_bag,
+    not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,10 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.study.shared_options import map_options
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,13 +25,28 @@ _EXAMPLE = "ros2 run bouncing_disk_ros basin_shares --ros-args -p along:=restitu
 
 MOST_NAMED = 8
 """Values that one line names."""
+_FUNCTION = """\
+Shares of the basins over a parameter, with the best phase lag.
+
+>>> basin_shares(along="restitution", begin=0.2, end=0.8, count=13, samples=50)["fraction"]
+"""
+_SPECS = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "
+         "angular_forcing"),
+    Spec("begin", 0.30, "", "first value of it", low=0.0, high=1e6),
+    Spec("end", 0.60, "", "last value of it", low=0.0, high=1e6),
+    Spec("count", 121, "", "number of values", low=1, high=1_000_000),
+    *map_options("where it is not the axis", "axial_forcing", "restitution", "angular_forcing"),
+    Spec("samples", 200, "", "starts along each side of the window", low=2, high=100_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
+         low=-1e3, high=0.0),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[BasinShares]:
-    """The study with its picture."""
+def _study() -> type[BasinShares]:
     from bouncing_disk_ros.study.basin_shares.compute import BasinShares
 
-    return StudyView(BasinShares, _pictures, lines, from_bag=_from_bag)
+    return BasinShares
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
@@ -72,8 +88,18 @@ def _missed_lines(result: xr.Dataset) -> list[str]:
     return [f"{what}: at {some}{more}"]
 
 
-TOOL = StudyTool("basin_shares", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="basin_shares",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    from_bag=_from_bag,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

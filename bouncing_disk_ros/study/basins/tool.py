@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import AXIAL_FORCING, Spec, Value
+from bouncing_disk_ros.study.shared_options import RESTITUTION
+from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,19 +21,46 @@ if TYPE_CHECKING:
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
 attractor that it goes to; the attractors are searched first. Fig. 4 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros basins --ros-args -p axial_forcing:=0.55 -p width:=2000"
+_FUNCTION = """\
+The attractor that each start goes to: basins of attraction (paper, Fig. 4).
+
+>>> result = basins(axial_forcing=0.34, width=60, height=60)
+>>> dict(zip(result["attractor_name"].values.tolist(), result["fraction"].values.tolist()))
+"""
+_SPECS = (
+    AXIAL_FORCING,
+    RESTITUTION,
+    Spec("width", 1000, "", "pixels along the forcing phase", low=1, high=1_000_000),
+    Spec("height", 1000, "", "pixels along the velocity", low=1, high=1_000_000),
+    Spec("phase_begin", 0.0, "rad", "window: least forcing phase", low=-100.0, high=100.0),
+    Spec("phase_end", math.tau, "rad", "window: largest forcing phase", low=-100.0, high=100.0),
+    Spec("velocity_begin", -5.0, "πg/ω", "window: least relative velocity", low=-1e3, high=0.0),
+    Spec("velocity_end", 0.0, "πg/ω", "window: largest relative velocity", low=-1e3, high=0.0),
+    Spec("velocity", "before", "", "which velocity the window shows: before (w_A, before the first "
+         "impact) or after (−u, u = −ε w_A, after it)"),
+    Spec("tolerance", 1e-4, "", "distance (rad and πg/ω) at which an orbit counts as on an "
+         "attractor", low=1e-12, high=0.1),
+    Spec("cap", 0, "", "impacts after which a start is unresolved; 0: enough for the slowest "
+         "attractor", low=0, high=10_000_000),
+    Spec("angular_velocities", "", "ωΦ", "initial angular velocities of the disk, separated by "
+         "blanks: also compute the mean speed that each start reaches", "α̇/(ωΦ)",
+         numbers=True),
+    Spec("phase_lag", 0.0, "rad", "phase lag, with angular_velocities", "θ", low=-1e3, high=1e3),
+    Spec("angular_forcing", 100.0, "1", "angular forcing, with angular_velocities", "Γ_T",
+         low=1e-9, high=1e12),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[Basins]:
-    """The study with its pictures."""
+def _study() -> type[Basins]:
     from bouncing_disk_ros.study.basins.compute import Basins
 
-    return StudyView(
-        Basins,
-        _pictures,
-        lines,
-        from_bag=_from_bag,
-        image="label",
-    )
+    return Basins
+
+
+def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
+    if not str(values["angular_velocities"]).strip():
+        for name in ("phase_lag", "angular_forcing"):
+            yield name, "none without angular_velocities", "The basins themselves do not need it."
 
 
 def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
@@ -123,8 +151,20 @@ def _speed_lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("basins", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="basins",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="label",
+    from_bag=_from_bag,
+    idle=_idle,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

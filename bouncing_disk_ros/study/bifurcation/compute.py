@@ -47,7 +47,6 @@ from bouncing_disk_ros.study.definition import (
     Region,
     Study,
 )
-from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 ONSET_IMPACTS = 100_000
 """Impacts in which contact is looked for at each value, where its onset is refined."""
@@ -112,11 +111,7 @@ class Bifurcation(Study):
                     )
                     raise InputError(name, value, "0 with starts", hint)
             return spread_starts(count, float(given["velocity_begin"]))
-        window, usual = given.pop("velocity_begin"), STUDY_TABLES[self.name]["velocity_begin"]
-        if window != usual.default:
-            hint = "It is the window of the starts, and starts is 0."
-            raise InputError("velocity_begin", window, "none without starts", hint)
-        del given["starts"]
+        del given["velocity_begin"], given["starts"]
         return []
 
     def _check_end(self, name: str) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.study.shared_options import map_options
+from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,13 +26,51 @@ _EXAMPLE = "ros2 run bouncing_disk_ros bifurcation --ros-args -p begin:=0.6 -p e
 
 APART = 0.01
 """Mean speeds (ωΦ) further apart than this are not those of one orbit."""
+_FUNCTION = """\
+Attractors along a parameter: impacts, mean speed, Lyapunov exponent (paper, Fig. 3).
+
+>>> bifurcation(begin=0.45, end=0.6, count=101, restitution=0.3)["mean_speed"]
+"""
+_SPECS = (
+    Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "
+         "phase_lag or angular_forcing"),
+    Spec("begin", 0.335, "", "first value of it; 0 along axial_forcing, where the period-1 orbit "
+         "is followed: just above where that orbit begins", low=-1e6, high=1e6, angle=True),
+    Spec("end", 0.65, "", "last value of it; less than begin: downward", low=-1e6, high=1e6,
+         angle=True),
+    Spec("count", 1261, "", "number of values", low=1, high=10_000_000),
+    *map_options("where it is not the axis"),
+    Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with initial_velocity",
+         "τ", low=-1e3, high=1e3),
+    Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact; 0: start on the period-1 "
+         "orbit", "w_A", low=-1e3, high=0.0),
+    Spec("starts", 0, "", "initial conditions at each value, spread evenly over forcing phase and "
+         "velocity, for all coexisting attractors; 0: one attractor is followed, each value "
+         "starts from the last state of the one before", low=0, high=1_000_000),
+    Spec("velocity_begin", -5.0, "πg/ω", "window of the starts: τ from 0 to 2π, w_A from this to "
+         "0", "w_A", low=-1e3, high=0.0),
+    Spec("settling", 1000, "", "impacts left out at each value; with starts above 0, speeds need "
+         "more where impacts are weak: about 10000", low=0, high=100_000_000),
+    Spec("measured", 2000, "", "impacts from which means and exponent are computed", low=1,
+         high=100_000_000),
+    Spec("kept", 300, "", "impacts kept at each value, the last ones measured", low=1,
+         high=1_000_000),
+    Spec("doublings", 5, "", "period doublings to compute by continuation; 0: none", low=0,
+         high=12),
+    Spec("marks", "", "", "values that the picture marks with a, b, c … where its axis has them"),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[Bifurcation]:
-    """The study with its picture."""
+def _study() -> type[Bifurcation]:
     from bouncing_disk_ros.study.bifurcation.compute import Bifurcation
 
-    return StudyView(Bifurcation, _pictures, lines, from_bag=_from_bag)
+    return Bifurcation
+
+
+def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
+    if not values["starts"]:
+        hint = "It is the window of the starts, and starts is 0."
+        yield "velocity_begin", "none without starts", hint
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
@@ -121,8 +160,19 @@ def _start_lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("bifurcation", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="bifurcation",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    from_bag=_from_bag,
+    idle=_idle,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

@@ -6,10 +6,11 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.study.plane_lines import kind_shares, largest
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.study.shared_options import map_options
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,19 +25,39 @@ _EXAMPLE = "ros2 run bouncing_disk_ros parameter_map --ros-args -p x_count:=600 
 
 SETTLED = 0.01
 """A mean speed (ωΦ) that changes by more has not settled."""
+_FUNCTION = """\
+Period, Lyapunov exponent and mean speed over two parameters.
+
+>>> parameter_map(x_axis="axial_forcing", y_axis="restitution", x_count=40, y_count=40)
+"""
+_SPECS = (
+    Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "
+         "restitution, phase_lag or angular_forcing"),
+    Spec("x_begin", 0.3, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("x_end", 0.7, "", "last value of it", low=-1e6, high=1e6, angle=True),
+    Spec("x_count", 300, "", "number of values", low=1, high=1_000_000),
+    Spec("y_axis", "restitution", "", "the parameter of the vertical axis"),
+    Spec("y_begin", 0.2, "", "first value of it", low=-1e6, high=1e6, angle=True),
+    Spec("y_end", 0.8, "", "last value of it", low=-1e6, high=1e6, angle=True),
+    Spec("y_count", 300, "", "number of values", low=1, high=1_000_000),
+    *map_options("where it is not an axis"),
+    Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
+         "and as contact where there is none; contact: the disk lies on the platform; given: "
+         "initial_phase and initial_velocity"),
+    Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with start:=given", "τ",
+         low=-1e3, high=1e3),
+    Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact, with start:=given", "w_A",
+         low=-1e3, high=0.0),
+    Spec("settling", 10_000, "", "impacts left out at each point", low=0, high=100_000_000),
+    Spec("measured", 2000, "", "impacts from which exponent, kind and speed are computed", low=256,
+         high=100_000_000),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[ParameterMap]:
-    """The study with its pictures."""
+def _study() -> type[ParameterMap]:
     from bouncing_disk_ros.study.parameter_map.compute import ParameterMap
 
-    return StudyView(
-        ParameterMap,
-        _pictures,
-        lines,
-        from_bag=_from_bag,
-        image="period",
-    )
+    return ParameterMap
 
 
 def _from_bag(values: Mapping[str, Value]) -> list[str]:
@@ -77,8 +98,19 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("parameter_map", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="parameter_map",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="period",
+    from_bag=_from_bag,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

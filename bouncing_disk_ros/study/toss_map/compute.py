@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.toss_extremes import (
@@ -57,6 +58,7 @@ class TossMap(Study):
                 allowed = f"less than {name}_end = {high:g}"
                 raise InputError(f"{name}_begin", low, allowed, "The map is empty.")
         self.setting = setting_of(given)
+        self.trajectory_lags = angles_of("trajectory_lags", str(given["trajectory_lags"]))
 
     def _line(self, name: str) -> np.ndarray:
         given = self.parameters

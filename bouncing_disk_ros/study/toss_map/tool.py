@@ -7,10 +7,10 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.angles import angles_of
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,22 +21,38 @@ if TYPE_CHECKING:
 _ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over phase lag and amplitude
 angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
 _EXAMPLE = "ros2 run bouncing_disk_ros toss_map --ros-args -p friction:=0.3"
+_FUNCTION = """\
+Speed, speed ratio and efficiency of single tosses (paper, Fig. 2).
+
+Over phase lag and amplitude angle.
+
+>>> toss_map(phase_lag_count=181, amplitude_angle_count=91)["airborne_speed"].max()
+"""
+_SPECS = (
+    *TOSS_OPTIONS,
+    Spec("phase_lag_begin", -math.pi, "rad", "least phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_end", math.pi, "rad", "largest phase lag", "θ", low=-1e3, high=1e3),
+    Spec("phase_lag_count", 721, "", "number of phase lags", low=2, high=1_000_000),
+    Spec("amplitude_angle_begin", 0.0, "rad", "least amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_end", math.pi / 2, "rad", "largest amplitude angle", "φ_L", low=0.0,
+         high=math.pi / 2),
+    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=2, high=1_000_000),
+    Spec("initial_angular_velocity", 0.0, "rad/s", "angular velocity of the disk at the start, "
+         "absolute", "α̇", low=-1e6, high=1e6),
+    Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start; 3π/2: the "
+         "lowest point", "τ", low=-1e3, high=1e3),
+    Spec("trajectory_lags", "0 0.5pi", "rad", "phase lags of the tosses drawn in time (Fig. 2d)",
+         numbers=True),
+    Spec("trajectory_angle", math.pi / 4, "rad", "amplitude angle of these", "φ_L", low=0.0,
+         high=math.pi / 2),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[TossMap]:
-    """The study with its pictures."""
+def _study() -> type[TossMap]:
     from bouncing_disk_ros.study.toss_map.compute import TossMap
 
-    def make(values: Mapping[str, Value]) -> TossMap:
-        study = TossMap(values)
-        _lags(study)  # refused at once, not after the work
-        return study
-
-    return StudyView(make, _pictures, lines, image="airborne_speed")
-
-
-def _lags(study: TossMap) -> list[float]:
-    return angles_of("trajectory_lags", str(study.parameters["trajectory_lags"]))
+    return TossMap
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -49,7 +65,7 @@ def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
     tosses = Toss(**{name: held.get(name, held["delay"]) for name in Toss._fields})
     lag, angle = result["phase_lag"].values, result["amplitude_angle"].values
     given = study.parameters
-    lags, at = _lags(study), float(given["trajectory_angle"])
+    lags, at = study.trajectory_lags, float(given["trajectory_angle"])
     runs = [
         toss_trajectory(
             one, at, study.setting,
@@ -81,8 +97,18 @@ def lines(result: xr.Dataset) -> list[str]:
     return found
 
 
-TOOL = StudyTool("toss_map", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="toss_map",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    image="airborne_speed",
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,10 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.study.study_tool import StudyTool
-from bouncing_disk_ros.study.study_view import StudyView
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
+from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,13 +22,25 @@ _ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and
 Fig. 1 of the paper."""
 _EXAMPLE = """ros2 run bouncing_disk_ros toss_paths --ros-args -p phase_lags:='0 -0.25pi' \\
       -p amplitude_angles:='0.25pi 0.25pi'"""
+_FUNCTION = """\
+Paths of the tossing hand for pairs of phase lag and amplitude angle (paper, Fig. 1).
+
+>>> toss_paths(phase_lags=[0.0, -0.785], amplitude_angles=[0.785, 0.785])["arc"]
+"""
+_SPECS = (
+    *TOSS_OPTIONS,
+    Spec("phase_lags", "-0.5pi -0.25pi 0 -0.25pi -0.25pi -0.25pi", "rad",
+         "phase lag of each path, separated by blanks; 0.25pi is π/4", "θ", numbers=True),
+    Spec("amplitude_angles", "0.25pi 0.25pi 0.25pi 0.125pi 0.25pi 0.375pi", "rad",
+         "amplitude angle of each path, one for each phase lag", "φ_L", numbers=True),
+    Spec("points", 721, "", "points of each path", low=16, high=1_000_000),
+)  # fmt: skip
 
 
-def make_view() -> StudyView[TossPaths]:
-    """The study with its picture."""
+def _study() -> type[TossPaths]:
     from bouncing_disk_ros.study.toss_paths.compute import TossPaths
 
-    return StudyView(TossPaths, _pictures, lines)
+    return TossPaths
 
 
 def _pictures(_: TossPaths, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -52,8 +66,17 @@ def lines(result: xr.Dataset) -> list[str]:
     return rows
 
 
-TOOL = StudyTool("toss_paths", _ABOUT, _EXAMPLE, make_view)
-main = TOOL.main
+DEFINITION = StudyDefinition(
+    name="toss_paths",
+    about=_ABOUT,
+    example=_EXAMPLE,
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+)
+main = main_of(DEFINITION)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,10 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import motor_curves
 from bouncing_disk_ros.motor_study import compute as motor_module
 from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
+from bouncing_disk_ros.motor_study.tool import DEFINITION
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 SMALL: dict[str, Value] = {"x_count": 9, "y_begin": 21.0, "y_end": 30.0, "y_count": 4}
 
@@ -31,7 +31,7 @@ def result_of(path: Path, **given: Value) -> tuple[Motor, xr.Dataset]:
 
 def test_the_defaults_are_the_preset_swum() -> None:
     preset = load_preset("swum")
-    table = STUDY_TABLES["motor"]
+    table = DEFINITION.options
     shared = {name: value for name, value in preset.items() if name in table}
     assert len(shared) == 10
     assert {name: table[name].default for name in shared} == shared
@@ -97,7 +97,7 @@ def test_a_load_that_turns_the_rotor_back_has_no_part_in_the_best_phase_lag() ->
 
 @pytest.mark.parametrize("axis", sorted(motor_module.AXES))
 def test_every_axis_can_be_mapped(tmp_path: Path, axis: str) -> None:
-    default = float(STUDY_TABLES["motor"][axis].default)
+    default = float(DEFINITION.options[axis].default)
     ends = {"x_begin": 0.97 * default, "x_end": 1.02 * default} if default else {"x_end": 0.01}
     if default < 0.0:
         ends = {"x_begin": 1.02 * default, "x_end": 0.97 * default}

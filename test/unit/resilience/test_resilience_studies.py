@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,7 +18,6 @@ from bouncing_disk_ros.resilience_studies.manifolds import tool as manifolds
 from bouncing_disk_ros.resilience_studies.resilience import tool as resilience
 from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study.study_tool import StudyTool
 
 Shown = tuple[xr.Dataset, list[str]]
 SMALL_RESILIENCE: dict[str, Value] = {
@@ -25,22 +25,22 @@ SMALL_RESILIENCE: dict[str, Value] = {
 }  # fmt: skip
 
 
-def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
+def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
     """Result and lines of a small study, its figures drawn."""
-    study = named(tool.name, **given)
+    definition = tool.DEFINITION
+    study = named(definition.name, **given)
     result = run(study, path / "r.zarr")
     assert result is not None
-    view = tool.make_view()
-    for figure in view.pictures(study, result).values():
+    for figure in definition.pictures(study, result).values():
         figure.savefig(io.BytesIO(), format="png", dpi=40)
-    lines = view.lines(result)
+    lines = definition.lines(result)
     assert all("\n" not in line for line in lines)
     return result, lines
 
 
 @pytest.fixture(scope="module")
 def resilient(tmp_path_factory: pytest.TempPathFactory) -> Shown:
-    return shown(tmp_path_factory.mktemp("resilience"), resilience.TOOL, **SMALL_RESILIENCE)
+    return shown(tmp_path_factory.mktemp("resilience"), resilience, **SMALL_RESILIENCE)
 
 
 def test_curves_are_stored_with_the_map_behind_them(tmp_path: Path) -> None:
@@ -49,7 +49,7 @@ def test_curves_are_stored_with_the_map_behind_them(tmp_path: Path) -> None:
         "axial_forcing_begin": 0.4, "axial_forcing_end": 0.6, "restitution_begin": 0.4,
         "restitution_end": 0.6, "largest_step": 0.02,
     }  # fmt: skip
-    result, lines = shown(tmp_path, curves.TOOL, **small)
+    result, lines = shown(tmp_path, curves, **small)
     kinds = result["curve_kind"].values.tolist()
     assert {"doubling", "contact onset"} <= set(kinds)
     own = result["point_curve"].values == kinds.index("doubling")
@@ -65,12 +65,12 @@ def test_a_window_without_an_orbit_is_said(tmp_path: Path) -> None:
         "axial_forcing": 0.2, "axial_forcing_begin": 0.1, "axial_forcing_end": 0.3,
         "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
     }  # fmt: skip
-    _, lines = shown(tmp_path, curves.TOOL, **small)
+    _, lines = shown(tmp_path, curves, **small)
     assert lines == ["  no curves: no attractor at this point is periodic or holds contact"]
 
 
 def test_manifolds_are_stored_over_the_basins(tmp_path: Path) -> None:
-    result, lines = shown(tmp_path, manifolds.TOOL, axial_forcing=0.34, width=40, height=40,
+    result, lines = shown(tmp_path, manifolds, axial_forcing=0.34, width=40, height=40,
                           distance=0.05)  # fmt: skip
     assert result["saddle_impacts"].values.tolist() == [1]
     tau = float(result["saddle_point_forcing_phase"][0])
@@ -95,7 +95,7 @@ def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) ->
         "phase_begin": 1.0, "phase_end": 3.0, "velocity_begin": -5.0, "velocity_end": -1.0,
         "width": 40, "height": 40, "axial_forcing": 0.34, "distance": 0.05, "pairs": 1,
     }  # fmt: skip
-    result, lines = shown(tmp_path, manifolds.TOOL, **given)
+    result, lines = shown(tmp_path, manifolds, **given)
     share, counted = float(result["saddle_share"][0]), float(result["fraction"][1])
     assert share == pytest.approx(0.0861518, abs=1e-6)
     assert share == pytest.approx(counted, abs=4.0 * float(result["fraction_uncertainty"][1]))
@@ -103,7 +103,7 @@ def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) ->
 
 
 def test_one_basin_has_no_boundary(tmp_path: Path) -> None:
-    _, lines = shown(tmp_path, manifolds.TOOL, axial_forcing=0.2, width=8, height=8)
+    _, lines = shown(tmp_path, manifolds, axial_forcing=0.2, width=8, height=8)
     assert lines[-1] == "  no boundary in this window: all starts on its grid have one end"
 
 

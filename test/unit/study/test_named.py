@@ -8,18 +8,20 @@ import pytest
 import yaml
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study_tables import COMMON, STUDY_TABLES, table_of
+from bouncing_disk_ros.study.studies import definition_of
+from bouncing_disk_ros.study.study_definition import COMMON
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
-@pytest.mark.parametrize("name", STUDY_TABLES)
+@pytest.mark.parametrize("name", STUDIES)
 def test_defaults_make_a_study_of_that_name(name: str) -> None:
     study = named(name)
     assert study.name == name
     for key, value in study.parameters.items():
-        assert value == STUDY_TABLES[name][key].default
+        assert value == definition_of(name).options[key].default
 
 
 def test_what_is_given_stays_and_integers_are_cast() -> None:
@@ -114,11 +116,12 @@ def test_counts_of_a_chatter_say_how_far_they_go() -> None:
 
 
 def test_where_and_how_is_no_part_of_what() -> None:
-    for name, own in STUDY_TABLES.items():
-        assert not set(own) & set(COMMON)
-        assert {*own, "output", "workers", "hold"} <= set(table_of(name))
-    assert "bag" in table_of("basins")
-    assert "bag" not in table_of("toss_map")
+    for definition in map(definition_of, STUDIES):
+        own = set(definition.options)
+        assert not own & set(COMMON)
+        assert {*own, "output", "workers", "hold"} <= set(definition.table)
+    assert "bag" in definition_of("basins").table
+    assert "bag" not in definition_of("toss_map").table
 
 
 @pytest.mark.parametrize(("restitution", "begin"), [(0.5, 0.335), (0.3, 0.541154), (0.7, 0.177353)])

@@ -11,12 +11,12 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.study.bifurcation.tool import DEFINITION
 from bouncing_disk_ros.study.from_bag import numbers, read_bag
-from bouncing_disk_ros.study_tables import STUDY_TABLES
 from support.recorded import NS, RecordedRun, period_one_bag
 
 WANTED = {
-    name: STUDY_TABLES["bifurcation"][name]
+    name: DEFINITION.options[name]
     for name in ("axial_forcing", "restitution", "phase_lag", "angular_forcing")
 }
 MOTION = Motion(0.02, 0.3, 4.0, 0.7)

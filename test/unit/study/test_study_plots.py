@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -18,26 +19,24 @@ from bouncing_disk_ros.study.basin_shares import tool as basin_shares
 from bouncing_disk_ros.study.basins import tool as basins
 from bouncing_disk_ros.study.bifurcation import tool as bifurcation
 from bouncing_disk_ros.study.parameter_map import tool as parameter_map
-from bouncing_disk_ros.study.study_tool import StudyTool
 from bouncing_disk_ros.study.toss_map import tool as toss_map
 from bouncing_disk_ros.study.toss_paths import tool as toss_paths
-from bouncing_disk_ros.study_tables import STUDY_TABLES
 
 Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
 
 
-def shown(path: Path, tool: StudyTool, **given: Value) -> Shown:
+def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
     """The figures, all drawn, the lines and the result of a small study."""
-    table = STUDY_TABLES[tool.name]
+    definition = tool.DEFINITION
+    table = definition.options
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
-    make_view = tool.make_view()
-    study = make_view.make(values)
+    study = definition.study()(values)
     result = run(study, path / "r.zarr")
     assert result is not None
-    figures = dict(make_view.pictures(study, result))
+    figures = dict(definition.pictures(study, result))
     for figure in figures.values():
         figure.savefig(io.BytesIO(), format="png", dpi=40)
-    lines = make_view.lines(result)
+    lines = definition.lines(result)
     assert all("\n" not in line for line in lines)
     return figures, lines, result
 
@@ -56,7 +55,7 @@ def text_of(figure: Figure) -> str:
 
 
 def test_basins(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.45, width=60, height=60)
+    figures, lines, _ = shown(tmp_path, basins, axial_forcing=0.45, width=60, height=60)
     assert list(figures) == ["basins"]
     text = text_of(figures["basins"])
     assert "Γ = 0.45, restitution ε = 0.5" in text
@@ -69,7 +68,7 @@ def test_basins(tmp_path: Path) -> None:
 
 
 def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, basins.TOOL, axial_forcing=0.2, width=50, height=50,
+    figures, lines, _ = shown(tmp_path, basins, axial_forcing=0.2, width=50, height=50,
                               angular_velocities="0 1")  # fmt: skip
     assert "rest: 100.00 ± 0.00 %" in text_of(figures["basins"])
     assert "  no boundary in the window, or too short a one" in lines
@@ -77,7 +76,7 @@ def test_basins_of_one_attractor_that_is_rest(tmp_path: Path) -> None:
 
 
 def test_basins_that_the_cap_leaves_open(tmp_path: Path) -> None:
-    figures, lines, result = shown(tmp_path, basins.TOOL, width=6, height=5, cap=1)
+    figures, lines, result = shown(tmp_path, basins, width=6, height=5, cap=1)
     open_ = 100.0 * float(result["unresolved_fraction"])
     assert open_ > 0.0
     assert f"unresolved: {open_:.2f} %" in text_of(figures["basins"])
@@ -87,7 +86,7 @@ def test_basins_that_the_cap_leaves_open(tmp_path: Path) -> None:
 def test_a_window_of_ones_own_keeps_its_axes(tmp_path: Path) -> None:
     """Impacts on attractors outside do not stretch them; narrow windows have ticks with labels."""
     figures, _, _ = shown(
-        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
+        tmp_path, basins, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
         phase_end=0.1, velocity_begin=-0.8, velocity_end=-0.6, velocity="after",
     )  # fmt: skip
     left = figures["basins"].axes[0]
@@ -103,7 +102,7 @@ def test_a_window_of_ones_own_keeps_its_axes(tmp_path: Path) -> None:
 def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Path) -> None:
     """Period 1 at τ = 0.74: in a window from 2π on it is drawn one turn later."""
     figures, _, _ = shown(
-        tmp_path, basins.TOOL, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
+        tmp_path, basins, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
         phase_end=8.0, velocity_begin=-2.0, velocity_end=-1.0,
     )  # fmt: skip
     axes = figures["basins"].axes[0]
@@ -117,9 +116,13 @@ def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Pat
 
 def test_no_axis_has_the_unit_1(tmp_path: Path) -> None:
     for name, tool, given in (
-        ("b", bifurcation.TOOL, {"count": 2, "settling": 50, "measured": 20, "kept": 5}),
-        ("s", basin_shares.TOOL, {"count": 2, "samples": 6}),
-        ("p", parameter_map.TOOL, {"x_count": 2, "y_count": 2, "settling": 9, "measured": 256}),
+        ("b", bifurcation, {"count": 2, "settling": 50, "measured": 20, "kept": 5}),
+        ("s", basin_shares, {"count": 2, "samples": 6}),
+        (
+            "p",
+            parameter_map,
+            {"x_count": 2, "y_count": 2, "settling": 9, "measured": 256},
+        ),
     ):
         figures, _, _ = shown(tmp_path / name, tool, **given)
         for figure in figures.values():
@@ -127,12 +130,12 @@ def test_no_axis_has_the_unit_1(tmp_path: Path) -> None:
 
 
 def test_one_pixel(tmp_path: Path) -> None:
-    figures, _, _ = shown(tmp_path, basins.TOOL, width=1, height=1)
+    figures, _, _ = shown(tmp_path, basins, width=1, height=1)
     assert len(figures["basins"].axes) == 3
 
 
 def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, basins.TOOL, width=12, height=10,
+    figures, lines, _ = shown(tmp_path, basins, width=12, height=10,
                               angular_velocities="0 0.5 -1 2")  # fmt: skip
     figure = figures["mean_speeds"]
     titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
@@ -143,7 +146,7 @@ def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
 
 
 def test_shares(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, basin_shares.TOOL, begin=0.2, end=0.45, count=3, samples=12)
+    figures, lines, _ = shown(tmp_path, basin_shares, begin=0.2, end=0.45, count=3, samples=12)
     figure = figures["basin_shares"]
     x, ys = labels(figure)[-1][0], [y for _, y in labels(figure)]
     assert x == "axial forcing Γ"
@@ -155,7 +158,7 @@ def test_shares(tmp_path: Path) -> None:
 
 
 def test_shares_of_one_value(tmp_path: Path) -> None:
-    shown(tmp_path, basin_shares.TOOL, begin=0.45, end=0.45, count=1, samples=6)
+    shown(tmp_path, basin_shares, begin=0.45, end=0.45, count=1, samples=6)
 
 
 @pytest.mark.parametrize("along", ["restitution", "phase_lag", "angular_forcing"])
@@ -163,7 +166,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     ends = {"restitution": (0.4, 0.6), "phase_lag": (-1.0, 1.0), "angular_forcing": (1.0, 100.0)}
     begin, end = ends[along]
     figures, lines, result = shown(
-        tmp_path, bifurcation.TOOL, along=along, begin=begin, end=end, count=4, settling=100,
+        tmp_path, bifurcation, along=along, begin=begin, end=end, count=4, settling=100,
         measured=50, kept=20, doublings=1,
     )  # fmt: skip
     ys = [y for _, y in labels(figures["bifurcation"])]
@@ -176,7 +179,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
 
 def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
     _, lines, result = shown(
-        tmp_path, bifurcation.TOOL, begin=0.3, end=0.2, count=3, initial_velocity=-1.0,
+        tmp_path, bifurcation, begin=0.3, end=0.2, count=3, initial_velocity=-1.0,
         settling=100, measured=50, kept=20,
     )  # fmt: skip
     assert np.isnan(result["mean_speed"].values).all()
@@ -187,7 +190,7 @@ def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
 
 def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
     figures, lines, _ = shown(
-        tmp_path, bifurcation.TOOL, begin=0.3, end=0.45, count=4, settling=50, measured=50,
+        tmp_path, bifurcation, begin=0.3, end=0.45, count=4, settling=50, measured=50,
         kept=20, starts=9,
     )  # fmt: skip
     figure = figures["bifurcation"]
@@ -205,7 +208,7 @@ def test_a_diagram_of_starts_tells_those_with_contact(tmp_path: Path) -> None:
 
 def test_a_map_of_parameters(tmp_path: Path) -> None:
     figures, lines, result = shown(
-        tmp_path, parameter_map.TOOL, x_begin=0.25, x_end=0.56, x_count=12, y_begin=0.5, y_end=0.51,
+        tmp_path, parameter_map, x_begin=0.25, x_end=0.56, x_count=12, y_begin=0.5, y_end=0.51,
         y_count=2, settling=1000, measured=300,
     )  # fmt: skip
     figure = figures["parameter_map"]
@@ -233,7 +236,7 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
 
 def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
     figures, lines, _ = shown(
-        tmp_path, parameter_map.TOOL, x_begin=0.2, x_end=0.2, x_count=1, y_begin=0.5, y_end=0.5,
+        tmp_path, parameter_map, x_begin=0.2, x_end=0.2, x_count=1, y_begin=0.5, y_end=0.5,
         y_count=1, settling=10, measured=256,
     )  # fmt: skip
     assert "rest" in text_of(figures["parameter_map"])
@@ -242,7 +245,7 @@ def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
 
 def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
     figures, _, _ = shown(
-        tmp_path, parameter_map.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=2,
+        tmp_path, parameter_map, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=2,
         y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
         start="given", initial_phase=0.5, initial_velocity=-2.0,
     )  # fmt: skip
@@ -251,7 +254,7 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
 
 
 def test_toss_maps(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, toss_map.TOOL, phase_lag_count=9, amplitude_angle_count=9,
+    figures, lines, _ = shown(tmp_path, toss_map, phase_lag_count=9, amplitude_angle_count=9,
                               trajectory_lags="0")  # fmt: skip
     assert list(figures) == ["toss_map", "trajectories"]
     assert [line.split(" at ")[0].strip() for line in lines] == [
@@ -261,7 +264,7 @@ def test_toss_maps(tmp_path: Path) -> None:
 
 
 def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, toss_paths.TOOL, phase_lags="0 0",
+    figures, lines, _ = shown(tmp_path, toss_paths, phase_lags="0 0",
                               amplitude_angles="0.25pi 0.499pi", points=16)  # fmt: skip
     assert len(figures["toss_paths"].axes) >= 2
     assert "τ_sep = 0.1599 rad" in lines[0]
@@ -273,14 +276,19 @@ def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
     small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
     for starts in (0, 3):
         figures, _, _ = shown(
-            tmp_path / str(starts), bifurcation.TOOL, begin=0.45, end=0.45, starts=starts, **small
+            tmp_path / str(starts),
+            bifurcation,
+            begin=0.45,
+            end=0.45,
+            starts=starts,
+            **small,
         )
         assert list(figures) == ["bifurcation"]
 
 
 def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     figures, lines, result = shown(
-        tmp_path, motor.TOOL, x_count=7, y_begin=19.0, y_end=33.0, y_count=8, longest=1500
+        tmp_path, motor, x_count=7, y_begin=19.0, y_end=33.0, y_count=8, longest=1500
     )
     assert list(figures) == ["speed_torque", "stall", "motor_map"]
     left, right = figures["speed_torque"].axes[:2]
@@ -308,9 +316,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
 
 def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path: Path) -> None:
     """Contours end where the first of two lines does; cells show each point."""
-    figures, _, result = shown(
-        tmp_path, motor.TOOL, x_count=12, y_begin=22.0, y_end=28.0, y_count=2
-    )
+    figures, _, result = shown(tmp_path, motor, x_count=12, y_begin=22.0, y_end=28.0, y_count=2)
     right = figures["speed_torque"].axes[1]
     (image,) = right.images
     assert right.get_ylim() == (19.0, 31.0), "whole cells"
@@ -324,7 +330,7 @@ def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path:
 
 def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
     figures, lines, _ = shown(
-        tmp_path, motor.TOOL, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
+        tmp_path, motor, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
         y_end=1.0, y_count=3,
     )  # fmt: skip
     assert list(figures) == ["speed_torque", "motor_map"]
@@ -334,7 +340,7 @@ def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
 
 def test_a_motor_at_one_point(tmp_path: Path) -> None:
     figures, lines, _ = shown(
-        tmp_path, motor.TOOL, x_end=0.0, x_count=1, y_begin=33.0, y_end=33.0, y_count=1
+        tmp_path, motor, x_end=0.0, x_count=1, y_begin=33.0, y_end=33.0, y_count=1
     )
     assert "no efficiency anywhere" in [t.get_text() for t in figures["speed_torque"].axes[1].texts]
     assert lines[0] == "  contact_only 100.000 % of the points"
@@ -342,7 +348,7 @@ def test_a_motor_at_one_point(tmp_path: Path) -> None:
 
 def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
     figures, _, _ = shown(
-        tmp_path, motor.TOOL, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
+        tmp_path, motor, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
         y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
     )  # fmt: skip
     assert list(figures) == ["motor_map"]

@@ -115,7 +115,7 @@ def test_any_map_can_be_drawn(tmp_path: Path, given: dict[str, Value]) -> None:
     assert isinstance(study, TossMap)
     result = run(study, tmp_path / "map.zarr")
     assert result is not None
-    assert set(toss_map.make_view().pictures(study, result)) == {"toss_map", "trajectories"}
+    assert set(toss_map.DEFINITION.pictures(study, result)) == {"toss_map", "trajectories"}
     best = {one.measure: one for one in study.extremes}
     if "friction" in given:
         assert not best

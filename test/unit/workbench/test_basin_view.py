@@ -11,7 +11,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
-from bouncing_disk_ros.study_tables import STUDY_TABLES
+from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 from bouncing_disk_ros.workbench import basin_view
 from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of, view
 from bouncing_disk_ros.workbench.start_plane import (
@@ -27,7 +27,7 @@ SIDE = 64
 
 
 def study_of(axial_forcing: float, window: Window, side: int = SIDE) -> Basins:
-    values = {name: spec.default for name, spec in STUDY_TABLES["basins"].items()}
+    values = {name: spec.default for name, spec in BASINS.options.items()}
     values |= {"axial_forcing": axial_forcing, "width": side, "height": side}
     return Basins({**values, **window._asdict()})
 
@@ -146,7 +146,7 @@ def test_the_end_of_double_precision_is_seen() -> None:
 def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> None:
     default = Basins(
         {
-            **{name: spec.default for name, spec in STUDY_TABLES["basins"].items()},
+            **{name: spec.default for name, spec in BASINS.options.items()},
             "axial_forcing": axial_forcing,
         }
     )

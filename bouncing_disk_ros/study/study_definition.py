@@ -1,0 +1,129 @@
+"""What a study is beside its computation: options, what is refused, how its result is shown.
+
+Imports nothing heavy: computation and pictures are loaded when they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import Spec, Value
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from bouncing_disk_ros.study import Study
+
+S = TypeVar("S", bound="Study")
+Idle = tuple[str, str, str]
+"""An option that does nothing beside the others, what is allowed for it, and why."""
+
+_BAG = (
+    Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are those "
+         "of its last steady motion up and down, and of the disk then"),
+    Spec("namespace", "", "", "of the simulator, where that bag has several"),
+)  # fmt: skip
+_PRESET = (
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
+         "parameters that are not given here are taken from it"),
+)  # fmt: skip
+_RUN = (
+    Spec("output", "", "", "folder for the result and the figures; a run continues the result "
+         "there; empty: output/ and the name of the study with a digest of its parameters"),
+    Spec("workers", 0, "", "threads that compute; 0: one for each core", low=0, high=4096),
+    Spec("scheduler", "", "", "address of a Dask scheduler whose workers compute instead, such as "
+         "tcp://host:8786"),
+    Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none",
+         listed=True),
+    Spec("netcdf", True, "", "also export the whole result as result.nc"),
+    Spec("hold", False, "", "keep running when done, until Ctrl-C, so that the latched topics can "
+         "be read"),
+)  # fmt: skip
+
+
+def _by_name(*specs: Spec) -> Mapping[str, Spec]:
+    return MappingProxyType({spec.name: spec for spec in specs})
+
+
+COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
+"""Options of the executables that say where and how, not what: no part of a study's parameters."""
+
+
+def _none(_: Mapping[str, Value]) -> tuple[Idle, ...]:
+    return ()
+
+
+@dataclass(frozen=True)
+class StudyDefinition(Generic[S]):
+    """A study beside its computation.
+
+    Executable, --help, function, docs/parameters.md, `named` and `figures` are made from it.
+    """
+
+    name: str
+    about: str
+    """What --help says of it."""
+    example: str
+    """A command, for --help."""
+    function: str
+    """What the docstring of its function says, with an example."""
+    specs: Sequence[Spec]
+    """The options that decide its result."""
+    study: Callable[[], type[S]]
+    """The class that computes, imported when this is called."""
+    pictures: Callable[[S, xr.Dataset], Mapping[str, Figure]]
+    """Of the study and its result: name of the file (without its kind) -> figure; the first one is
+    published."""
+    lines: Callable[[xr.Dataset], list[str]]
+    """What the executable prints of a result."""
+    image: str = ""
+    """The field (rows, columns) that is published as an image; empty: the result is not a map."""
+    from_bag: Callable[[Mapping[str, Value]], Sequence[str]] | None = None
+    """The options that a recorded run can give, by the others; None: it takes no bag."""
+    takes_preset: bool = False
+    not_taken: Mapping[str, str] = field(default_factory=dict)
+    """Parameters that it could be expected to have -> why it has none."""
+    idle: Callable[[Mapping[str, Value]], Iterable[Idle]] = _none
+    """The options that do nothing beside these values, besides those of an axis."""
+
+    @cached_property
+    def options(self) -> Mapping[str, Spec]:
+        """What decides its result, by name."""
+        return _by_name(*self.specs)
+
+    @cached_property
+    def table(self) -> Mapping[str, Spec]:
+        """All options of its executable: what decides the result first."""
+        bag = () if self.from_bag is None else _BAG
+        preset = _PRESET if self.takes_preset else ()
+        return _by_name(*self.specs, *preset, *bag, *_RUN)
+
+    def refuse_not_taken(self, names: Iterable[str]) -> None:
+        """Refuse, with the reason, parameters that it could be expected to have."""
+        for name in names:
+            if name in self.not_taken:
+                raise InputError("parameter", name, ", ".join(self.options), self.not_taken[name])
+
+    def refuse_idle(self, values: Mapping[str, Value]) -> None:
+        """Refuse options, other than their defaults, that do nothing beside the others."""
+        for name, allowed, hint in (*_idle_beside_axes(values), *self.idle(values)):
+            if name in values and values[name] != self.options[name].default:
+                raise InputError(name, values[name], allowed, hint)
+
+
+def _idle_beside_axes(values: Mapping[str, Value]) -> Iterator[Idle]:
+    """The parameter along an axis; the end of an axis of one value."""
+    for axis, key in (("along", ""), ("x_axis", "x_"), ("y_axis", "y_")):
+        if axis not in values:
+            continue
+        begin, end, count = (f"{key}{name}" for name in ("begin", "end", "count"))
+        hint = f"{begin}, {end} and {count} give its values."
+        yield str(values[axis]), f"none with {axis}:={values[axis]}", hint
+        if values[count] == 1 and values[end] != values[begin]:
+            yield end, f"{begin} = {values[begin]:g} with {count}:=1", f"The one value is {begin}."
