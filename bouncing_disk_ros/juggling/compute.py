@@ -60,6 +60,16 @@ class Juggling(Study):
 
     name: ClassVar[str] = "juggling"
     title: ClassVar[str] = "Closed loops that keep a multiple toss going"
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "never": ("1", "part of the starts that was never captured"),
+        "captured": ("1", "part of the starts that was captured"),
+        "lost": ("1", "part of the starts that was captured and lost again"),
+        "offset_used": ("A", "largest offset of all runs"),
+        "acceleration_used": ("A omega^2", "largest acceleration of the offset of all runs"),
+        "strategy_name": ("1", "name of the strategy"),
+        "condition_name": ("1", "text of the condition"),
+        "median_time": ("2 pi/omega", "median time until the orbit was reached"),
+    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

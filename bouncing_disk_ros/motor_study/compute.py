@@ -35,7 +35,7 @@ def derived(
 ) -> xr.Dataset:
     """The result with what its rows or columns amount to, arrays over the other axis.
 
-    Their units and names are in study.described. `limits` gives the torque T* of friction along an
+    Their units and names are in `Motor.added`. `limits` gives the torque T* of friction along an
     axis.
     """
     found = dict(zip((up, across), (across, up), strict=True))
@@ -155,6 +155,15 @@ class Motor(PlaneStudy):
 
     name: ClassVar[str] = "motor"
     title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "no_load_speed": ("rad/s", "no-load speed"),
+        "stall_torque": ("N·m", "stall torque"),
+        "best_efficiency": ("1", "largest efficiency"),
+        "best_load_torque": ("N·m", "load torque of the largest efficiency"),
+        "best_brake_torque": ("N·m", "brake torque of the largest efficiency"),
+        "best_speed": ("rad/s", "largest mean speed, with its sign"),
+        "best_phase_lag": ("rad", "phase lag of the largest mean speed"),
+    }
     axis_names: ClassVar[tuple[str, ...]] = AXES
     conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."
 

@@ -21,6 +21,30 @@ MOST_POINTS = 64
 """Points of each attractor that are kept, for its line."""
 KINDS = list(AttractorKind)
 FLAGS = {-1: "none", **{i: str(kind) for i, kind in enumerate(KINDS)}}
+LINES = {
+    "line_name": ("1", "name of the attractor, first and last"),
+    "line_kind": ("1", "of each line: kind of attractor"),
+    "line_impacts": ("1", "of each line: impacts in one repetition"),
+    "line_cycles": ("1", "of each line: periods in one repetition"),
+    "line_multiplier": ("1", "of each line: largest multiplier in magnitude"),
+    "line_share": ("1", "of each line: share of the window"),
+    "line_share_uncertainty": ("1", "of each line: standard error of the share"),
+    "line_share_without_contact": (
+        "1",
+        "of each line: share that reaches it without contact before",
+    ),
+    "line_share_in_time": ("1", "of each line: share on it after so many periods"),
+    "line_convergence_time": ("2 pi/omega", "of each line: time constant near it"),
+    "line_median_time": ("2 pi/omega", "of each line: median time to reach it"),
+    "line_slow_time": ("2 pi/omega", "of each line: time within which 95 % reach it"),
+    "line_fatal_impulse": ("m pi g/omega", "of each line: smallest fatal impulse"),
+    "line_least_fatal_impulse": (
+        "m pi g/omega",
+        "of each line: smallest fatal impulse at any instant",
+    ),
+    "line_fatal_timing_error": ("rad", "of each line: smallest fatal timing error"),
+}
+"""Fields over lines of attractors -> unit and what they are; a study has some of them."""
 
 
 def put_attractor(

@@ -72,6 +72,9 @@ class Study(ABC):
     revision: ClassVar[int] = 1
     """Grows when the same parameters give other numbers: an older store is then not resumed."""
 
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Variables that `finish` adds -> their unit and what they are."""
+
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         self.parameters = dict(parameters)
 

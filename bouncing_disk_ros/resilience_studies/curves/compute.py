@@ -29,6 +29,23 @@ class Curves(Study):
 
     name: ClassVar[str] = "curves"
     title: ClassVar[str] = "Folds, doublings, grazes and onset of contact over two parameters"
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "curve_kind": ("1", "what happens to the orbit on the curve"),
+        "curve_impacts": (
+            "1", "impacts in one repetition of the orbit; 0: an orbit with contact"
+        ),
+        "curve_cycles": ("1", "periods of the platform in one repetition"),
+        "point_curve": ("1", "index of the curve of a point"),
+        "point_axial_forcing": ("1", "axial forcing of a point of a curve"),
+        "point_restitution": ("1", "restitution of a point of a curve"),
+        "point_forcing_phase": ("rad", "forcing phase of the point"),
+        "point_admissible": ("1", "1: the orbit is a motion of a disk, 0: a flight is cut short"),
+        "lost_orbits": ("1", "orbits that could not be followed"),
+        "special_curve": ("1", "index of the curve of a special point"),
+        "special_kind": ("1", "what a special point is"),
+        "special_axial_forcing": ("1", "axial forcing of a special point"),
+        "special_restitution": ("1", "restitution of a special point"),
+    }  # fmt: skip
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

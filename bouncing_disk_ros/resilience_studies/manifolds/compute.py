@@ -49,6 +49,27 @@ class Manifolds(Basins):
     name: ClassVar[str] = "manifolds"
     title: ClassVar[str] = "Saddles on basin boundaries and their manifolds"
     revision: ClassVar[int] = 2
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        **Basins.added,
+        "saddle_impacts": ("1", "impacts of the saddle in one repetition"),
+        "saddle_cycles": ("1", "periods of the platform in one repetition"),
+        "saddle_multiplier": ("1", "multiplier outside of the unit circle"),
+        "saddle_share": (
+            "1",
+            "share of the window enclosed by its stable manifold; nan: not known",
+        ),
+        "saddle_basin": ("1", "index of the attractor whose basin that is; −1: not known"),
+        "saddle_open": ("1", "why the share is not known; empty: it is"),
+        "saddle_point_saddle": ("1", "index of the saddle of a point"),
+        "saddle_point_forcing_phase": ("rad", "forcing phase of its impacts"),
+        "saddle_point_velocity": ("pi g/omega", "w_A of its impacts"),
+        "piece_saddle": ("1", "index of the saddle of a piece of a manifold"),
+        "piece_stability": ("1", "0: stable manifold, 1: unstable manifold"),
+        "manifold_piece": ("1", "index of the piece of a point; cuts lie between pieces"),
+        "manifold_forcing_phase": ("rad", "forcing phase along a piece, not wrapped"),
+        "manifold_velocity": ("pi g/omega", "w_A along a piece"),
+        "edge_pairs": ("1", "pairs that edge tracking began with; those without a saddle"),
+    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         unused: dict[str, Value] = {

@@ -17,7 +17,13 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
 from bouncing_disk_ros.resilience_studies.measures import measure
-from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
+from bouncing_disk_ros.study.attractor_lines import (
+    FLAGS,
+    LINES,
+    MOST_POINTS,
+    lines_of,
+    put_attractor,
+)
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
@@ -29,6 +35,7 @@ class ResilienceStudy(Study):
     name: ClassVar[str] = "resilience"
     title: ClassVar[str] = "Fatal impulses, convergence and shares of attractors over a parameter"
     revision: ClassVar[int] = 2
+    added: ClassVar[Mapping[str, tuple[str, str]]] = LINES
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

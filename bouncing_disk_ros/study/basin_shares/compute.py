@@ -31,7 +31,13 @@ from bouncing_disk_ros.maps.start_window import (
     window_starts,
 )
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.attractor_lines import FLAGS, MOST_POINTS, lines_of, put_attractor
+from bouncing_disk_ros.study.attractor_lines import (
+    FLAGS,
+    LINES,
+    MOST_POINTS,
+    lines_of,
+    put_attractor,
+)
 from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
 
 MOST_ATTRACTORS = 12
@@ -46,6 +52,7 @@ class BasinShares(Study):
     name: ClassVar[str] = "basin_shares"
     title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
     revision: ClassVar[int] = 4
+    added: ClassVar[Mapping[str, tuple[str, str]]] = LINES
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

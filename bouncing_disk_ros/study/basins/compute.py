@@ -64,6 +64,31 @@ class Basins(Study):
     name: ClassVar[str] = "basins"
     title: ClassVar[str] = "Basins of attraction of the next-collision map"
     revision: ClassVar[int] = 2
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "attractor_name": ("1", "name of the attractor"),
+        "attractor_kind": ("1", "kind of the attractor"),
+        "attractor_period": ("1", "impacts in one repetition of the attractor, 0: none"),
+        "attractor_cycles": ("1", "periods of the platform in one repetition, 0: none"),
+        "multiplier": ("1", "largest modulus of the Floquet multipliers of the attractor"),
+        "fraction": ("1", "share of the window that goes to the attractor"),
+        "fraction_uncertainty": ("1", "standard error of the share"),
+        "unresolved_fraction": ("1", "share of the window that is unresolved"),
+        "point_attractor": ("1", "attractor that the point belongs to"),
+        "point_forcing_phase": ("rad", "forcing phase of the point"),
+        "point_velocity": ("pi g/omega", "relative velocity of the point, as on the axis velocity"),
+        "basin_entropy": ("1", "basin entropy, mean over squares of 5 × 5 pixels"),
+        "boundary_basin_entropy": ("1", "basin entropy of the squares that hold several labels"),
+        "uncertainty_exponent": ("1", "uncertainty exponent of the boundary"),
+        "uncertainty_exponent_error": ("1", "standard error of the uncertainty exponent"),
+        "box_dimension": ("1", "box dimension of the boundary"),
+        "box_dimension_error": ("1", "standard error of the box dimension"),
+        "boundary_distance": ("pixel", "distance that the boundary was measured at"),
+        "uncertain_fraction": ("1", "share of pixels with another label at the distance"),
+        "missed_attractor_name": (
+            "1",
+            "attractors the search missed; unresolved starts lead to them",
+        ),
+    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

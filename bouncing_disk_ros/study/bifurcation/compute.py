@@ -65,6 +65,14 @@ class Bifurcation(Study):
 
     name: ClassVar[str] = "bifurcation"
     title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "contact_onset": ("1", "value of the parameter where contact was first seen"),
+        "contact_onset_without": ("1", "last value of the parameter before it, without contact"),
+        "contact_onset_exponent": ("1", "Lyapunov exponent at the last value without contact"),
+        "doubling": ("1", "value of the parameter at a period doubling"),
+        "doubling_impacts": ("1", "impacts in one repetition below the doubling"),
+        "feigenbaum_ratio": ("1", "ratio of the distances of successive doublings"),
+    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

@@ -48,6 +48,14 @@ class TossMap(Study):
 
     name: ClassVar[str] = "toss_map"
     title: ClassVar[str] = "Single tosses over phase lag and amplitude angle"
+    added: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "extreme_measure": ("1", "what is largest there"),
+        "extreme_phase_lag": ("rad", "phase lag of the extreme"),
+        "extreme_amplitude_angle": ("rad", "amplitude angle of the extreme"),
+        "extreme_airborne_speed": ("rad/s", "airborne speed at the extreme"),
+        "extreme_speed_ratio": ("1", "speed ratio at the extreme"),
+        "extreme_efficiency": ("1", "efficiency at the extreme"),
+    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
