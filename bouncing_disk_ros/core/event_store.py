@@ -107,5 +107,6 @@ def store_event(
     state.event_tau = tau
     if boundary_ns != NEVER:
         take_to_input(state, motion, boundary_ns)
-    if kind == IMPACT and flies_far(motion, disk.g, state.u, d):
+    before = elapsed(motion, state.ns, state.sub)
+    if kind == IMPACT and flies_far(motion, before, disk.g, state.u, d):
         _see_platform_at_its_phase(state, motion, disk.g, d)

@@ -26,6 +26,7 @@ from bouncing_disk_ros.core.platform import (
     axial_jet,
     blend_jet,
     fade_time,
+    phase_advance,
     relative_blend,
     sinusoid_jet,
 )
@@ -148,13 +149,13 @@ def gap_after(
 
 
 @kernel
-def flies_far(motion: Record, g: float, u: float, d: float) -> bool:
+def flies_far(motion: Record, elapsed: float, g: float, u: float, d: float) -> bool:
     """Whether d seconds of flight are left to `flown_far`.
 
     Over many periods, and over a cross-fade on whose way the platform is faster by far than the
     speeds at its ends: both are rounded on the scale of what the phase, or the blend, goes through.
     """
-    if motion.omega_max * d > MOST_GROWTH:
+    if motion.omega_max * d > MOST_GROWTH and phase_advance(motion, elapsed, d) > MOST_GROWTH:
         return True
     if motion.kind != FADE or 2.0 * d <= motion.duration:
         return False

@@ -78,7 +78,7 @@ def _fly(
     platform's is the larger one by far, the energy of that scale enters the throughput.
     """
     sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
-    if flies_far(motion, disk.g, u, d):
+    if flies_far(motion, before, disk.g, u, d):
         state.gap, state.u = flown_far(motion, before, sine, cosine, gap, u, disk.g, d, after, tau)
     else:
         state.gap, state.u, _, _, _ = gap_after(motion, before, sine, cosine, disk.g, gap, u, d)
