@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 import re
+import sys
+from collections.abc import Callable
 from typing import Any
 
 import yaml
@@ -19,8 +21,9 @@ from bouncing_disk_ros.errors import InputError
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it is
 _OTHER = re.compile(r"[^\[\]{}]+")
 _CORE = "tag:yaml.org,2002:"
+_TEXT = _CORE + "str"
 _NUMBER_LENGTH = 64
-"""A plain scalar longer than this is a text, whatever it looks like."""
+"""Characters of the longest number; more are refused before they are converted."""
 
 
 # --- JSON -----------------------------------------------------------------------------------------
@@ -79,19 +82,83 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 # --- YAML -----------------------------------------------------------------------------------------
-def read_yaml(field: str, text: str, most: int = limits.YAML) -> Any:
-    """The content of a YAML text: lists, mappings, texts, numbers, true, false, null.
+def value_of(text: str) -> Any:
+    """What a YAML scalar without quotes means: None, true or false, a number, or its text.
 
-    `field` names it in the InputError; `most`: characters. Aliases, anchors, merges, tags of
-    programs, keys given twice, and what exceeds the limits are refused. Dates are texts.
+    A number is one that YAML and ROS read alike: `1`, `+5`, `1e-3`, `.5`, `5.`, `.inf`, `nan`.
+    Octals, hexadecimals, `1_0`, `1:30` and dates are texts.
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    if _NO_NUMBER.fullmatch(text):
+        return float(text.replace(".", ""))
+    if not _NUMBER.fullmatch(text):
+        return text
+    if len(text) > _NUMBER_LENGTH:
+        raise ValueError(f"a number of {len(text)} characters")
+    if _WHOLE.fullmatch(text):
+        if abs(int(text)) >= 10**limits.DIGITS:
+            raise ValueError(f"a whole number of more than {limits.DIGITS} digits")
+        return int(text)
+    value = float(text)
+    is_zero = not re.search("[1-9]", re.split("[eE]", text)[0])
+    return value if is_zero or sys.float_info.min <= abs(value) < math.inf else text
+
+
+def ros_value_of(text: str) -> Any:
+    """What a YAML scalar without quotes means to ROS; ValueError where `value_of` reads another."""
+    value = value_of(text)
+    if value is None:
+        raise ValueError("there is no value")
+    if isinstance(value, str) and _ROS_ONLY.fullmatch(text):
+        how = "a decimal number, true or false, or quotes around a text"
+        raise ValueError(f"{text} has several meanings: write {how}")
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError(f"{text} has more than 64 bits")
+    return value
+
+
+def text_of(text: str) -> str | None:
+    """A YAML scalar as it is written; None where it says that there is none."""
+    return None if text in _WORDS and _WORDS[text] is None else text
+
+
+_WORDS: dict[str, bool | None] = {
+    "": None,
+    "~": None,
+    **dict.fromkeys(("null", "Null", "NULL"), None),
+    **{form: True for word in ("true", "yes", "on") for form in (word, word.title(), word.upper())},
+    **{form: False for word in ("false", "no", "off")
+       for form in (word, word.title(), word.upper())},
+}  # fmt: skip
+_WHOLE = re.compile(r"[+-]?(?:0|[1-9]\d*)", re.ASCII)
+_NUMBER = re.compile(
+    rf"{_WHOLE.pattern}|[+-]?(?:\d+\.\d*|\.\d+|(?:0|[1-9]\d*)(?=[eE]))(?:[eE][+-]?\d+)?", re.ASCII
+)
+_NO_NUMBER = re.compile(r"[+-]?\.?(?:inf|Inf|INF)|\.?(?:nan|NaN|NAN)")
+_ROS_ONLY = re.compile(
+    r"[yn]|[+-]?(?:0\d+(?:e[+-]?\d+)?|0x[\da-f.p+-]+|inf(?:inity)?|nan(?:\(\w*\))?)",
+    re.ASCII | re.IGNORECASE,
+)
+"""Booleans and numbers of rcl (C's strtol and strtod) that are texts here."""
+
+
+def read_yaml(
+    field: str, text: str, most: int = limits.YAML, plain: Callable[[str], Any] = value_of
+) -> Any:
+    """The content of a YAML text: lists, mappings whose keys are texts, and scalars.
+
+    `field` names it in the InputError; `most`: characters; `plain`: what a scalar without quotes
+    means. Aliases, anchors, merges, tags, keys given twice, and what exceeds the limits are
+    refused.
     """
     if len(text) > most:
         raise InputError(field, f"{len(text)} characters", f"at most {most}")
-    builder = _Builder()
+    builder = _Builder(plain)
     try:
         for event in yaml.parse(text, Loader=_PARSER):
             builder.take(event)
-    except (yaml.YAMLError, ValueError, KeyError) as error:  # KeyError: !!bool of another word
+    except (yaml.YAMLError, ValueError) as error:
         raise InputError(field, text, "valid YAML", str(error)) from None
     return builder.root
 
@@ -99,20 +166,19 @@ def read_yaml(field: str, text: str, most: int = limits.YAML) -> Any:
 class _Builder:
     """Builds the content from the parser's events; ValueError where a limit is exceeded."""
 
-    def __init__(self) -> None:
+    def __init__(self, plain: Callable[[str], Any]) -> None:
         self.root: Any = None
+        self._plain = plain
         self._open: list[Any] = []  # lists and mappings that have begun
-        self._keys: list[Any] = []  # of each: the key that waits for its value
+        self._keys: list[str | None] = []  # of each: the key that waits for its value
         self._count = self._documents = 0
-        self._resolver: Any = yaml.resolver.Resolver()
-        self._constructor: Any = yaml.constructor.SafeConstructor()
 
     def take(self, event: yaml.Event) -> None:
         """Take the next event."""
         match event:
             case yaml.ScalarEvent():
                 self._check(event)
-                self._put(self._scalar(event))
+                self._scalar(event)
             case yaml.SequenceStartEvent():
                 self._begin(event, [], "seq")
             case yaml.MappingStartEvent():
@@ -140,52 +206,40 @@ class _Builder:
             raise ValueError(f"the tag {event.tag}")
         if len(self._open) >= limits.YAML_DEPTH:
             raise ValueError(f"more than {limits.YAML_DEPTH} levels")
+        if self._at_key:
+            raise ValueError("a list or a mapping as a key")
         self._put(content)
         self._open.append(content)
-        self._keys.append(_NO_KEY)
+        self._keys.append(None)
+
+    @property
+    def _at_key(self) -> bool:
+        return bool(self._open) and isinstance(self._open[-1], dict) and self._keys[-1] is None
 
     def _put(self, value: Any) -> None:
         if not self._open:
             self.root = value
-            return
-        into = self._open[-1]
-        if isinstance(into, list):
+        elif isinstance(into := self._open[-1], list):
             into.append(value)
-        elif self._keys[-1] is _NO_KEY:
-            if isinstance(value, (list, dict)):
-                raise ValueError("a list or a mapping as a key")
-            if value in into:
-                raise ValueError(f"the key {value!r} is given twice")
-            self._keys[-1] = value
         else:
-            into[self._keys[-1]], self._keys[-1] = value, _NO_KEY
+            into[self._keys[-1]], self._keys[-1] = value, None
 
-    def _scalar(self, event: Any) -> Any:
-        text = event.value
-        tag = event.tag
-        if tag is None or tag == "!":
-            tag = self._resolver.resolve(yaml.ScalarNode, text, event.implicit)
-        kind = tag.removeprefix(_CORE)
-        if kind == "merge":
-            raise ValueError("a merge (<<)")
-        if kind == "null":
-            return None
-        if kind in ("int", "float") and len(text) > _NUMBER_LENGTH:
-            raise ValueError(f"a number of {len(text)} characters")
-        node = yaml.ScalarNode(_CORE + kind, text)
-        match kind:
-            case "bool":
-                return self._constructor.construct_yaml_bool(node)
-            case "int":
-                value = self._constructor.construct_yaml_int(node)
-                if abs(value) >= 10**limits.DIGITS:
-                    raise ValueError(f"a whole number of more than {limits.DIGITS} digits")
-                return value
-            case "float":
-                return self._constructor.construct_yaml_float(node)
-            case "str" | "timestamp" | "value":
-                return text
-        raise ValueError(f"the tag {tag}")
+    def _scalar(self, event: Any) -> None:
+        quoted = event.style in ("'", '"')
+        if event.tag not in ((None, "!", _TEXT) if quoted else (None, _TEXT)):
+            raise ValueError(f"the tag {event.tag}")
+        if self._at_key:
+            self._key(event.value, quoted)
+            return
+        as_text = quoted or event.tag == _TEXT
+        value = event.value if as_text else self._plain(event.value)
+        if event.style in ("|", ">") and value != event.value:
+            raise ValueError("a number, true or false as a block of text")
+        self._put(value)
 
-
-_NO_KEY = object()
+    def _key(self, key: str, quoted: bool) -> None:
+        if key in self._open[-1]:
+            raise ValueError(f"the key {key!r} is given twice")
+        if key in ("", "<<") and not quoted:
+            raise ValueError("a merge (<<)" if key else "there is no key")
+        self._keys[-1] = key

@@ -13,7 +13,7 @@ import yaml
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.formats import NOTE
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parsing import read_yaml
+from bouncing_disk_ros.parsing import read_yaml, text_of
 from bouncing_disk_ros.regular_file import read_text
 
 VERSION = 9
@@ -201,7 +201,8 @@ def read(folder: Path) -> Metadata | None:
     """
     path = folder / FILE_NAME
     try:
-        content = read_yaml(str(path), read_text(str(path), path, limits.YAML))[ROOT_KEY]
+        text = read_text(str(path), path, limits.YAML)
+        content = read_yaml(str(path), text, plain=text_of)[ROOT_KEY]
         names = _texts(content["relative_file_paths"])
         custom = {str(k): str(v) for k, v in (content.get("custom_data") or {}).items()}
         storage, mode = _texts(

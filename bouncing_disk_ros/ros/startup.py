@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from typing import NoReturn
 
 from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, closest, one_line
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
+from bouncing_disk_ros.ros.ros_arguments import Overrides, RosArguments
 from bouncing_disk_ros.ros.stop import Stop
 
 FIGURE_KINDS = ("png", "pdf", "svg")
@@ -56,6 +55,7 @@ class Start:
     """An executable with a table of options that has begun; made first of all in its `main`.
 
     `args`: the command line, None for that of the process. `code`: what a signal ends it with.
+    `overrides`: the parameters it gives, once it is parsed.
     `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not installed.
     """
 
@@ -75,24 +75,24 @@ class Start:
         self.stop = Stop(code).install()
         environment.prepare()
         self.own, self.ros = split_arguments(args)
+        self.overrides: Overrides = {}
         self.parser = parser_of(name, about, table, example)
 
     def parse(self) -> argparse.Namespace:
-        """What stands before --ros-args; ends the process for --help and for what is unknown."""
+        """What stands before --ros-args; ends the process for --help and for what is wrong."""
         given = self.parser.parse_args(self.own)
         if self._needs_ros:
             require_ros(self.name)
-        if "--params-file" in self.ros:
-            self._warn_of_unused_files()
+        try:
+            arguments = RosArguments(self.ros, self.name)
+        except InputError as error:
+            print(f"{self.name}: {error.line}", file=sys.stderr, flush=True)
+            raise SystemExit(int(ExitCode.BAD_INPUT)) from None
+        self.overrides = arguments.overrides
+        for file in arguments.unused_files:  # ROS ignores these without a word
+            why = f"it sets nothing for a node called {arguments.node_name}, and is ignored"
+            print(f"{self.name}: --params-file {file}: {why}", file=sys.stderr, flush=True)
         return given
-
-    def _warn_of_unused_files(self) -> None:
-        """Name parameter files that are for other nodes: ROS ignores these without a word."""
-        with suppress(InputError):  # where the arguments are used, it is reported
-            given = RosArguments(self.ros, self.name)
-            for file in given.unused_files:
-                why = f"it sets nothing for a node called {given.node_name}, and is ignored"
-                print(f"{self.name}: --params-file {file}: {why}", file=sys.stderr, flush=True)
 
 
 def require_ros(name: str) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 
@@ -38,11 +37,10 @@ def _main(study: StudyDefinition[Any], args: Sequence[str] | None = None) -> int
 
 
 def _run_without_ros(study: StudyDefinition[Any], start: Start) -> int:
-    overrides = RosArguments(start.ros, study.name).overrides
-    study.refuse_not_taken(overrides)
-    values = option_values(overrides, study.table)
+    study.refuse_not_taken(start.overrides)
+    values = option_values(start.overrides, study.table)
     with start.stop.importing():
         announce_compilation(study.name)
         from bouncing_disk_ros.study.study_work import run_study
 
-    return run_study(study, values, set(overrides), start.stop)
+    return run_study(study, values, set(start.overrides), start.stop)

@@ -12,7 +12,6 @@ from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ def main(args: Sequence[str] | None = None) -> int:
 def _serve(start: Start) -> int:
     """Serve a bag or a run of this process; with ROS, make the node that serves a simulator."""
     require_bokeh()
-    values = option_values(RosArguments(start.ros, NAME).overrides, OPTIONS)
+    values = option_values(start.overrides, OPTIONS)
     bag, here = str(values["bag"]), environment.ros_is_here()
     with start.stop.importing():
         announce_compilation(NAME)

@@ -58,7 +58,7 @@ def _without_ros(start: Start) -> int:
         announce_compilation("demo")
         from bouncing_disk_ros.nodes.demo.demo_alone import present_without_ros
 
-    return present_without_ros(OPTIONS, start.ros)
+    return present_without_ros(OPTIONS, start.overrides)
 
 
 if __name__ == "__main__":

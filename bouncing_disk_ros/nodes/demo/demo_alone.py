@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
 )
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
 from bouncing_disk_ros.ros.startup import option_values
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
@@ -28,9 +27,9 @@ from bouncing_disk_ros.units import NS
 PIECE_NS = NS // 10
 
 
-def present_without_ros(table: Mapping[str, Spec], ros: Sequence[str]) -> int:
-    """Simulate the story, show it, draw it; the exit code. `ros`: arguments from --ros-args on."""
-    chosen = option_values(RosArguments(ros, "demo").overrides, table)
+def present_without_ros(table: Mapping[str, Spec], given: Mapping[str, object]) -> int:
+    """Simulate the story, show it, draw it; the exit code. `given`: its options."""
+    chosen = option_values(given, table)
     picture, duration = picture_of(chosen), float(chosen["duration"])
     print(
         f"{OPENING}\nWithout ROS: simulated in this process at once, and not recorded.", flush=True
