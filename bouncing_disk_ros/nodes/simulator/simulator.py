@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from bouncing_disk_ros import environment
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
 from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
-from bouncing_disk_ros.ros.startup import require_ros, split_arguments
-from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.ros.startup import Start
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 
 __all__ = ["SimulatorNode", "main"]
 
-_USAGE = "simulator [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]"
 _ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time. It takes
 commands for the platform and publishes the state of the disk, every impact and the rotor
 speed. Ctrl-C ends it."""
@@ -37,18 +33,10 @@ def help_text() -> str:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
-    own, ros = split_arguments(args)
-    parser = argparse.ArgumentParser(
-        prog="simulator",
-        usage=_USAGE,
-        description=_ABOUT,
-        epilog=help_text(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.parse_args(own)
-    require_ros("simulator")
-    stop = Stop().install()
-    environment.prepare()
+    start = Start("simulator", _ABOUT, {}, "", args)
+    start.parser.epilog = help_text()
+    start.parse()
+    stop = start.stop
     with stop.importing():
         compile_kernels()
         announce_compilation("simulator")
@@ -56,7 +44,7 @@ def main(args: Sequence[str] | None = None) -> int:
         from bouncing_disk_ros.ros.spin import run_node, spin
 
     make = partial(SimulatorNode, stopping=lambda: stop.asked)
-    return run_node("simulator", ros, make, spin, stop)
+    return run_node("simulator", start.ros, make, spin, stop)
 
 
 def __getattr__(name: str) -> Any:
