@@ -57,6 +57,7 @@ class Start:
     `args`: the command line, None for that of the process. `code`: what a signal ends it with.
     `overrides`: the parameters it gives, once it is parsed.
     `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not installed.
+    `node_name`: of its node, where that has another name.
     """
 
     def __init__(
@@ -69,8 +70,10 @@ class Start:
         code: ExitCode = ExitCode.DONE,
         *,
         needs_ros: bool = True,
+        node_name: str = "",
     ) -> None:
         self.name = name
+        self._node_name = node_name or name
         self._needs_ros = needs_ros
         self.stop = Stop(code).install()
         environment.prepare()
@@ -84,7 +87,7 @@ class Start:
         if self._needs_ros:
             require_ros(self.name)
         try:
-            arguments = RosArguments(self.ros, self.name)
+            arguments = RosArguments(self.ros, self._node_name)
         except InputError as error:
             print(f"{self.name}: {error.line}", file=sys.stderr, flush=True)
             raise SystemExit(int(ExitCode.BAD_INPUT)) from None

@@ -33,7 +33,7 @@ def help_text() -> str:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGINT, SIGTERM or a lifecycle shutdown; the exit code."""
-    start = Start("simulator", _ABOUT, {}, "", args)
+    start = Start("simulator", _ABOUT, {}, "", args, node_name="bouncing_disk")
     start.parser.epilog = help_text()
     start.parse()
     stop = start.stop

@@ -42,11 +42,11 @@ def test_a_file_for_another_node_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "other.yaml"
-    for node, said in (("basins", True), ("tool", False), ("/**", False)):
+    for node, said in (("basins", True), ("tool", True), ("disk", False), ("/**", False)):
         file.write_text(f"{node}:\n  ros__parameters:\n    width: 3\n", encoding="utf-8")
         arguments = ["--ros-args", "--params-file", str(file)]
-        Start("tool", "", {}, "", arguments, needs_ros=False).parse()
-        line = f"tool: --params-file {file}: it sets nothing for a node called tool, and is ignored"
+        Start("tool", "", {}, "", arguments, needs_ros=False, node_name="disk").parse()
+        line = f"tool: --params-file {file}: it sets nothing for a node called disk, and is ignored"
         assert capsys.readouterr().err == (f"{line}\n" if said else "")
 
 
