@@ -1,0 +1,72 @@
+"""The executable `toy`: squares of numbers. It computes nothing of use, and has all that a study
+has; `unit/study/test_new_study.py` adds it to the package."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_tool import main_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from support.toy_study.compute import Toy
+
+_FUNCTION = """\
+Squares of numbers.
+
+>>> toy(count=3)["square"]
+"""
+_SPECS = (
+    Spec("count", 4, "", "how many numbers", low=1, high=1000),
+    Spec("largest", 3.0, "m", "the last of them; the first is 0", low=0.0, high=1e3),
+    Spec("marks", "", "m", "numbers that the picture marks", numbers=True),
+)
+
+
+def _study() -> type[Toy]:
+    from support.toy_study.compute import Toy
+
+    return Toy
+
+
+def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
+    if values["count"] == 1:
+        yield "largest", "none with count:=1", "The one number is 0."
+
+
+def _pictures(_: Toy, result: xr.Dataset) -> Mapping[str, Figure]:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    figure.subplots().plot(result["number"], result["square"])
+    return {"toy": figure}
+
+
+def lines(result: xr.Dataset) -> list[str]:
+    """The sum."""
+    return [f"  sum of squares {float(result['sum']):g} m²"]
+
+
+DEFINITION = StudyDefinition(
+    name="toy",
+    about="Squares of numbers.",
+    example="ros2 run bouncing_disk_ros toy --ros-args -p count:=3",
+    function=_FUNCTION,
+    specs=_SPECS,
+    study=_study,
+    pictures=_pictures,
+    lines=lines,
+    not_taken={"gravity": "Squares do not fall"},
+    idle=_idle,
+)
+main = main_of(DEFINITION)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
