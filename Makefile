@@ -56,7 +56,7 @@ figures: run-environment   ## compute every figure of the paper and docs/figures
 soak: test-environment   ## run for long: memory, lateness, lost rows, hostile commands; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s test/soak test/integration/test_lockstep_processes.py
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
-	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference test/unit/report \
+	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference test/unit/bag test/unit/report \
 		test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py
 
 interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions

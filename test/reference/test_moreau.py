@@ -169,8 +169,8 @@ def order(
 
 @pytest.mark.parametrize(
     ("start", "brake", "offsets", "number"),
-    [(1, False, False, 6), (2, False, False, 6), (4, True, False, 6), (5, True, False, 6),
-     (6, False, True, 4), (7, True, True, 2)],
+    [(1, False, False, 3), (2, False, False, 3), (4, True, False, 3), (5, True, False, 3),
+     (6, False, True, 2), (7, True, True, 1)],
 )  # fmt: skip
 def test_time_stepping_converges_to_the_core(
     start: int, brake: bool, offsets: bool, number: int

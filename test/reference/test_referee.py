@@ -13,10 +13,13 @@ from collections import Counter
 from bouncing_disk_ros.proof.map_proof import prove_collision
 from bouncing_disk_ros.proof.toss_proof import prove_toss
 from bouncing_disk_ros.proof.verdict import Outcome
+from reference.cases import examples
 from support.random_maps import random_collisions, random_tosses
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
 
-MANY_FLIGHTS, COLLISIONS, TOSSES = 10_000, 10_000, 1_000
+MANY_FLIGHTS, COLLISIONS, TOSSES = examples(5_000), examples(3_000), 1_000
+PINNED = (639,)
+"""Runs that were refuted once: a short flight in a cross-fade to a far higher frequency."""
 PATIENCE = 60.0
 """s for one run, on a machine that does much else."""
 
@@ -25,7 +28,7 @@ def test_events_of_random_runs_are_proved() -> None:
     """Steady motions and cross-fades, flights and contact."""
     counts: Counter[str] = Counter()
     undecided: list[str] = []
-    for found in prove_runs(itertools.count(), PATIENCE):
+    for found in prove_runs(itertools.chain(PINNED, itertools.count()), PATIENCE):
         assert found.refuted == []
         counts.update(found.counts)
         undecided += found.undecided

@@ -21,6 +21,7 @@ from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes import bag_recover
+from reference.cases import examples
 from support.bags import START_NS, TYPES, Sent, make, messages, write
 from support.hostile.base import content
 from support.hostile.base import messages as messages_of_a_run
@@ -99,7 +100,7 @@ def test_a_killed_writer_leaves_all_but_the_open_chunk(tmp_path: Path, sent: lis
 def test_a_flipped_bit_is_never_read_wrong(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
     right = read(put(tmp_path / "run", whole))
     dice, refused, lines = random.Random(2), 0, list[str]()
-    for _ in range(150):
+    for _ in range(examples(50)):
         place, bit = dice.randrange(len(whole)), dice.randrange(8)
         damaged = bytearray(whole)
         damaged[place] ^= 1 << bit
@@ -111,7 +112,7 @@ def test_a_flipped_bit_is_never_read_wrong(tmp_path: Path, whole: bytes, sent: l
             lines.append(str(error))
             continue
         assert found == right, f"bit {bit} of byte {place}"
-    assert refused > 10
+    assert refused > 3
     assert not any("\n" in line for line in lines)
 
 
@@ -119,7 +120,7 @@ def test_recovery_from_a_flipped_bit_loses_one_chunk(
     tmp_path: Path, whole: bytes, sent: list[Sent]
 ) -> None:
     expected, dice = {tuple(row) for row in sent}, random.Random(3)
-    for _ in range(40):
+    for _ in range(examples(13)):
         damaged = bytearray(whole)
         damaged[dice.randrange(len(whole))] ^= 1 << dice.randrange(8)
         folder = put(tmp_path / "run", bytes(damaged))
@@ -141,7 +142,7 @@ def test_no_other_record_becomes_a_message(tmp_path: Path, whole: bytes, sent: l
         places.setdefault(whole[position], []).append(position)
         position += 9 + int.from_bytes(whole[position + 1 : position + 9], "little")
     assert places.keys() >= {Opcode.MESSAGE_INDEX, Opcode.CHANNEL, Opcode.CHUNK}
-    for place in (at for found in places.values() for at in found[:2] + found[-1:]):
+    for place in (at for found in places.values() for at in found[:1] + found[-1:]):
         for bit in range(8):
             damaged = bytearray(whole[:position])
             damaged[place] ^= 1 << bit
