@@ -62,6 +62,8 @@ MAX_ROWS = 1000
 WORLD_FRAME = "world"
 IMPACT_FRAME = "next_collision"
 
+IMPACT_REQUIRED = ("count", "index", "time", "kind")
+"""Fields without which a message of disk/impacts cannot be read; others may be missing."""
 IMPACT_LAYOUT: Mapping[str, object] = MappingProxyType(
     {
         "names": ["x", "y", "z", "count", "index", "time", "cycles", "forcing_phase",
@@ -73,7 +75,7 @@ IMPACT_LAYOUT: Mapping[str, object] = MappingProxyType(
         "itemsize": 112,
     }
 )  # fmt: skip
-"""Layout of a row of disk/impacts, as numpy takes it; `core.model.IMPACT_DTYPE` is the same."""
+"""Layout of a row of disk/impacts and of the impact log (`core.model.IMPACT_DTYPE`), for numpy."""
 
 _COMMAND_QOS = Qos(100)
 

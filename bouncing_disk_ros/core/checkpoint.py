@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.layout import FADE, FLIGHT, HELD, NEVER, SLIDING, STEADY, STICKING
-from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.schedule import Fade, Impulse
 
 FORMAT = 1
@@ -93,10 +93,8 @@ def motion(name: str, values: Any) -> Motion:
 def disk(name: str, values: Any) -> Disk:
     """Disk, contact and loads from their numbers."""
     count = len(Disk._fields)
-    if isinstance(values, (list, tuple)) and len(values) == count - len(LOADS_OF_OLD_RECORDS):
-        values = [*values, *LOADS_OF_OLD_RECORDS.values()]
     made = Disk(*_numbers(name, values, count))
-    for field in LOADS_OF_OLD_RECORDS:
+    for field in ("brake_torque", "load_inertia"):
         number(f"{name} {field}", getattr(made, field), low=0.0)
     for field in ("mass", "gyration_radius"):
         number(f"{name} {field}", getattr(made, field), low=1e-100)

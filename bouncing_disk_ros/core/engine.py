@@ -15,7 +15,6 @@ from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FADE,
     FLIGHT,
-    L_BRAKE,
     LEDGER_FIELDS,
     MOTION_DTYPE,
     STATE_DTYPE,
@@ -330,7 +329,7 @@ class Engine:
         if not isinstance(values, Mapping) or set(names) - set(values):
             raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
         engine = cls(disk, report_speed)
-        engine.state = checkpoint.record(_of_old_records(values["state"], engine), STATE_DTYPE)
+        engine.state = checkpoint.record(_of_old_records(values["state"]), STATE_DTYPE)
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
         engine.invalidate_next_event()
@@ -339,10 +338,7 @@ class Engine:
         platform.derive(engine.base)
         engine.segments = segments
         engine._join_motions()
-        ledger = values["books"]
-        if _rows_of(ledger, len(LEDGER_FIELDS) - 1):  # of 0.1.0, before the loss in a brake
-            ledger = [[*row[:L_BRAKE], 0.0, *row[L_BRAKE:]] for row in ledger]
-        engine._ledger = checkpoint.table("books", ledger, 2, len(LEDGER_FIELDS))
+        engine._ledger = checkpoint.table("books", values["books"], 2, len(LEDGER_FIELDS))
         engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
         return engine
 
@@ -354,19 +350,14 @@ def _load_offset_kernels() -> None:
     from bouncing_disk_ros.core import offset_kernels  # noqa: F401
 
 
-def _of_old_records(values: Any, engine: Engine) -> Any:
-    """A state's record with what those of versions 0.1.0 and 0.2.0 lack.
+def _of_old_records(values: Any) -> Any:
+    """A state's record with what those of version 0.2.0 lack.
 
-    0.1.0 knew no brake; 0.2.0 kept the signs as floats, and that of the last slip in sticking.
+    It kept the signs as floats, and that of the last slip in sticking.
     """
     if not isinstance(values, Mapping) or "rows_entered" in values:
         return values
-    found: dict[str, Any] = {
-        "spin_sign": 0,
-        "drag": float(engine.k["lag"][0]),
-        "rows_entered": 0,
-        **values,
-    }
+    found: dict[str, Any] = {"rows_entered": 0, **values}
     for name in ("slip_sign", "spin_sign"):
         value = found.get(name)
         if isinstance(value, float) and value.is_integer():
@@ -374,10 +365,3 @@ def _of_old_records(values: Any, engine: Engine) -> Any:
     if found.get("phase") == STICKING:
         found["slip_sign"] = 0
     return found
-
-
-def _rows_of(values: Any, columns: int) -> bool:
-    """Whether these are lists of so many numbers each."""
-    return isinstance(values, (list, tuple)) and all(
-        isinstance(row, (list, tuple)) and len(row) == columns for row in values
-    )

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.topics import IMPACT_LAYOUT
+
 
 class SimulationError(RuntimeError):
     """The state of a run is not finite, or a root could not be found: the run cannot go on."""
@@ -68,10 +70,6 @@ class Disk(NamedTuple):
     def inertia(self) -> float:
         """Moment of inertia of all that turns, I = m a_g² + J, kg·m²."""
         return self.mass * self.gyration_radius**2 + self.load_inertia
-
-
-LOADS_OF_OLD_RECORDS: Mapping[str, float] = {"brake_torque": 0.0, "load_inertia": 0.0}
-"""Last fields of a disk, which checkpoints and records of version 0.1.0 lack."""
 
 
 class InitialState(NamedTuple):
@@ -156,28 +154,7 @@ class MotionInForce(NamedTuple):
     forcing_phase: float  # at begin_ns, rad
 
 
-_ROW_FLOATS = (
-    "index",
-    "time",
-    "cycles",
-    "forcing_phase",
-    "axial_impact_velocity",
-    "angular_impact_velocity",
-    "axial_impulse",
-    "angular_impulse",
-    "axial_position",
-    "axial_velocity",
-    "angular_velocity",
-)
-
-IMPACT_DTYPE: np.dtype[np.void] = np.dtype(
-    {
-        "names": ["x", "y", "z", "count", *_ROW_FLOATS, "kind"],
-        "formats": ["<f4", "<f4", "<f4", "<u4", *["<f8"] * len(_ROW_FLOATS), "u1"],
-        "offsets": [0, 4, 8, 12, *range(16, 16 + 8 * len(_ROW_FLOATS), 8), 104],
-        "itemsize": 112,
-    }
-)
+IMPACT_DTYPE: np.dtype[np.void] = np.dtype(dict(IMPACT_LAYOUT))  # type: ignore[call-overload, unused-ignore]
 """One row of the impact log: x, y, z (float32) are τ/2π, w_A/(πg/ω), α̇/(ωΦ); the rest is SI.
 
 `axial_impact_velocity` and `angular_impact_velocity` are those just before the impact, w_A < 0;

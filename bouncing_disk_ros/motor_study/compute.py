@@ -164,6 +164,7 @@ class Motor(PlaneStudy):
         "best_speed": ("rad/s", "largest mean speed, with its sign"),
         "best_phase_lag": ("rad", "phase lag of the largest mean speed"),
     }
+    revision: ClassVar[int] = 2
     axis_names: ClassVar[tuple[str, ...]] = AXES
     conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."
 

@@ -515,6 +515,8 @@ class BagRun:
         if self._undecided:
             messages = counted(self._undecided, "message")
             yield f"{messages} between two runs, which may belong to either"
+        if names := ", ".join(self.record.lacking):
+            yield f"impacts without {names}, as another version wrote them"
         if self.record.untimed:
             samples = counted(self.record.untimed, "sample")
             yield (

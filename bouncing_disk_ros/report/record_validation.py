@@ -7,7 +7,7 @@ simulator publishes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,19 +25,24 @@ _KINDS = tuple(ImpactKind)
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name] == np.dtype("<f8"))
 
 
-def checked_rows(rows: Rows) -> Rows:
+def checked_rows(rows: Rows, lacking: Container[str] = ()) -> Rows:
     """The same rows of IMPACT_DTYPE, one or more, in the order of their index.
 
-    x, y and z, which only draw, are not looked at.
+    x, y and z, which only draw, are not looked at, nor are fields that the message is `lacking`.
     """
     for name in _NUMBERS:
+        if name in lacking:
+            continue
         _all(name, rows, np.abs(rows[name]) <= limits.LARGEST, f"numbers up to {limits.LARGEST:g}")
     for name, least in (("index", 0.0), ("cycles", -LARGEST_INDEX)):
+        if name in lacking:
+            continue
         values = rows[name]
         whole = (values >= least) & (values <= LARGEST_INDEX) & (values == np.floor(values))
         _all(name, rows, whole, "whole numbers")
     phase = rows["forcing_phase"]
-    _all("forcing_phase", rows, (phase >= 0.0) & (phase <= math.tau), "angles from 0 to 2π rad")
+    if "forcing_phase" not in lacking:
+        _all("forcing_phase", rows, (phase >= 0.0) & (phase <= math.tau), "angles from 0 to 2π rad")
     _all("time", rows, rows["time"] >= 0.0, "seconds from 0 on")
     _all("count", rows, rows["count"] >= 1, "1 or more")
     _all("kind", rows, np.isin(rows["kind"], _KINDS), "0, 1 or 2")

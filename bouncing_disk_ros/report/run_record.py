@@ -65,6 +65,7 @@ class RunRecord:
     health: list[Health] = field(default_factory=list)
     chunks: list[NDArray[np.void]] = field(default_factory=list)
     lost: int = 0  # rows of impacts
+    lacking: tuple[str, ...] = ()  # fields of impacts that messages of another version lack: nan
     inputs: int = 0  # motions, impulses, parameter changes and resets that the simulator accepted
     changes: list[Change] = field(default_factory=list)
     disks: list[tuple[float, Disk]] = field(default_factory=list)  # time from which it is known

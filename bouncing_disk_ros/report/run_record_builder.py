@@ -22,6 +22,7 @@ from bouncing_disk_ros.report.record_validation import (
 from bouncing_disk_ros.report.run_record import Change, Health, RunRecord, State
 from bouncing_disk_ros.ros.from_messages import (
     impacts_from_msg,
+    lacking_fields,
     msg_to_joints,
     msg_to_motion,
     msg_to_speed,
@@ -156,11 +157,13 @@ class RunRecordBuilder:
         self.phase = msg.data
 
     def _on_impacts(self, msg: Any) -> None:
-        rows = checked_rows(impacts_from_msg(msg))
+        lacking = lacking_fields(msg)
+        rows = checked_rows(impacts_from_msg(msg), lacking)
         if not len(rows):
             return
         self._losses.note(rows)
         self.record.lost = self._losses.lost
+        self.record.lacking = lacking or self.record.lacking
         self.record.chunks.append(rows)
         self._tie(round(float(rows["time"][-1]) * NS), time_to_ns(msg.header.stamp))
 
@@ -319,10 +322,8 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
 
 
 def _joules(energy: Mapping[str, str], name: str) -> float:
-    """An entry of the energy ledger; version 0.1.0 called one otherwise, and had no brake."""
-    before = "work_kicks (J)" if name == "work_impulses" else ""
-    absent = "0" if name == "loss_brake" else "nan"
-    return float(energy.get(f"{name} (J)", energy.get(before, absent)))
+    """An entry of the energy ledger."""
+    return float(energy.get(f"{name} (J)", "nan"))
 
 
 def _shown(values: Mapping[str, Any]) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.topics import IMPACT_REQUIRED, MOTION_NAMES
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def impact_fields() -> list[tuple[str, int, int, int]]:
 
 
 _FIELDS = impact_fields()
+_OFFSETS = {name: offset for name, offset, *_ in _FIELDS}
 
 
 def time_to_ns(time: Time | Duration) -> int:
@@ -50,28 +51,56 @@ def time_to_ns(time: Time | Duration) -> int:
 
 
 def impacts_from_msg(cloud: PointCloud2) -> NDArray[np.void]:
-    """The rows of a message of disk/impacts as IMPACT_DTYPE, a read-only view without a copy.
+    """The rows of a message of disk/impacts as IMPACT_DTYPE, read-only.
 
-    Raises InputError when the cloud has another layout, or rows that count or time cannot follow.
+    Fields are found by their names: another version may have more, which are ignored, or fewer,
+    which are nan here (`lacking_fields`). Of this version's layout it is a view without a copy.
+    Raises InputError when one of IMPACT_REQUIRED is missing, or count or time cannot follow.
 
     >>> impacts_from_msg(cloud)["axial_impact_velocity"]
     """
-    given = [(f.name, f.offset, f.datatype, f.count) for f in cloud.fields]
-    if given != _FIELDS:
-        names = ", ".join(f"{name}@{offset}" for name, offset, *_ in given)
-        hint = "Is this disk/impacts of the same package version?"
-        raise InputError("cloud fields", names, "the fields of disk/impacts", hint)
-    if cloud.is_bigendian or cloud.point_step != IMPACT_DTYPE.itemsize:
-        layout = f"point_step {cloud.point_step}, is_bigendian {cloud.is_bigendian}"
-        raise InputError("cloud layout", layout, f"{IMPACT_DTYPE.itemsize}, false")
-    count = cloud.width * cloud.height
-    if len(cloud.data) != count * IMPACT_DTYPE.itemsize:
-        raise InputError("cloud data", f"{len(cloud.data)} bytes", f"{count} rows of "
-                         f"{IMPACT_DTYPE.itemsize} bytes")  # fmt: skip
-    rows = np.frombuffer(cloud.data, dtype=IMPACT_DTYPE)
+    offsets = _offsets(cloud)
+    if not offsets.keys() >= {*IMPACT_REQUIRED}:
+        names = ", ".join(f"{one.name}@{one.offset}" for one in cloud.fields)
+        hint = "Is this disk/impacts?"
+        raise InputError("cloud fields", names, f"with {', '.join(IMPACT_REQUIRED)}", hint)
+    if cloud.is_bigendian:
+        raise InputError("cloud layout", "is_bigendian true", "false")
+    count, step = cloud.width * cloud.height, cloud.point_step
+    if len(cloud.data) != count * step:
+        given = f"{len(cloud.data)} bytes"
+        raise InputError("cloud data", given, f"{count} rows of {step} bytes")
+    if offsets == _OFFSETS and step == IMPACT_DTYPE.itemsize:
+        rows = np.frombuffer(cloud.data, dtype=IMPACT_DTYPE)
+    else:
+        formats = [IMPACT_DTYPE[name] for name in offsets]
+        layout = {"names": [*offsets], "formats": formats, "offsets": [*offsets.values()]}
+        kind: np.dtype[np.void] = np.dtype({**layout, "itemsize": step})  # type: ignore[call-overload, unused-ignore]
+        stored = np.frombuffer(cloud.data, kind)
+        rows = np.zeros(count, IMPACT_DTYPE)
+        for name in IMPACT_DTYPE.names or ():
+            rows[name] = stored[name] if name in offsets else np.nan
     rows.flags.writeable = False
     _check_rows(rows)
     return rows
+
+
+def lacking_fields(cloud: PointCloud2) -> tuple[str, ...]:
+    """The fields of IMPACT_DTYPE that a message of disk/impacts lacks: nan in its rows."""
+    offsets = _offsets(cloud)
+    return tuple(name for name in _OFFSETS if name not in offsets)
+
+
+def _offsets(cloud: PointCloud2) -> dict[str, int]:
+    """Where the fields of IMPACT_DTYPE, of its types, stand in a row of a cloud."""
+    given = {one.name: (one.offset, one.datatype, one.count) for one in cloud.fields}
+    return {
+        name: given[name][0]
+        for name, _, *kind in _FIELDS
+        if name in given
+        and [*given[name][1:]] == kind
+        and given[name][0] + IMPACT_DTYPE[name].itemsize <= cloud.point_step
+    }
 
 
 def _check_rows(rows: NDArray[np.void]) -> None:

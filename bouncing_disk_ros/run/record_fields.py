@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from bouncing_disk_ros import limits, parameters
-from bouncing_disk_ros.core.model import LOADS_OF_OLD_RECORDS, Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.offset import DEGREES
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.command_validation import MAX_IMPULSE
@@ -46,7 +46,6 @@ def checked_record(record: object) -> Record:
 # --- the kinds ------------------------------------------------------------------------------------
 def _snapshot(fields: Mapping[str, Any]) -> Record:
     values = _values("parameters", _of(fields, "parameters"))
-    values = {**LOADS_OF_OLD_RECORDS, **values}
     missing = [name for name in Disk._fields if name not in values]
     if missing:
         raise InputError("parameters", f"without {missing[0]}", ", ".join(Disk._fields))
@@ -110,7 +109,7 @@ def _impulse(fields: Mapping[str, Any]) -> Record:
 def _parameters(fields: Mapping[str, Any]) -> Record:
     return {
         "values": _values("values", _of(fields, "values")),
-        "disk": _disk("disk", _named("disk", _with_loads(_of(fields, "disk")), Disk._fields)),
+        "disk": _disk("disk", _named("disk", _of(fields, "disk"), Disk._fields)),
     }
 
 
@@ -157,10 +156,6 @@ def in_range(field: str, parameter: str, value: object) -> float:
         return float(parameters.TABLE[parameter].checked(number(field, value)))
     except InputError as error:
         raise InputError(field, value, error.allowed) from None
-
-
-def _with_loads(disk: Any) -> Any:
-    return {**LOADS_OF_OLD_RECORDS, **disk} if isinstance(disk, dict) else disk
 
 
 def _disk(field: str, values: Mapping[str, Any]) -> dict[str, float]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.topics import IMPACT_REQUIRED
 from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
@@ -50,6 +51,7 @@ class RowCount(Protocol):
     missing: int
     not_compared: int
     first_row: int | None
+    other_fields: tuple[str, ...]
     difference: Difference | None
 
 
@@ -57,12 +59,13 @@ def row_difference(recorded: Rows, replayed: Rows) -> tuple[int, Difference] | N
     """Where two arrays of equal length first differ, every field compared as bytes; its place."""
     if recorded.tobytes() == replayed.tobytes():
         return None
-    unequal = [np.not_equal(_bytes(recorded, name), _bytes(replayed, name)) for name in FIELDS]
+    common = [name for name in FIELDS if name not in other_fields(recorded)]
+    unequal = [np.not_equal(_bytes(recorded, name), _bytes(replayed, name)) for name in common]
     differs: NDArray[np.bool_] = np.any(np.stack(unequal), axis=2)  # by field and row
     if not differs.any():  # padding only
         return None
     place = int(np.argmax(differs.any(axis=0)))
-    name, *others = [name for name, one in zip(FIELDS, differs[:, place], strict=True) if one]
+    name, *others = [name for name, one in zip(common, differs[:, place], strict=True) if one]
     old, new = recorded[place], replayed[place]
     where, time = f"row {int(new['index'])}", float(old["time"])
     return place, Difference(where, time, name, old[name].item(), new[name].item(), len(others))
@@ -87,11 +90,22 @@ def end_ns(rows: Rows) -> int:
     return min(math.ceil(math.nextafter(time, math.inf) * NS) + 1, FAR_NS)
 
 
+def other_fields(rows: Rows) -> tuple[str, ...]:
+    """Fields that these rows lack, or IMPACT_DTYPE does: of another version of the package."""
+    if rows.dtype == IMPACT_DTYPE:
+        return ()
+    # by their texts: to numpy, None is a dtype equal to float64
+    theirs = {name: rows.dtype[name].str for name in rows.dtype.names or ()}
+    ours = {name: IMPACT_DTYPE[name].str for name in _NAMES}
+    return tuple(name for name in {**ours, **theirs} if theirs.get(name) != ours.get(name))
+
+
 def checked_rows(rows: Rows) -> Rows:
-    """The same rows; InputError when they are of another layout."""
-    if rows.dtype != IMPACT_DTYPE:
-        allowed = "rows of IMPACT_DTYPE (another build has other fields)"
-        raise InputError("rows of impacts", ", ".join(rows.dtype.names or ()), allowed)
+    """The same rows; InputError when they lack a field that comparing needs."""
+    if missing := {*IMPACT_REQUIRED} & {*other_fields(rows)}:
+        given = ", ".join(rows.dtype.names or ())
+        allowed = f"rows of IMPACT_DTYPE with {', '.join(sorted(missing))}"
+        raise InputError("rows of impacts", given, allowed)
     return rows
 
 
@@ -116,6 +130,7 @@ class RecordedRows:
             if self._batch is None:
                 break
             checked_rows(self._batch)
+            self._tally.other_fields = other_fields(self._batch) or self._tally.other_fields
         return self._batch
 
     def skip(self, count: int) -> None:

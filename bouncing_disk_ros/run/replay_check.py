@@ -36,7 +36,7 @@ class Gap(NamedTuple):
 
 @dataclass
 class Replay:
-    """What a replay of one run found; `identical` when nothing that was compared differs."""
+    """What a replay of one run found; `identical`: all was compared, and nothing differs."""
 
     impacts: int = 0  # compared and equal; those counted in one row are counted here
     rows: int = 0  # compared and equal
@@ -48,13 +48,14 @@ class Replay:
     start_ns: int | None = None  # simulated time of the first snapshot; None: there is none
     end_ns: int = 0  # simulated time replayed to
     version: str = ""  # of the package that recorded
+    other_fields: tuple[str, ...] = ()  # of rows, that only the record or only this version has
     gaps: list[Gap] = field(default_factory=list)
     difference: Difference | None = None
 
     @property
     def identical(self) -> bool:
-        """Whether nothing that was compared differs."""
-        return self.difference is None
+        """Whether all fields of the rows were compared, and nothing differs."""
+        return self.difference is None and not self.other_fields
 
     @property
     def is_other_build(self) -> bool:

@@ -282,7 +282,7 @@ class Session:
             "snapshot",
             self.time_ns,
             state=self.simulation.snapshot(),
-            held=self.paused,  # so named on records since version 0.1.0
+            held=self.paused,  # so named on records
             version=bouncing_disk_ros.__version__,
             parameters=dict(self.values),
         )

@@ -28,7 +28,7 @@ from bouncing_disk_ros.regular_file import open_regular, read_text
 
 FORMAT = 3
 WITHOUT_CHECKSUMS = 2
-"""The format of versions 0.1 and 0.2: their chunks and metadata cannot be checked for damage."""
+"""The format of version 0.2: its chunks and metadata cannot be checked for damage."""
 DIGESTS = "digests"
 CONTEXT, CONTEXT_DRAFT = "context", "context_draft"
 """The group of what all regions need, and its place until it is whole."""

@@ -13,7 +13,7 @@ import pytest
 
 from support.trees import ROOT, copy_tree
 
-BAG = ROOT / "test" / "reference" / "version_0_1_0" / "steady_run"
+BAG = ROOT / "test" / "reference" / "version_0_2_0" / "live"
 SMALL = {
     "toss_paths": ("points:=16",),
     "toss_map": ("phase_lag_count:=5", "amplitude_angle_count:=3"),

@@ -98,7 +98,7 @@ class ReplayedBag:
 
     @property
     def identical(self) -> bool:
-        """Whether nothing that was compared differs."""
+        """Whether all fields of the rows were compared, and nothing differs."""
         return all(run.identical for run in self.runs)
 
     @property

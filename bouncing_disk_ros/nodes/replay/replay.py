@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _ABOUT = """Simulate a recorded run again from disk/inputs alone, and compare every impact with the
 recorded one, bit by bit. Exit code 0: identical, 3: it differs (the first difference is
-printed)."""
+printed), or rows of another version have other fields (those not compared are named)."""
 _EXAMPLES = """examples:
   ros2 run bouncing_disk_ros replay run_1
   ros2 run bouncing_disk_ros replay run_1 --what-if restitution:=0.4 --figure what_if.png"""

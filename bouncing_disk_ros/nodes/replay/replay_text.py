@@ -52,7 +52,11 @@ def verdict(found: ReplayedBag) -> str:
     """The last line of a replay."""
     if found.identical:
         return f"replay identical: {found.impacts} impacts"
-    number, run = next((n, run) for n, run in enumerate(found.runs, 1) if not run.identical)
+    differing = [(n, run) for n, run in enumerate(found.runs, 1) if run.difference is not None]
+    if not differing:
+        names = ", ".join(dict.fromkeys(name for run in found.runs for name in run.other_fields))
+        return f"replay equal in what was compared: {found.impacts} impacts without {names}"
+    number, run = differing[0]
     of_run = f"run {number}, " if len(found.runs) > 1 else ""
     if run.is_other_build:
         ours = bouncing_disk_ros.__version__

@@ -160,8 +160,6 @@ class BasinShares(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Give each attractor its number along the axis: fields line_* over lines."""
-        if "kind_of_attractor" not in result:  # of version 0.1.0
-            return result
         return result.assign(lines_of(result, _LINES, THRESHOLD))
 
 

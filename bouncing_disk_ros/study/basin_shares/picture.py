@@ -10,21 +10,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.report.style import (
-    BLUE,
-    CONTACT,
-    GREEN,
-    ORANGE,
     PURPLE,
-    REST,
-    UNRESOLVED,
     VERMILION,
     new_figure,
     typeset,
 )
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
-
-COLORS = (REST, CONTACT, BLUE, GREEN, ORANGE, UNRESOLVED)
-"""Of rest, chattering, period-1, other periodic, chaotic, unresolved."""
 
 
 def basin_shares_picture(result: xr.Dataset) -> Figure:
@@ -32,10 +23,7 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     figure = new_figure(8.0, 8.2)
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
     x = result["value"].values
-    if "line_share" in result:
-        _draw_lines(figure, top, result)
-    else:
-        _draw_stack(figure, top, result)
+    _draw_lines(figure, top, result)
     largest = "the largest attractor that is neither rest nor chattering"
     middle.set_title(f"fastest rotation on {largest}", fontsize=9)
     middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
@@ -59,38 +47,6 @@ def _draw_lines(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     draw_shares(axes, result, result["value"].values, colors)
     line_legend(figure, result, colors)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-
-
-def _draw_stack(figure: Figure, axes: Any, result: xr.Dataset) -> None:
-    """Shares of the classes of attractors stacked, for results of version 0.1.0."""
-    x = result["value"].values
-    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
-    shares = 100.0 * result["fraction"].values.T
-    axes.stackplot(
-        x, shares, labels=names, colors=COLORS, edgecolor="white", linewidth=0.4, step="mid"
-    )
-    axes.set_ylim(0.0, 100.0)
-    axes.set_ylabel("share of the plane of starts (%)")
-    present = shares.max(axis=1) > 0.0
-    handles, labels = axes.get_legend_handles_labels()
-    kept = [pair for pair, there in zip(zip(handles, labels, strict=True), present, strict=True)
-            if there]  # fmt: skip
-    axes.legend(*zip(*kept, strict=True), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
-                frameon=False, fontsize=9)  # fmt: skip
-    _explain_spikes(figure, result)
-
-
-def _explain_spikes(figure: Figure, result: xr.Dataset) -> None:
-    """A note where single values have no chattering attractor between values that have one."""
-    names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
-    chattering = result["fraction"].values[:, names.index("chattering")] > 0.0
-    between = np.maximum.accumulate(chattering) & np.maximum.accumulate(chattering[::-1])[::-1]
-    if (between & ~chattering).any():
-        figure.supxlabel(
-            "Spikes down to 0 %: there the orbit that leaves contact never comes back, but ends on "
-            "a periodic or chaotic attractor,\nand with it all starts that come to contact.",
-            fontsize=9,
-        )
 
 
 def _title(result: xr.Dataset) -> str:

@@ -77,8 +77,6 @@ def lines(result: xr.Dataset) -> list[str]:
 
 def _missed_lines(result: xr.Dataset) -> list[str]:
     """Attractors with basins too small for the grid of the search."""
-    if "missed" not in result:  # of version 0.1.0, which did not look
-        return []
     values = result["value"].values[result["missed"].values > 0]
     if not len(values):
         return []

@@ -109,9 +109,9 @@ def spoilt(**changes: Any) -> PointCloud2:
     ("cloud", "message"),
     [
         (spoilt(fields=[]), "cloud fields"),
-        (spoilt(fields=c.IMPACT_FIELDS[::-1]), "cloud fields"),
         (spoilt(is_bigendian=True), "cloud layout"),
-        (spoilt(point_step=120), "cloud layout"),
+        (spoilt(point_step=120), "cloud data"),
+        (spoilt(point_step=0), "cloud fields"),
         (spoilt(width=3), "cloud data: got '224 bytes', allowed: 3 rows"),
         (spoilt(data=array("B", b"abc")), "cloud data"),
     ],

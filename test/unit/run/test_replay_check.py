@@ -220,7 +220,7 @@ def test_records_back_in_time_are_refused(driven: Driven) -> None:
 
 
 def test_rows_of_another_layout_are_refused(driven: Driven) -> None:
-    with pytest.raises(InputError, match="IMPACT_DTYPE"):
+    with pytest.raises(InputError, match="IMPACT_DTYPE with count, kind, time"):
         replay(driven.record_list, [np.zeros(1, [("index", "f8")])])
 
 

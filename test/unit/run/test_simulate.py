@@ -202,7 +202,7 @@ def test_a_result_sums_up_speed_work_and_efficiency() -> None:
     still = simulate(0.0)
     assert math.isnan(still.mean_speed)
     assert math.isnan(still.efficiency)
-    impacts, samples, inputs, parameters = result  # as in 0.1.0
+    impacts, samples, inputs, parameters = result  # in the order of its fields
     assert len(impacts) > 100
     assert parameters["brake_torque"] == 2e-3
     assert inputs[0]["kind"] == "snapshot"
