@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, NamedTuple
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
@@ -25,6 +26,24 @@ FRAME_MS = 33
 """30 frames a second."""
 TEXT_EVERY = 6
 """Frames between changes of texts."""
+
+
+class TabRow(NamedTuple):
+    """A tab beside that of the run: its title, and its pane, made when it is first seen.
+
+    `pane`: module and class of a `ComputedPane`, which is given what gives the parameters in force
+    and what sends others. `restarts`: whether the run begins anew with those sent.
+    """
+
+    title: str
+    pane: str
+    restarts: bool
+
+
+TABS = (
+    TabRow("Basins", "basin_pane.BasinPane", restarts=True),
+    TabRow("Bifurcation", "bifurcation_pane.BifurcationPane", restarts=False),
+)
 
 
 class Pages:
@@ -59,36 +78,22 @@ class Page:
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
-        # by the tab
-        self._makers: dict[int, Callable[[], ComputedPane]] = {
-            1: self._basins,
-            2: self._bifurcation,
-        }
-        self._panes: dict[int, ComputedPane] = {}
-        self._holders = {tab: column(sizing_mode="stretch_width") for tab in self._makers}
-        self._behind = set(self._makers)  # tabs that have not seen the parameters in force
-        self.tabs = Tabs(
-            tabs=[
-                TabPanel(child=self.run.layout, title="The run"),
-                TabPanel(child=self._holders[1], title="Basins"),
-                TabPanel(child=self._holders[2], title="Bifurcation"),
-            ],
-            sizing_mode="stretch_width",
-        )
+        self._panes: dict[TabRow, ComputedPane] = {}
+        self._holders = {tab: column(sizing_mode="stretch_width") for tab in TABS}
+        self._behind = set(TABS)  # those that have not seen the parameters in force
+        first = TabPanel(child=self.run.layout, title="The run")
+        others = [TabPanel(child=self._holders[tab], title=tab.title) for tab in TABS]
+        self.tabs = Tabs(tabs=[first, *others], sizing_mode="stretch_width")
         self.tabs.on_change("active", lambda _attr, _old, _new: self._follow())
         document.title = TITLE
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
-    def _basins(self) -> ComputedPane:
-        from bouncing_disk_ros.workbench.basin_pane import BasinPane
-
-        return BasinPane(self.values, self.send_start)
-
-    def _bifurcation(self) -> ComputedPane:
-        from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
-
-        return BifurcationPane(self.values, self.set_values)
+    def _pane(self, tab: TabRow) -> ComputedPane:
+        module, name = tab.pane.split(".")
+        make = getattr(import_module(f"{__package__}.{module}"), name)
+        pane: ComputedPane = make(self.values, self.send_start if tab.restarts else self.set_values)
+        return pane
 
     def _layout(self) -> Any:
         right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")
@@ -109,15 +114,15 @@ class Page:
 
     def _follow(self) -> None:
         """Make the pane of the tab that is seen, and tell it of parameters that it has not seen."""
-        active = self.tabs.active
-        if active not in self._makers:
+        if not self.tabs.active:
             return
-        if active not in self._panes:
-            self._panes[active] = self._makers[active]()
-            self._holders[active].children = [self._panes[active].layout]
-        if active in self._behind and self._parameters:
-            self._behind.remove(active)
-            self._panes[active].parameters_changed()
+        tab = list(self._holders)[self.tabs.active - 1]
+        if tab not in self._panes:
+            self._panes[tab] = self._pane(tab)
+            self._holders[tab].children = [self._panes[tab].layout]
+        if tab in self._behind and self._parameters:
+            self._behind.remove(tab)
+            self._panes[tab].parameters_changed()
 
     def _update_texts(self) -> None:
         history = self._history
@@ -126,7 +131,7 @@ class Page:
         found = numbers(values)
         if found != self._parameters:
             self._parameters = found
-            self._behind = set(self._makers)
+            self._behind = set(self._holders)
         self._follow()
         text = self._status_line()
         if text != self._status_text:

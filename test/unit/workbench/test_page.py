@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 from bokeh.document import Document
+from bokeh.models import Div
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
 from bouncing_disk_ros.juggling.loop_settings import STRATEGIES as KNOWN
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.workbench import page as page_module
 from bouncing_disk_ros.workbench.actions import (
     Call,
     Impulse,
@@ -27,6 +33,7 @@ from bouncing_disk_ros.workbench.actions import (
     StopJuggling,
     lines,
 )
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_table import (
     DISK_CONTROLS,
     FORCING,
@@ -35,7 +42,7 @@ from bouncing_disk_ros.workbench.control_table import (
     shown_unit,
 )
 from bouncing_disk_ros.workbench.juggling_controls import STRATEGIES
-from bouncing_disk_ros.workbench.page import Page, Pages
+from bouncing_disk_ros.workbench.page import TABS, Page, Pages, TabRow
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE
 from bouncing_disk_ros.workbench.run_link import numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
@@ -341,3 +348,44 @@ def test_names_in_a_namespace() -> None:
         r"/lab/disk/impulse", Names("/lab/bouncing_disk", "/lab").topic("disk/impulse")
     )
     assert Names().topic("/diagnostics") == "/diagnostics"
+
+
+class ToyPane(ComputedPane):
+    def __init__(self, values: Callable[[], Any], send: Callable[[Any], None]) -> None:
+        super().__init__()
+        self.layout = Div(text="", name="toy")
+        self.values, self.send = values, send
+
+    def _ask(self) -> None:
+        """Compute nothing."""
+
+    def parameters_changed(self) -> None:
+        self.layout.text += f"{self.values()['restitution']} "
+        self.send({"restitution": 0.25})
+
+
+@pytest.mark.parametrize("restarts", [True, False])
+def test_a_pane_is_its_file_and_one_line(
+    link: ListLink, monkeypatch: pytest.MonkeyPatch, restarts: bool
+) -> None:
+    module = ModuleType("toy_pane")
+    monkeypatch.setattr(module, "ToyPane", ToyPane, raising=False)
+    monkeypatch.setitem(sys.modules, f"{page_module.__package__}.toy_pane", module)
+    row = TabRow("Toy", "toy_pane.ToyPane", restarts=restarts)
+    monkeypatch.setattr(page_module, "TABS", (*TABS, row))
+    document = Document()
+    page = Page(document, link)
+    page.update()
+    assert [tab.title for tab in page.tabs.tabs] == ["The run", "Basins", "Bifurcation", "Toy"]
+    assert document.get_model_by_name("toy") is None, "made when it is first seen"
+    page.tabs.active = 3
+    assert model(document, "toy").text == f"{in_force(link)['restitution']} "
+    (sent,) = link.sent
+    assert isinstance(sent, Sequel if restarts else Set)
+
+
+def test_each_line_of_tabs_names_a_pane() -> None:
+    for tab in TABS:
+        module, name = tab.pane.split(".")
+        place = import_module(f"{page_module.__package__}.{module}")
+        assert issubclass(getattr(place, name), ComputedPane)
