@@ -34,6 +34,7 @@ from bouncing_disk_ros.core.platform import (
     turning_phase,
     until_turning,
 )
+from bouncing_disk_ros.core.restitution import lost_part
 
 Ledger = Any  # float64 (2, 9): sums and what their rounding left out
 
@@ -94,10 +95,10 @@ def add_impact_energy(
     `push` and `twist` are the impulses over m and over m a_g². What the flight before it exchanged
     between kinetic and potential energy is work of nobody, but part of the scale of the residual.
     """
-    e = disk.restitution
+    lost = lost_part(-w, disk.restitution)
     ledger[0, THROUGHPUT] += disk.mass * (climb * climb + w * w)
     add_entry(ledger, W_AXIAL, disk.mass * push * climb)
-    add_entry(ledger, L_AXIAL, 0.5 * disk.mass * (1.0 - e * e) * w * w)
+    add_entry(ledger, L_AXIAL, 0.5 * disk.mass * lost * w * w)
     add_entry(ledger, W_ANGULAR, disk.inertia * twist * spin)
     add_entry(ledger, L_FRICTION, -disk.inertia * twist * slip)
 

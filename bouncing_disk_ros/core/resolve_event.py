@@ -62,6 +62,7 @@ from bouncing_disk_ros.core.propagate import (
     spin,
     turn,
 )
+from bouncing_disk_ros.core.restitution import axial_push, rebound
 
 
 @rare_kernel
@@ -97,14 +98,14 @@ def _impact(
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
     b = angular_jet(motion, state.sine, state.cosine, since)
-    push = (1.0 + disk.restitution) * w
+    push = axial_push(-w, disk.restitution)
     slip = state.omega - b[1]
     most = disk.grip * push
     twist = friction_change(slip, most)
     left = 0.0 if abs(slip) <= most else slip + twist
     state.omega = speed_after(state.omega, b[1], most)
     state.gap = 0.0
-    state.u = disk.restitution * w
+    state.u = rebound(-w, disk.restitution)
     state.phase = FLIGHT
     add_impact_energy(ledger, disk, w, 0.5 * (slip + left), push, twist, s[1], b[1])
     n = log_impact(rows, n, open_row, state, motion, disk, w, slip, push, twist)

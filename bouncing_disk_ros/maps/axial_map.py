@@ -20,6 +20,7 @@ from bouncing_disk_ros.core.flight import first_impact, never_leaves, separation
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import BOUNCES, chatter_end
 from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
+from bouncing_disk_ros.core.restitution import rebound
 
 MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
 """How the next impact came about: after a flight; after a complete chatter and contact
@@ -108,7 +109,7 @@ def next_impact(
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
     sine, cosine = sincos(tau)
     jet = axial_jet(motion, sine, cosine, 0.0)
-    u = -restitution * w
+    u = rebound(w, restitution)
     kind, at, waited = after_impact(motion, disk, tau, jet, u)
     if kind == FLIES:
         d, w1 = landing(motion, sine, cosine, jet, GRAVITY, u, 0.0)

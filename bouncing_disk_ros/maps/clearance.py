@@ -13,6 +13,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
 from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,
@@ -55,7 +56,7 @@ def flight_clearance(motion: Record, tau: float, u: float, d: float) -> float:
 @entry(types.float64(*[types.float64] * 5))
 def clearance_of(tau: float, w: float, delay: float, forcing: float, restitution: float) -> float:
     """`flight_clearance` of the flight of `delay` rad after an impact with (τ, w), in πg/ω²."""
-    return flight_clearance(axial_motion(forcing), tau, -restitution * w, delay)
+    return flight_clearance(axial_motion(forcing), tau, rebound(w, restitution), delay)
 
 
 @entry(types.int64(types.Array(types.float64, 1, "C"), types.float64, types.float64, types.int64))

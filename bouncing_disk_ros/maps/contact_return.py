@@ -9,6 +9,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, sincos, wrapped
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.platform import axial_jet
+from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,
@@ -44,7 +45,7 @@ def contact_return(forcing: float, restitution: float, most: int) -> tuple[float
     for i in range(most):
         sine, cosine = sincos(tau)
         jet = axial_jet(motion, sine, cosine, 0.0)
-        kind, at, waited = after_impact(motion, disk, tau, jet, -restitution * w)
+        kind, at, waited = after_impact(motion, disk, tau, jet, rebound(w, restitution))
         if kind == MAP_CONTACT:
             contact = wrapped(leave - at)
             return (total + waited + contact) / TWO_PI, contact, i

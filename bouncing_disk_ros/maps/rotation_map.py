@@ -37,6 +37,7 @@ from bouncing_disk_ros.core.platform import (
     axial_jet,
     steady_motion,
 )
+from bouncing_disk_ros.core.restitution import axial_push, rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,
@@ -129,8 +130,8 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
     jet = axial_jet(motion, sine, cosine, 0.0)
     b = angular_jet(motion, sine, cosine, 0.0)
     if w < 0.0:
-        omega = speed_after(omega, b[1], disk.grip * ((1.0 + disk.restitution) * -w))
-    u = -disk.restitution * w
+        omega = speed_after(omega, b[1], disk.grip * axial_push(w, disk.restitution))
+    u = rebound(w, disk.restitution)
     waited = turned = 0.0
     kind = MAP_IMPACT
     if u > 0.0:

@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.layout import (
     disk_record,
 )
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.maps.motor_curves import friction_limit, runs_away
 from bouncing_disk_ros.maps.scales import period_one, velocity_scale
@@ -157,7 +158,10 @@ def _begin(motion: Motion, disk: Disk, run: Run) -> tuple[float, ...]:
     orbit = period_one(motion, disk) if run.start != "rest" else None
     begin = (LOOK_AT, 0.0)
     if orbit is not None:
-        begin = (orbit.forcing_phase + _BESIDE, -disk.restitution * orbit.axial_impact_velocity)
+        begin = (
+            orbit.forcing_phase + _BESIDE,
+            rebounded(orbit.axial_impact_velocity, disk.restitution),
+        )
     return *begin, float(run.settling), PRECISION_PART * scale, bound
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel, sincos
+from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.juggling.kernels.offset_plan import Array, offset_state
 
 KIND, SINCE, POSITION, VELOCITY = 0, 1, 2, 3
@@ -103,7 +104,7 @@ def _collide(
 ) -> tuple[int, float, float]:
     s, w, a = platform_state(forcing, plan, t)
     before = state[VELOCITY] - GRAVITY * (t - state[SINCE]) - w
-    leaves = -restitution * before
+    leaves = rebound(before, restitution)
     state[KIND], state[SINCE], state[POSITION], state[VELOCITY] = FLIES, t, s, w + leaves
     pull = GRAVITY + a
     if leaves < REST_SPEED and pull > 0.0 and restitution < 1.0:

@@ -13,6 +13,7 @@ import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
+from bouncing_disk_ros.core.restitution import axial_push
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,
@@ -159,7 +160,7 @@ def turn_rotor(plant: Array, rotor: Array, t: float, w: float) -> None:
     rotor[TURNED] += rotor[SPEED] * max(t - begin, 0.0)
     rotor[TURNED_AT] = t
     slip = rotor[SPEED] - sine_cosine(t + plant[PHASE_LAG])[1]
-    most = (1.0 + plant[P_RESTITUTION]) * abs(w) / plant[ANGULAR_FORCING]
+    most = axial_push(-abs(w), plant[P_RESTITUTION]) / plant[ANGULAR_FORCING]
     rotor[SPEED] -= min(max(slip, -most), most)
 
 

@@ -52,6 +52,7 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     Scratch,
     W,
     lane,
+    rebound,
 )
 
 _LEAST_FALL = 0.1  # πg/ω; any speed above 0 is safe
@@ -217,7 +218,7 @@ def land_lanes(z: Scratch) -> None:
         looks = chosen(landed, 0.0, z[SEARCHES + i] + 1.0)
         z[TAU + i] = chosen(landed, lane_phase_after(tau, z[DELAY + i]), tau)
         z[W + i] = chosen(landed, slope, w)
-        z[SPEED + i] = chosen(landed, -z[RESTITUTION + i] * slope, u)
+        z[SPEED + i] = chosen(landed, rebound(slope, z[RESTITUTION + i]), u)
         z[IMPACTS_LEFT + i] = left
         z[SEARCHES + i] = looks
         z[NEEDS_SCALAR + i] = chosen((left <= 0.0) | (looks > MANY_SEARCHES), 1.0, 0.0)

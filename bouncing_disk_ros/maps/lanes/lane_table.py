@@ -34,6 +34,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.core import restitution as restitution_law
 from bouncing_disk_ros.core.arithmetic import (
     Kernel,
     kernel,
@@ -91,6 +92,9 @@ def lane(function: Kernel) -> Kernel:
     return compiled
 
 
+rebound = lane(restitution_law.rebounded)
+
+
 def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """`entry` for a function whose arrays are not counted."""
 
@@ -146,7 +150,7 @@ def set_impact(z: Scratch, i: int, tau: float, w: float) -> None:
     """Put a lane at an impact; until the next `launch` its delay is nan, and nothing happens."""
     z[TAU + i] = tau
     z[W + i] = w
-    z[SPEED + i] = -z[RESTITUTION + i] * w
+    z[SPEED + i] = rebound(w, z[RESTITUTION + i])
     z[DELAY + i] = math.nan
     z[LANDED + i] = 0.0
     z[SEARCHES + i] = 0.0
@@ -167,5 +171,5 @@ def chatter_outcome(tau: float, w: float, forcing: float, restitution: float) ->
     motion = axial_motion(forcing)
     jet = axial_jet(motion, sine, cosine, 0.0)
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
-    kind: int = after_impact(motion, disk, tau, jet, -restitution * w)[0]
+    kind: int = after_impact(motion, disk, tau, jet, restitution_law.rebound(w, restitution))[0]
     return kind

@@ -1,0 +1,49 @@
+"""The law of an impact along the axis: u = −ε w, and the impulse and loss that go with it.
+
+Here alone it stands: for numbers and arrays (`rebounded`), for kernels (`rebound`, `axial_push`,
+`lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from `rebounded` once more).
+
+These need an ε that is the same in all impacts, and change with the law by hand:
+
+- sums over a chatter: `impact_law.chatter_duration`, `chatter_sums`, `chatter_rotation`,
+  `chatter_scale`, `chatter_friction`, `chatter_verdict`, `braked_chatter`, `brake.stopped_tail` and
+  `resolve_event._end_chatter_rotation`; `juggling.kernels.flights._collide` ends its chatters so;
+- derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
+  `next_collision.NextCollisionMap.jacobian`;
+- the map backwards: `inverse_map.previous_impact`, `basin_labels.before_impact`;
+- period-1 orbits: `scales.stability_limit`, `scales.period_one`, `periodic_orbit.fixed_point`,
+  `parameter_plane`, `continuation.existence_limit`, `motor_curves`,
+  `juggling.loop_settings.period_one_points`;
+- the greatest speed: `mean_speed` (best lag), `manifold_growth.no_return`;
+- friction in lanes: `rotation_lanes` keeps (1 + ε)/Γ_T of a lane;
+- equations of orbits and controllers: `resilience_studies.impact_equations`, `fatal_changes`,
+  `report.stability`, `juggling.kernels.toss_planner` and `strategies`, `juggling.target_orbit`,
+  `juggling.compute`;
+- proofs: `proof`, which shares nothing with the core.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bouncing_disk_ros.core.arithmetic import kernel
+
+
+def rebounded(w: Any, restitution: Any) -> Any:
+    """Relative speed just after an impact that comes with w < 0; numbers or arrays."""
+    return -restitution * w
+
+
+rebound = kernel(rebounded)
+
+
+@kernel
+def axial_push(w: float, restitution: float) -> float:
+    """Axial impulse over m of an impact that comes with w < 0: u − w, rounded twice."""
+    return (1.0 + restitution) * -w
+
+
+@kernel
+def lost_part(_w: float, restitution: float) -> float:
+    """Part of the axial energy m w²/2, relative to the platform, that an impact takes."""
+    return 1.0 - restitution * restitution
