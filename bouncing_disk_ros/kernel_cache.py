@@ -77,11 +77,13 @@ def kernel_digest() -> str:
 def kernel_sources() -> dict[str, bytes]:
     """Modules with compiled functions and all that they import from KERNEL_FOLDERS: name -> source.
 
-    `name`: the path of the file in the package. Other files beside them, such as those that draw or
-    print, do not count: to change one of them compiles nothing anew.
+    `name`: the path of the file in the package. The layout of a row of impacts counts too. Files
+    beside them, such as those that draw or print, do not: to change one of them compiles nothing
+    anew.
     """
     package = Path(__file__).parent
-    files = (file for name in KERNEL_FOLDERS for file in sorted((package / name).rglob("*.py")))
+    files = [file for name in KERNEL_FOLDERS for file in sorted((package / name).rglob("*.py"))]
+    files += package.glob("impact_layout.py")
     sources = {str(file.relative_to(package)): file.read_bytes() for file in files}
     waiting = [name for name, text in sources.items() if b".core.arithmetic import" in text]
     needed: set[str] = set()

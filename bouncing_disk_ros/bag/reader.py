@@ -29,7 +29,7 @@ from bouncing_disk_ros.bag.search import Watch
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.bag.summary import Block
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.topics import IMPACT_LAYOUT
+from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
 from bouncing_disk_ros.units import NS
 
 

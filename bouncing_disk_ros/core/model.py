@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.topics import IMPACT_LAYOUT
+from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
 
 
 class SimulationError(RuntimeError):

@@ -47,10 +47,10 @@ from bouncing_disk_ros.maps.toss_extremes import extreme
 from bouncing_disk_ros.maps.toss_path import toss_paths, toss_trajectory
 from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.changed_run import changes_of, what_if
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
 from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.run_pair import changes_of, what_if
 from bouncing_disk_ros.run.session import Session
 from support.digest import Near, nearly
 

@@ -28,6 +28,7 @@ TABLES = {
     "executables",
     "folders",
     "help_text",
+    "impact_layout",
     "kernel_cache",
     "limits",
     "parameters",
@@ -60,7 +61,7 @@ EXTENSIONS = {
 }
 MAY_IMPORT = {
     **{folder: may | TABLES for folder, may in (BASE | EXTENSIONS).items()},
-    "core": {"core", "kernel_cache"},  # the folder that compiled functions are kept in
+    "core": {"core", "kernel_cache", "impact_layout"},  # where compiled functions are kept; a row
     **dict.fromkeys(TABLES, TABLES),
     # what lists public names, to be loaded when they are first used
     "__init__": {*BASE, *EXTENSIONS, *TABLES, "plots"},

@@ -68,7 +68,7 @@ def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded
     from bouncing_disk_ros.nodes.replay.replay_text import run_lines, verdict
-    from bouncing_disk_ros.run.changed_run import changes_of
+    from bouncing_disk_ros.run.run_pair import changes_of
 
     changes = changes_of(_settings(given.what_if))
     if given.figure is not None:
@@ -86,7 +86,7 @@ def _work(given: argparse.Namespace) -> int:
         if found.left_over:
             print(f"{found.left_over} rows not compared: they may belong to either of two runs")
         if given.what_if:
-            from bouncing_disk_ros.nodes.replay.what_if_view import compare
+            from bouncing_disk_ros.nodes.replay.replay_text import compare
 
             compare(recorded, found, changes, given.run, given.figure)
     if not found.rows and found.not_compared:

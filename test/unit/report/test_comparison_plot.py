@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.report.comparison_picture import two_runs_picture
 from bouncing_disk_ros.report.run_comparison import Shown
-from bouncing_disk_ros.run.changed_run import changes_of, what_if
+from bouncing_disk_ros.run.run_pair import changes_of, what_if
 from bouncing_disk_ros.units import NS
 
 

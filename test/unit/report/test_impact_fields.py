@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,15 @@ from support.digest import digest_of
 LIVE = Path(__file__).parents[2] / "reference" / "version_0_2_0" / "live"
 NAMES = IMPACT_DTYPE.names or ()
 Change = Callable[[PointCloud2], None]
+
+
+@pytest.fixture(autouse=True)
+def own_handlers() -> Iterator[None]:
+    """The executable `replay` sets handlers of signals: those of pytest come back."""
+    kept = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for one, handler in kept.items():
+        signal.signal(one, handler)
 
 
 def more(cloud: PointCloud2) -> None:

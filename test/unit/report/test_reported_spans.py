@@ -22,7 +22,7 @@ from bouncing_disk_ros.report.report_panels import energy_panel, panels
 from bouncing_disk_ros.report.report_tables import tables
 from bouncing_disk_ros.report.run_comparison import Shown
 from bouncing_disk_ros.report.run_report import Report, report_of
-from bouncing_disk_ros.run.changed_run import changes_of, what_if
+from bouncing_disk_ros.run.run_pair import changes_of, what_if
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, Act, RecordedRun

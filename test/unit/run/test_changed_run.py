@@ -11,9 +11,15 @@ import pytest
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.changed_run import changes_of, what_if
 from bouncing_disk_ros.run.replay_check import replay
-from bouncing_disk_ros.run.run_pair import DETAIL_PERIODS, MAX_ROWS, SAMPLES, SPEED_SECONDS
+from bouncing_disk_ros.run.run_pair import (
+    DETAIL_PERIODS,
+    MAX_ROWS,
+    SAMPLES,
+    SPEED_SECONDS,
+    changes_of,
+    what_if,
+)
 from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.units import NS
 from support.driven import Driven
