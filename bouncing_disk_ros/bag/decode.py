@@ -45,7 +45,8 @@ def usable(form: Form) -> MessageType:
 @functools.lru_cache(maxsize=64)
 def decoder(form: Form) -> Decode:
     """A function from the CDR of one message to an object with its fields; raises as `usable`."""
-    kind, found = form.type, usable(form)
+    found = usable(form)
+    kind = found.kind
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.EMPTY)

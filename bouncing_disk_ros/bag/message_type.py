@@ -47,10 +47,14 @@ class MessageType:
         try:
             lines = _lines(text)
             try:
-                self.types: Types = get_types_from_msg(lines, kind)
+                read: Types = get_types_from_msg(lines, kind)
             except Exception as error:  # noqa: BLE001 (whatever the parser does not understand)
                 reason = " ".join(str(error).split())[-120:]
                 raise BagError(f"it cannot be read: {reason}") from None
+            self.types: Types = {
+                name: (constants, [(one, _unsigned(form)) for one, form in members])
+                for name, (constants, members) in read.items()
+            }
             self._check_names()
             self._density = self._measure(kind, 0).density
         except BagError as error:
@@ -134,8 +138,16 @@ def _lines(text: str) -> str:
 
 @functools.lru_cache(maxsize=64)
 def message_type(kind: str, text: str) -> MessageType:
-    """`MessageType`, made once of each definition."""
-    return MessageType(kind, text)
+    """`MessageType`, made once of each definition; `package/Name` is `package/msg/Name`."""
+    return MessageType(kind.replace("/", "/msg/") if kind.count("/") == 1 else kind, text)
+
+
+def _unsigned(form: Any) -> Any:
+    """The form of a field with `byte` as ROS 2 has it, 0 to 255; the library takes it as signed."""
+    kind, what = form
+    if kind == _BASE:
+        return (kind, ("uint8", what[1])) if what[0] == "byte" else form
+    return form if kind == _NESTED else (kind, (_unsigned(what[0]), *what[1:]))
 
 
 def _is_number(description: Any) -> bool:

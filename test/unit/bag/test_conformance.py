@@ -124,7 +124,6 @@ def test_equal_times_keep_the_order_of_storage(tmp_path: Path) -> None:
     assert found == [(1, 1), (1, 4), (5, 0), (5, 2), (5, 3), (5, 6), (9, 5)]
 
 
-@pytest.mark.xfail(reason="what is behind the first frame of a chunk is damage", strict=True)
 @pytest.mark.parametrize("cut", [100, None])
 def test_frames_and_bytes_may_follow_the_first_frame(tmp_path: Path, cut: int | None) -> None:
     inner = records_of([1, 2, 3])
@@ -134,14 +133,12 @@ def test_frames_and_bytes_may_follow_the_first_frame(tmp_path: Path, cut: int | 
         assert len(list(run.messages())) == 3
 
 
-@pytest.mark.xfail(reason="types of two parts are not understood", strict=True)
 def test_a_type_may_be_named_in_two_parts(tmp_path: Path) -> None:
     inner = records_of([1], b"std_msgs/String")
     with bag.open(written(tmp_path / "a.mcap", inner)) as run:
         assert [row.data for _, row in run.decoded("/words")] == ["0"]
 
 
-@pytest.mark.xfail(reason="rosbags reads a byte as signed", strict=True)
 def test_a_byte_is_0_to_255() -> None:
     form = Form("diagnostic_msgs/msg/B", "byte level\n", "ros2msg", "cdr")
     assert decoder(form)(b"\0\1\0\0\xfe").level == 254
