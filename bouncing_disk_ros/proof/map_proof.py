@@ -14,6 +14,7 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.proof.chatter_proof import chatter_tail
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
@@ -44,6 +45,10 @@ class Collision(NamedTuple):
     next_tau: float
     next_w: float
     kind: MapKind = MapKind.IMPACT
+
+
+_NO_BOUNCE = 1.0001 * 2.0 * math.pi * INSTANT
+"""A bounce that lasts less than this (rad), the instant of one event, is contact."""
 
 
 def prove_collision(collision: Collision) -> Verdict:
@@ -85,7 +90,7 @@ def _prove_chatter(collision: Collision, u: float) -> Verdict:
     pull = platform.mix(arb(1), arb(0)).jet(arb(0))[2] + disk.g
     if not pull > 0:
         return Verdict(Outcome.REFUTED, "a chatter completes where the platform falls away")
-    if 2 * u <= 1.0001e-17 * pull:
+    if 2 * u <= _NO_BOUNCE * pull:
         return Verdict(Outcome.PROVED, "a bounce without duration")
     about = float(2 * arb(u) / (pull * (1 - arb(collision.restitution))))
     tail = chatter_tail(platform, disk, state._replace(u=u), about)
