@@ -8,7 +8,7 @@ with the C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase �
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,9 @@ from bouncing_disk_ros.core.arithmetic import (
     wrapped,
 )
 from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
-from bouncing_disk_ros.core.model import Motion
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.core.model import Motion
 
 Record = Any  # a numba record: one element of an array with a dtype of `layout`
 Jet = tuple[float, float, float, float, float]
