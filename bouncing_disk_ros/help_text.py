@@ -120,7 +120,7 @@ def _study_parts() -> list[str]:
     parts = []
     for one in definitions:
         parts += [f"## The study {one.name}", _HEAD + "\n".join(map(_row, one.specs))]
-    *bags, last = (f"`{one.name}`" for one in definitions if one.from_bag)
+    *bags, last = (f"`{one.name}`" for one in definitions if one.takes_bag)
     presets = ", ".join(f"`{one.name}`" for one in definitions if one.takes_preset)
     note = (
         "Results do not depend on these parameters, except that a bag or a preset provides values "

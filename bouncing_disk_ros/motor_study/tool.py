@@ -8,7 +8,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import TABLE, Spec, Value
+from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.study.plane_lines import kind_shares, largest
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
@@ -75,16 +75,6 @@ def _study() -> type[Motor]:
     return Motor
 
 
-def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.core.model import Disk, Motion
-
-    return [
-        name
-        for name in (*Motion._fields, *Disk._fields)
-        if name not in (values["x_axis"], values["y_axis"])
-    ]
-
-
 def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.motor_study.picture import (
         motor_map_picture,
@@ -146,7 +136,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="mean_speed",
-    from_bag=_from_bag,
+    takes_bag=True,
     takes_preset=True,
 )
 main = main_of(DEFINITION)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tqdm import tqdm
 
@@ -19,15 +19,15 @@ from bouncing_disk_ros.maps.scales import MAP_PARAMETERS, angular_forcing_of, ax
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.run_record import RunRecord
-from bouncing_disk_ros.report.spans import (
-    Segment,
-    known,
-    segments_of,
-    time_decimals,
-)
+from bouncing_disk_ros.report.spans import Segment, known, segments_of, time_decimals
+from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.units import NS
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
+
+
+RECORDED = (*MAP_PARAMETERS, *Motion._fields, *Disk._fields)
+"""What a run has, by `numbers`."""
 
 
 class FromBag(NamedTuple):
@@ -36,6 +36,18 @@ class FromBag(NamedTuple):
     values: Mapping[str, Value]
     text: str  # one line that says so
     warnings: tuple[str, ...]
+
+
+def wanted(
+    definition: StudyDefinition[Any], values: Mapping[str, Value], given: Collection[str]
+) -> dict[str, Spec]:
+    """The options that a study takes from a bag: all that a run has, unless given or idle."""
+    idle = {name for name, *_ in definition.all_idle(values)}
+    return {
+        name: spec
+        for name, spec in definition.options.items()
+        if name in RECORDED and name not in idle and name not in given
+    }
 
 
 def read_bag(

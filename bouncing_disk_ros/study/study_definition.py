@@ -84,8 +84,8 @@ class StudyDefinition(Generic[S]):
     """What the executable prints of a result."""
     image: str = ""
     """The field (rows, columns) that is published as an image; empty: the result is not a map."""
-    from_bag: Callable[[Mapping[str, Value]], Sequence[str]] | None = None
-    """The options that a recorded run can give, by the others; None: it takes no bag."""
+    takes_bag: bool = False
+    """Whether a recorded run gives the options that it has (`from_bag.wanted`)."""
     takes_preset: bool = False
     not_taken: Mapping[str, str] = field(default_factory=dict)
     """Parameters that it could be expected to have -> why it has none."""
@@ -100,7 +100,7 @@ class StudyDefinition(Generic[S]):
     @cached_property
     def table(self) -> Mapping[str, Spec]:
         """All options of its executable: what decides the result first."""
-        bag = () if self.from_bag is None else _BAG
+        bag = _BAG if self.takes_bag else ()
         preset = _PRESET if self.takes_preset else ()
         return _by_name(*self.specs, *preset, *bag, *_RUN)
 
@@ -110,9 +110,13 @@ class StudyDefinition(Generic[S]):
             if name in self.not_taken:
                 raise InputError("parameter", name, ", ".join(self.options), self.not_taken[name])
 
+    def all_idle(self, values: Mapping[str, Value]) -> tuple[Idle, ...]:
+        """The options that do nothing beside these values."""
+        return (*_idle_beside_axes(values), *self.idle(values))
+
     def refuse_idle(self, values: Mapping[str, Value]) -> None:
         """Refuse options, other than their defaults, that do nothing beside the others."""
-        for name, allowed, hint in (*_idle_beside_axes(values), *self.idle(values)):
+        for name, allowed, hint in self.all_idle(values):
             if name in values and values[name] != self.options[name].default:
                 raise InputError(name, values[name], allowed, hint)
 

@@ -116,14 +116,13 @@ class StudyWork:
     def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
         """What a recorded run says and the user does not."""
         bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
-        if not bag or self._definition.from_bag is None:
+        if not bag or not self._definition.takes_bag:
             if namespace:
                 raise InputError("namespace", namespace, "none without bag", "Give bag too.")
             return {}
-        from bouncing_disk_ros.study.from_bag import read_bag
+        from bouncing_disk_ros.study.from_bag import read_bag, wanted
 
-        wanted = [name for name in self._definition.from_bag(own) if name not in self._given]
-        specs = {name: self._definition.table[name] for name in wanted}
+        specs = wanted(self._definition, own, self._given)
         loads = "load_torque" in self._definition.table
         found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)

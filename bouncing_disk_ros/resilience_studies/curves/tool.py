@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
@@ -56,10 +56,6 @@ def _study() -> type[Curves]:
     return Curves
 
 
-def _from_bag(_: Mapping[str, Value]) -> list[str]:
-    return ["axial_forcing", "restitution"]
-
-
 def _pictures(_: Curves, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.resilience_studies.curves.picture import curves_picture
 
@@ -104,7 +100,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="period",
-    from_bag=_from_bag,
+    takes_bag=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)

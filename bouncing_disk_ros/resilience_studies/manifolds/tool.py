@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.tool import lines as basin_lines
@@ -53,10 +53,6 @@ def _study() -> type[Manifolds]:
     from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
 
     return Manifolds
-
-
-def _from_bag(_: Mapping[str, Value]) -> list[str]:
-    return ["axial_forcing", "restitution"]
 
 
 def _pictures(_: Manifolds, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -117,7 +113,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="label",
-    from_bag=_from_bag,
+    takes_bag=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)

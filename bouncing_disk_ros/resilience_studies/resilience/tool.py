@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import TABLE, Spec, Value
+from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.shared_options import map_options
 from bouncing_disk_ros.study.study_definition import StudyDefinition
@@ -67,11 +67,6 @@ def _study() -> type[ResilienceStudy]:
     from bouncing_disk_ros.resilience_studies.resilience.compute import ResilienceStudy
 
     return ResilienceStudy
-
-
-def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    own = ("axial_forcing", "restitution", "mass", "frequency", "gravity")
-    return [name for name in own if name != values["along"]]
 
 
 def _pictures(_: ResilienceStudy, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -167,7 +162,7 @@ DEFINITION = StudyDefinition(
     study=_study,
     pictures=_pictures,
     lines=lines,
-    from_bag=_from_bag,
+    takes_bag=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)

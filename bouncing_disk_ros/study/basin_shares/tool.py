@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.shared_options import map_options
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
@@ -47,12 +47,6 @@ def _study() -> type[BasinShares]:
     from bouncing_disk_ros.study.basin_shares.compute import BasinShares
 
     return BasinShares
-
-
-def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.study.basin_shares.compute import AXES
-
-    return [name for name in AXES if name != values["along"]]
 
 
 def _pictures(_: BasinShares, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -95,7 +89,7 @@ DEFINITION = StudyDefinition(
     study=_study,
     pictures=_pictures,
     lines=lines,
-    from_bag=_from_bag,
+    takes_bag=True,
 )
 main = main_of(DEFINITION)
 

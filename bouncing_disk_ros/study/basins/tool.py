@@ -63,11 +63,6 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
             yield name, "none without angular_velocities", "The basins themselves do not need it."
 
 
-def _from_bag(values: Mapping[str, Value]) -> tuple[str, ...]:
-    turning = ("phase_lag", "angular_forcing") if str(values["angular_velocities"]).strip() else ()
-    return ("axial_forcing", "restitution", *turning)
-
-
 def _pictures(_: Basins, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.basins.picture import basins_picture, start_speeds_picture
 
@@ -161,7 +156,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="label",
-    from_bag=_from_bag,
+    takes_bag=True,
     idle=_idle,
 )
 main = main_of(DEFINITION)

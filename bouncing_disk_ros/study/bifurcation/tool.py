@@ -73,12 +73,6 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
         yield "velocity_begin", "none without starts", hint
 
 
-def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
-
-    return [name for name in MAP_PARAMETERS if name != values["along"]]
-
-
 def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.bifurcation.compute import branch_of
     from bouncing_disk_ros.study.bifurcation.picture import bifurcation_figure
@@ -169,7 +163,7 @@ DEFINITION = StudyDefinition(
     study=_study,
     pictures=_pictures,
     lines=lines,
-    from_bag=_from_bag,
+    takes_bag=True,
     idle=_idle,
 )
 main = main_of(DEFINITION)

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.plane_lines import kind_shares, largest
 from bouncing_disk_ros.study.shared_options import map_options
 from bouncing_disk_ros.study.study_definition import StudyDefinition
@@ -60,12 +60,6 @@ def _study() -> type[ParameterMap]:
     return ParameterMap
 
 
-def _from_bag(values: Mapping[str, Value]) -> list[str]:
-    from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
-
-    return [name for name in MAP_PARAMETERS if name not in (values["x_axis"], values["y_axis"])]
-
-
 def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.parameter_map.picture import (
         mean_speed_picture,
@@ -108,7 +102,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="period",
-    from_bag=_from_bag,
+    takes_bag=True,
 )
 main = main_of(DEFINITION)
 

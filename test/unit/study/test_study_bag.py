@@ -12,13 +12,11 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.study.bifurcation.tool import DEFINITION
-from bouncing_disk_ros.study.from_bag import numbers, read_bag
+from bouncing_disk_ros.study.from_bag import RECORDED, numbers, read_bag, wanted
+from bouncing_disk_ros.study.studies import definition_of
 from support.recorded import NS, RecordedRun, period_one_bag
 
-WANTED = {
-    name: DEFINITION.options[name]
-    for name in ("axial_forcing", "restitution", "phase_lag", "angular_forcing")
-}
+WANTED = {name: DEFINITION.options[name] for name in MAP_PARAMETERS}
 MOTION = Motion(0.02, 0.3, 4.0, 0.7)
 DISK = Disk(0.25, 0.6, 0.5, 0.1, 0.08, 9.0)
 
@@ -30,6 +28,32 @@ def test_numbers_are_those_of_the_definitions() -> None:
     turning = 0.08**2 * 0.3 * omega**2 / (0.1 * math.pi * 9.0 * 0.5)
     assert found["angular_forcing"] == pytest.approx(turning)
     assert (found["restitution"], found["phase_lag"]) == (0.6, 0.7)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "given", "names"),
+    [
+        ("basins", {}, (), "axial_forcing restitution"),
+        ("basins", {"angular_velocities": "0 1"}, ("restitution",),
+         "axial_forcing phase_lag angular_forcing"),
+        ("bifurcation", {}, (), "restitution phase_lag angular_forcing"),
+        ("basin_shares", {"along": "restitution"}, (), "axial_forcing angular_forcing"),
+        ("parameter_map", {}, (), "phase_lag angular_forcing"),
+        ("motor", {"y_axis": "friction"}, (*Motion._fields, *Disk._fields[:6]),
+         "preload brake_torque load_inertia"),
+        ("curves", {}, (), "axial_forcing restitution"),
+        ("manifolds", {}, (), "axial_forcing restitution"),
+        ("resilience", {}, (), "restitution mass frequency gravity"),
+    ],
+)  # fmt: skip
+def test_a_study_takes_what_a_run_has_unless_it_is_given_or_does_nothing(
+    name: str, values: dict[str, str], given: tuple[str, ...], names: str
+) -> None:
+    definition = definition_of(name)
+    assert definition.takes_bag
+    defaults = {key: spec.default for key, spec in definition.options.items()}
+    assert list(wanted(definition, {**defaults, **values}, given)) == names.split()
+    assert set(RECORDED) == numbers(MOTION, DISK).keys()
 
 
 def test_a_preload_counts_as_gravity() -> None:
