@@ -31,7 +31,7 @@ TOP = {
     "CHANGELOG.rst": "changelog.rst",
 }
 GUIDES = {
-    "Begin": ("readme", "workbench", "examples", "tutorial", "figures"),
+    "Begin": ("readme", "installation", "commands", "workbench", "examples", "tutorial", "figures"),
     "Guides": (
         "studies",
         "motor",

@@ -60,7 +60,7 @@ def refusal() -> str:
     if (platform.system(), platform.machine()) != ("Linux", "x86_64"):
         return (
             f"no ROS 2 wheels exist for {platform.system()} {platform.machine()}, only for Linux "
-            "x86_64: install ROS 2 Jazzy there and build this package with colcon (README.md)"
+            "x86_64: build with colcon on ROS 2 Jazzy (docs/installation.md)"
         )
     if importlib.util.find_spec("ensurepip") is None or importlib.util.find_spec("venv") is None:
         return f"{name} has no venv module. On Debian and Ubuntu: {APT_LINE}"

@@ -103,7 +103,7 @@ def require_ros(name: str) -> None:
     if environment.ros_is_here():
         return
     why = "needs ROS 2, and rclpy or its message packages are not installed here"
-    how = "pip install '.[ros]' installs them on x86-64 Linux; README.md lists what works without"
+    how = "pip install '.[ros]' installs them on x86-64 Linux (docs/installation.md)"
     print(f"{name}: {why}. {how}", file=sys.stderr, flush=True)
     raise SystemExit(int(ExitCode.BAD_INPUT))
 

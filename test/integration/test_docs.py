@@ -250,12 +250,6 @@ def test_names_within_the_package_exist(page: str, name: str) -> None:
     pkgutil.resolve_name(f"bouncing_disk_ros.{name}")
 
 
-def test_topic_table_of_the_readme_is_complete() -> None:
-    text = PAGES["README.md"]
-    for name in TOPICS:
-        assert name in text or f"…/{name.split('/')[-1]}" in text, name
-
-
 # security.md --------------------------------------------------------------------------------------
 def test_each_promise_of_the_security_page_names_a_test_that_exists() -> None:
     page = PAGES["security.md"]

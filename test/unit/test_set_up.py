@@ -62,7 +62,7 @@ def test_machines_without_wheels_are_told_what_works(
     monkeypatch.setattr(set_up.platform, "system", lambda: system)
     monkeypatch.setattr(set_up.platform, "machine", lambda: machine)
     assert f"{system} {machine}" in set_up.refusal()
-    assert "install ROS 2 Jazzy there and build this package with colcon" in set_up.refusal()
+    assert "build with colcon on ROS 2 Jazzy" in set_up.refusal()
 
 
 @pytest.mark.parametrize("missing", ["venv", "ensurepip"])
