@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import pytest
 
 from bench.history import LAST, changes
-from bench.page import PAGE, SKIPPED, with_tables
-from bench.table import Row, row
+from bench.page import PAGE, with_table
+from bench.table import Aim, Row, row
 
 
 def ratio(name: str, value: float, part: str = "lanes") -> Row:
@@ -48,31 +47,16 @@ def test_without_a_last_version(tmp_path: Path) -> None:
     assert changes([], tmp_path / "results.json") == ["no results of a last version (results.json)"]
 
 
-PLACES = "a\n<!-- bench: {} -->\nold\n<!-- end of bench -->\nb\n"
-
-
-def test_a_table_takes_its_place_on_the_page() -> None:
-    found = {"rows": [ratio("same", 2.0)._asdict()]}
-    page = with_tables(PLACES.format("lanes") + PLACES.format("C"), found)
-    assert "| same | 2 × | 1.984 … 2.016 |  |" in page
+def test_the_page_has_the_rows_with_an_aim() -> None:
+    aimed = row("lanes", "aimed", "×", [2.0], Aim(at_most=1.0))._asdict()
+    found = {**json.loads(LAST.read_text("utf-8")), "rows": [ratio("same", 2.0)._asdict(), aimed]}
+    page = with_table("a\n<!-- bench -->\nold\n<!-- end of bench -->\nb\n", found)
+    assert "| lanes | aimed | 2 × | ≤ 1 ×: **missed** |" in page
+    assert "same" not in page
     assert "old" not in page
-    assert SKIPPED in page
-    assert with_tables(page, found) == page
+    assert with_table(page, found) == page
 
 
-def test_a_part_without_a_place_is_refused() -> None:
-    with pytest.raises(ValueError, match="no place on the page for lanes"):
-        with_tables(PLACES.format("C"), {"rows": [ratio("same", 2.0)._asdict()]})
-
-
-def test_the_page_has_a_place_for_every_part() -> None:
-    places = PAGE.read_text()
-    named = {
-        part
-        for file in LAST.parent.glob("*.py")
-        for part in re.findall(r'^\w*PART\w* = "(.+)"$', file.read_text("utf-8"), re.MULTILINE)
-    }
-    measured = {row["part"] for row in json.loads(LAST.read_text("utf-8"))["rows"]}
-    assert {"resilience", "refusals", "cold start"} <= named | measured
-    for part in named | measured:
-        assert f"<!-- bench: {part} -->" in places
+def test_the_page_is_that_of_the_stored_run() -> None:
+    page = PAGE.read_text("utf-8")
+    assert with_table(page, json.loads(LAST.read_text("utf-8"))) == page
