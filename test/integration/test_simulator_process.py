@@ -27,7 +27,6 @@ from bouncing_disk_ros.run.clock_claim import YOUNG_NS
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
 from support.processes import Process, Starter, any_ends
-from support.ros import wait_for_message
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
 
@@ -523,25 +522,35 @@ def test_a_wrong_start_is_one_line_and_code_2(
     assert len([text for text in process.stderr.splitlines() if not text.startswith("usage")]) == 1
 
 
-def now_ns(namespace: str) -> int:
-    return time_to_ns(wait_for_message(JointState, f"/{namespace}/joint_states").header.stamp)
+def test_of_simulators_that_publish_the_clock_one_runs(
+    start: Starter, peers: Callable[..., Peer]
+) -> None:
+    """Of two that are started together one ends with the reason; so does one that comes later.
 
+    The clock of the one that stays never goes back: not by a reset, nor as others come and go.
+    """
+    listeners = {name: peers(name, without=()) for name in ("first", "second")}
 
-def test_of_simulators_that_publish_the_clock_one_runs(start: Starter) -> None:
-    """Of two that are started together one ends with the reason; so does one that comes later."""
-    names = ("first", "second", "third")
+    def one_more(name: str) -> Process:  # a clock set anew by wall time would go back by a reset
+        parameters = ("publish_clock:=true", "real_time_factor:=2.0")
+        return simulator(start, *parameters, arguments=("-r", f"__ns:=/{name}"))
 
-    def one_more(name: str) -> Process:
-        return simulator(start, "publish_clock:=true", arguments=("-r", f"__ns:=/{name}"))
-
-    made = [one_more(name) for name in names[:2]]
+    made = [one_more(name) for name in listeners]
     any_ends(made)
-    (left,) = (name for name, one in zip(names, made, strict=False) if one.running)
-    begin_ns = now_ns(left)
-    while now_ns(left) - begin_ns <= YOUNG_NS:  # until then the next one counts as its twin
-        pass
-    made.append(one_more(names[2]))
-    made[2].wait()
+    (left,) = (name for name, one in zip(listeners, made, strict=True) if one.running)
+    peer = listeners[left]
+    peer.spin_until(lambda: peer.node.count_publishers("/clock") == 1)
+    clocks = peer.heard["/clock"]
+    clocks.clear()
+    begin_ns = time_to_ns(peer.latest("/clock").clock)
+    # what comes within this time counts as started together
+    while time_to_ns(clocks[-1].clock) - begin_ns <= 2 * YOUNG_NS:
+        assert peer.call(Trigger, "reset").success
+    made.append(one_more("third"))
+    while made[2].running:
+        assert peer.call(Trigger, "reset").success
+    times = [time_to_ns(msg.clock) for msg in clocks]
+    assert times == sorted(times)
     ended = [one for one in made if not one.running]
     assert len(ended) == 2
     for one in ended:
