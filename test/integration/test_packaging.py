@@ -94,6 +94,7 @@ def test_wheel_has_the_version_of_the_manifest(wheel: zipfile.ZipFile) -> None:
     assert f"\nVersion: {bouncing_disk_ros.__version__}\n" in wheel.read(name).decode()
 
 
+@pytest.mark.interop  # 20 s
 def test_installing_again_does_not_bring_deleted_modules_back(tmp_path: Path) -> None:
     pytest.importorskip("pip")
     tree = copy_tree(tmp_path / "tree")
@@ -188,6 +189,7 @@ def test_simulator_runs_out_of_the_install_folder(start: Starter, workspace: Pat
     assert node.complaints_but_late == []
 
 
+@pytest.mark.interop  # half a minute; make test runs the simulator out of the copied one
 @pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
 def test_installed_executables_run_the_installed_package(
     tmp_path: Path, workspace: Path, options: list[str]

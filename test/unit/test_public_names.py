@@ -67,6 +67,15 @@ def test_public_functions_show_an_example() -> None:
     assert len(shown) > 15
 
 
+def test_the_page_of_the_api_has_a_place_for_each_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[2] / "tools"))
+    pages = pytest.importorskip("make_docs")
+    page = pages.api()
+    for name in set(bouncing_disk_ros.__all__) - {"__version__", *pages.MODULES}:
+        assert f":: bouncing_disk_ros.{name}\n" in page, name
+
+
 def test_a_mistyped_name_gets_the_nearest() -> None:
     with pytest.raises(AttributeError, match="Did you mean simulate"):
         bouncing_disk_ros.simulat  # noqa: B018

@@ -13,7 +13,8 @@ import bouncing_disk_ros
 from support.made_once import made_once
 from support.processes import environment
 
-pytestmark = pytest.mark.timeout(300)  # longer than any wait here
+#: Sphinx takes half a minute; test_public_names.py holds that each name has its section
+pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
 ROOT = Path(__file__).resolve().parents[2]
 #: where Sphinx may be besides this interpreter's own packages
