@@ -47,14 +47,13 @@ setup(
     # two lists of constraints, which are tested.
     install_requires=[
         "PyYAML>=6.0",
+        "bokeh>=3.4",  # interactive plots: HTML reports, the page of the workbench
         "google-crc32c",  # checksums of stored results; zarr needs it too
         "lz4",  # chunks of bags, with mcap
         "matplotlib>=3.6",
         "mcap",
-        "netCDF4>=1.6",  # results exported
         "numba>=0.59",
         "numpy>=1.26",
-        "plotly",  # interactive plots of HTML reports
         "rosbags>=0.10",  # decodes messages by the definitions in a bag
         "tqdm",  # progress of long studies
         "xarray>=2024.10",  # results with axes, units and attributes; this one reads zarr 3
@@ -66,11 +65,11 @@ setup(
         # must not ask for them. Always ros-jazzy-*: ros-* carries other distributions' versions.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
-            "bokeh>=3.4",  # the page of the workbench, without a browser
             "distributed",  # studies on many machines, tried on this one
             "hypothesis",
             "mcap-ros2-support",  # reads our bags, as a tool that is not ours
             "mpmath",
+            "netCDF4>=1.6",
             "psutil",
             "pytest",
             "pytest-timeout",
@@ -91,7 +90,7 @@ setup(
         "prove": [
             "python-flint"
         ],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
-        "workbench": ["bokeh>=3.4", "tornado"],  # the page in a browser, and its server
+        "netcdf": ["netCDF4>=1.6"],  # results of studies exported
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [

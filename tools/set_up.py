@@ -28,7 +28,7 @@ SUPPORTED = ((3, 11), (3, 12), (3, 13))
 INGREDIENTS = ("constraints.txt", "setup.py")
 #: part of .venv -> extras of setup.py, megabytes to download, megabytes on disk (measured)
 PARTS = {
-    "run": (("ros", "prove", "workbench"), 245, 990),
+    "run": (("ros", "prove", "netcdf"), 235, 930),
     "test": (("test", "ci", "docs"), 95, 400),
     "bench": (("bench",), 195, 620),
     "interop": (("interop",), 235, 710),

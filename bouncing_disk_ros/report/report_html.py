@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from html import escape
 from importlib.metadata import version
+from typing import Any
 
-import plotly.graph_objects as go
-import plotly.io
-from plotly.offline import get_plotlyjs
+from bokeh.embed import json_item
+from bokeh.models import BoxAnnotation, FixedTicker, HoverTool, Legend, Span
+from bokeh.plotting import figure
+from bokeh.resources import Resources
 
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
 from bouncing_disk_ros.report.report_files import MARK
@@ -51,12 +54,13 @@ dt { color: #555; }
 
 
 def report_html(report: Report) -> str:
-    """The whole page, plotly.js included."""
+    """The whole page, BokehJS included."""
     title, subtitle = headline(report)
     figures = "\n".join(
         _figure(panel, place, absent(report, panel))
         for place, panel in enumerate(panels(report, MOST_POINTS))
     )
+    bokeh = Resources(mode="inline", components=["bokeh"]).js_raw
     words = "\n".join(
         f"<section><h2>{_marked(table.title)}</h2><dl>"
         + "".join(f"<dt>{_marked(name)}</dt><dd>{_marked(text)}</dd>" for name, text in table.rows)
@@ -71,7 +75,7 @@ def report_html(report: Report) -> str:
 <meta name="generator" content="{MARK}">
 <title>{escape(title)}: report</title>
 <style>{_STYLE}</style>
-<script>{get_plotlyjs()}</script>
+<script>{"".join(bokeh)}</script>
 </head>
 <body>
 <h1>{escape(title)}</h1>
@@ -85,8 +89,8 @@ def report_html(report: Report) -> str:
 {words}
 </div>
 <p class="about">Shaded: the platform changes its motion. Made by bag_report of bouncing_disk_ros
-from the bag alone, with plotly.js (MIT licence; plotly.py {escape(version("plotly"))}), which is
-part of this file.</p>
+from the bag alone, with BokehJS (BSD licence; version {escape(version("bokeh"))}), which is part of
+this file.</p>
 </body>
 </html>
 """
@@ -110,58 +114,59 @@ def _figure(panel: Panel, place: int, absence: str) -> str:
     caption = f"<figcaption>{_marked(panel.note)}</figcaption>"
     if panel.is_empty:
         return f'<figure>{heading}<div class="absent">{absence}</div></figure>'
-    plot = plotly.io.to_html(
-        _plot(panel), full_html=False, include_plotlyjs=False, default_width="100%",
-        default_height="420px", div_id=f"plot_{place}",
-        config={"responsive": True, "displaylogo": False},
-    )  # fmt: skip
+    name = f"plot_{place}"
+    item = json.dumps(json_item(_plot(panel), name)).replace("</", "<\\/")
+    plot = f'<div id="{name}" class="plot"></div><script>Bokeh.embed.embed_item({item})</script>'
     return f"<figure>{heading}{plot}{caption}</figure>"
 
 
-def _plot(panel: Panel) -> go.Figure:
-    figure = go.Figure([_trace(part) for part in panel.series])
-    for begin, end in panel.spans:
-        figure.add_vrect(begin, end, fillcolor="#999999", opacity=0.25, line_width=0)
-    for at in panel.lines:
-        figure.add_vline(at, line_color="#999999", line_width=1)
-    axis = {"gridcolor": "#dddddd", "zeroline": False, "linecolor": "#555555", "showline": True,
-            "mirror": True, "ticks": "outside", "automargin": True}  # fmt: skip
-    phase = {"range": [PHASE_TICKS[0], PHASE_TICKS[-1]], "tickvals": PHASE_TICKS,
-             "ticktext": PHASE_TEXTS}  # fmt: skip
-    figure.update_xaxes(title=_marked(panel.x_label), **axis, **(phase if panel.x_is_phase else {}))
-    figure.update_yaxes(title=_marked(panel.y_label), **axis, **(phase if panel.y_is_phase else {}))
-    if panel.y_is_log:
-        figure.update_yaxes(type="log", dtick=1, exponentformat="power")
-    if panel.x_range is not None:
-        figure.update_xaxes(range=panel.x_range)
-    if (limits := value_range(panel)) is not None:
-        figure.update_yaxes(range=limits)
-    figure.update_layout(
-        template="none", margin={"l": 10, "r": 10, "t": 30, "b": 10}, hovermode="closest",
-        showlegend=len(panel.series) > 1,
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},  # where it covers no ticks
+def _plot(panel: Panel) -> figure:
+    """A panel with its tools: zoom, pan, numbers of the point under the mouse."""
+    shown: dict[str, Any] = {"x_range": panel.x_range, "y_range": value_range(panel)}
+    for axis, is_phase in (("x_range", panel.x_is_phase), ("y_range", panel.y_is_phase)):
+        if is_phase:
+            shown[axis] = (PHASE_TICKS[0], PHASE_TICKS[-1])
+    plot = figure(
+        height=420, sizing_mode="stretch_width", x_axis_label=panel.x_label,
+        y_axis_label=panel.y_label, y_axis_type="log" if panel.y_is_log else "linear",
+        tools="pan,wheel_zoom,box_zoom,reset,save", toolbar_location="right",
+        **{axis: limits for axis, limits in shown.items() if limits is not None},
     )  # fmt: skip
-    return figure
+    plot.toolbar.logo = None
+    numbers = dict.fromkeys(("@x", "@y"), "printf")
+    plot.add_tools(HoverTool(tooltips="@x{%.9g}, @y{%.9g}", formatters=numbers))
+    for axis, is_phase in ((plot.xaxis, panel.x_is_phase), (plot.yaxis, panel.y_is_phase)):
+        if is_phase:
+            axis.ticker = FixedTicker(ticks=PHASE_TICKS)
+            axis.major_label_overrides = dict(zip(PHASE_TICKS, PHASE_TEXTS, strict=True))
+    for begin, end in panel.spans:
+        shade = {"fill_color": "#999999", "fill_alpha": 0.25, "line_width": 0}
+        plot.add_layout(BoxAnnotation(left=begin, right=end, **shade))
+    for at in panel.lines:
+        plot.add_layout(Span(location=at, dimension="height", line_color="#999999"))
+    drawn = [(part.name, [_drawn(plot, part)]) for part in panel.series]
+    if len(drawn) > 1:  # above the axes, where it covers no curve
+        plot.add_layout(Legend(items=drawn, ncols=2, click_policy="hide", border_line_width=0,
+                               padding=0, margin=4), "above")  # fmt: skip
+    return plot
 
 
-def _trace(part: Series) -> go.Scatter:
+def _drawn(plot: figure, part: Series) -> Any:
+    """A series drawn into a plot."""
     color = COLOURS[part.colour]
-    look: dict[str, object]
     match part.look:
         case SeriesStyle.POINTS:
             at = places(part)
             size = 6 if at < 200 else 4 if at < 1000 else 2.5
-            look = {"mode": "markers", "marker": {"color": color, "size": size}}
-        case SeriesStyle.LINE | SeriesStyle.WIDE:
-            width = 1.6 if part.look is SeriesStyle.LINE else 5.0
-            look = {"mode": "lines", "line": {"color": color, "width": width}}
-        case SeriesStyle.DASHED:
-            look = {"mode": "lines", "line": {"color": color, "width": 1.6, "dash": "dash"}}
+            return plot.scatter(part.x, part.y, color=color, size=size)
+        case SeriesStyle.LINE | SeriesStyle.DASHED:
+            dash = "solid" if part.look is SeriesStyle.LINE else "dashed"
+            return plot.line(part.x, part.y, color=color, line_width=1.6, line_dash=dash)
+        case SeriesStyle.WIDE:
+            return plot.line(part.x, part.y, color=color, line_width=5.0)
         case SeriesStyle.RINGS:
-            ring = {"color": color, "size": 12, "symbol": "circle-open", "line": {"width": 2}}
-            look = {"mode": "markers", "marker": ring}
+            ring = {"line_color": color, "fill_color": None, "line_width": 2}
+            return plot.scatter(part.x, part.y, size=12, **ring)
         case SeriesStyle.CROSSES:
-            line = {"color": color, "width": 2}
-            cross = {"color": color, "size": 18, "symbol": "cross-thin", "line": line}
-            look = {"mode": "markers", "marker": cross}
-    return go.Scatter(x=part.x, y=part.y, name=_marked(part.name), **look)
+            cross = {"marker": "cross", "color": color, "line_width": 2}
+            return plot.scatter(part.x, part.y, size=18, **cross)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import importlib.util
 import json
 import math
 import os
@@ -15,7 +16,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import netCDF4
 import numpy as np
 import xarray as xr
 import zarr
@@ -417,23 +417,34 @@ def _damage(found: Contents) -> str:
     return _listed([*damaged, *_in_words(marks, parts)])
 
 
+def require_netcdf() -> None:
+    """Raise InputError where netCDF4 is not installed."""
+    if importlib.util.find_spec("netCDF4") is None:
+        hint = "netCDF4 is not installed; pip install 'bouncing_disk_ros[netcdf]' brings it."
+        raise InputError("netcdf", True, "false here", hint)
+
+
 def export(result: xr.Dataset, path: Path) -> None:
     """Write a result as NetCDF; nested attributes become JSON texts. Raises OSError.
 
-    Arrays too large for memory are read and written some rows at a time.
+    Arrays too large for memory are read and written some rows at a time. Raises InputError where
+    netCDF4 is not installed.
     """
+    require_netcdf()
     plain = result.drop_vars(DONE, errors="ignore")
     plain.attrs = {name: _plain(value) for name, value in plain.attrs.items()}
     large = [str(name) for name, array in plain.data_vars.items() if array.size > LARGE]
     plain.drop_vars(large).to_netcdf(path, engine="netcdf4")
     if not large:
         return
+    import netCDF4
+
     with netCDF4.Dataset(path, "a") as file:
         for name in large:
             _copy(plain[name], file)
 
 
-def _copy(array: xr.DataArray, file: netCDF4.Dataset) -> None:
+def _copy(array: xr.DataArray, file: Any) -> None:
     dims = [str(dim) for dim in array.dims]
     for dim, length in zip(dims, array.shape, strict=True):
         if dim not in file.dimensions:

@@ -41,7 +41,7 @@ _RUN = (
          "tcp://host:8786"),
     Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none",
          listed=True),
-    Spec("netcdf", True, "", "also export the whole result as result.nc"),
+    Spec("netcdf", True, "", "also export the whole result as result.nc, if netCDF4 is installed"),
     Spec("hold", False, "", "keep running when done, until Ctrl-C, so that the latched topics can "
          "be read"),
 )  # fmt: skip

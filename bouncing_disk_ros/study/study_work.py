@@ -31,7 +31,7 @@ from bouncing_disk_ros.ros.startup import figure_kinds
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
-from bouncing_disk_ros.study.store import RESULT
+from bouncing_disk_ros.study.store import RESULT, require_netcdf
 from bouncing_disk_ros.study.study_definition import COMMON, StudyDefinition
 
 MOST_SENT = 2048
@@ -99,6 +99,7 @@ class StudyWork:
         definition.refuse_idle(values)
         folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
         self._folder = Path(folder).expanduser()
+        self._netcdf = bool(values["netcdf"]) and self._has_netcdf()
         self._progress = Progress(0, 1, 0)
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
@@ -129,6 +130,17 @@ class StudyWork:
         for warning in found.warnings:
             print(f"{self._name}: {warning}", file=sys.stderr, flush=True)
         return dict(found.values)
+
+    def _has_netcdf(self) -> bool:
+        """Whether NetCDF can be written: refused where it is asked for and cannot, else told."""
+        try:
+            require_netcdf()
+        except InputError as error:
+            if "netcdf" in self._given:
+                raise
+            print(f"{self._name}: no result.nc: {error.hint}", file=sys.stderr, flush=True)
+            return False
+        return True
 
     # --- computing --------------------------------------------------------------------------------
     def present(self, outlet: Outlet, stop: Stop) -> int:
@@ -201,7 +213,7 @@ class StudyWork:
             for kind in self._kinds:
                 files.append(self._folder / f"{name}.{kind}")
                 replaced(files[-1], partial(figure.savefig, dpi=FIGURE_DPI))
-        if self._options["netcdf"]:
+        if self._netcdf:
             files.append(self._folder / "result.nc")
             replaced(files[-1], partial(export, result))
         print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)

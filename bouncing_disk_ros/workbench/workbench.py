@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -47,7 +46,6 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _serve(start: Start) -> int:
     """Serve a bag or a run of this process; with ROS, make the node that serves a simulator."""
-    require_bokeh()
     values = option_values(start.overrides, OPTIONS)
     bag, here = str(values["bag"]), environment.ros_is_here()
     with start.stop.importing():
@@ -85,13 +83,6 @@ def _local(values: Mapping[str, Value]) -> RunLink:
 
     preset = str(values["preset"])
     return LocalLink(load_preset(preset) if preset else {})
-
-
-def require_bokeh() -> None:
-    """Raise InputError where Bokeh is not installed."""
-    if importlib.util.find_spec("bokeh") is None:
-        hint = "pip install 'bouncing_disk_ros[workbench]' brings it."
-        raise InputError("bokeh", "not installed", "Bokeh, which makes the page", hint)
 
 
 if __name__ == "__main__":

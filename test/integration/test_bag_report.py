@@ -14,7 +14,7 @@ from support.recorded import RecordedRun, period_one_bag
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
-WAIT = 250.0  # s; matplotlib and plotly are slow to import on a loaded machine
+WAIT = 250.0  # s; matplotlib and Bokeh are slow to import on a loaded machine
 
 
 def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ LIBRARIES = {
     "maps": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
     "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "tqdm", "messages"},
-    "report": {"numpy", "matplotlib", "plotly"},
+    "report": {"numpy", "matplotlib", "bokeh"},
     "study": {"numpy", "xarray", "zarr", "google_crc32c", "distributed", "netCDF4", "tqdm",
               "matplotlib", "rclpy", "messages"},
     "nodes": {"numpy", "yaml", "rclpy", "tqdm", "messages"},

@@ -12,8 +12,11 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run, store
 from bouncing_disk_ros.study.runner import NICENESS
+from bouncing_disk_ros.study.studies import definition_of
+from bouncing_disk_ros.study.study_work import run_study
 from support.studies import VALUES, Products, Sums
 
 
@@ -169,6 +172,27 @@ def test_export_keeps_units_and_parameters(
         assert read["product"].attrs["units"] == "m²"
         assert read.attrs["parameter_rows"] == 7
         assert read["x"].attrs["long_name"] == "width"
+
+
+def test_where_netcdf_is_missing_it_is_refused_or_left_out_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "netCDF4", None)
+    words = "pip install 'bouncing_disk_ros\\[netcdf\\]' brings it"
+    with pytest.raises(InputError, match=words):
+        export(whole(run(Products(VALUES))), tmp_path / "r.nc")
+    definition = definition_of("toss_paths")
+    values = {name: spec.default for name, spec in definition.table.items()}
+    values |= {"points": 16, "figures": "none", "output": str(tmp_path / "p")}
+    with pytest.raises(InputError, match=words):
+        run_study(definition, values, {"netcdf"}, Stop())
+    assert run_study(definition, values, {"points"}, Stop()) == 0
+    told = capsys.readouterr()
+    assert told.err == (
+        "toss_paths: no result.nc: netCDF4 is not installed; pip install "
+        "'bouncing_disk_ros[netcdf]' brings it.\n"
+    )
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"result.zarr"}
 
 
 def test_scheduler_that_does_not_answer_is_one_line(tmp_path: Path) -> None:
