@@ -9,12 +9,14 @@ for; docs/closed_loops.md has the same table with what ends each. Knows neither 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from typing import NamedTuple
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import COMMAND_BYTES, GATE_BYTES, GATE_INPUTS
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.time_map import nanoseconds
 
 FIELD = "~/proceed"
 
@@ -147,6 +149,18 @@ class Gates:
         self.is_open, self._opened_ns, self._asked_ns = True, now_ns, now_ns
         self._answers, self._reported = {}, set()
         return self.number
+
+    def publish(self, now_ns: int, time_ns: int, rows: int) -> None:
+        """Open the next gate, at an instant of simulated time, for all who are to hear of it."""
+        del time_ns
+        self.open(now_ns, rows)
+
+    def watch(self, now_ns: int) -> None:
+        """Look, at each tick, whether time waits for too long."""
+
+    def set_timeout(self, values: Mapping[str, Value]) -> None:
+        """Take over the parameter of the silence allowed."""
+        self.timeout_ns = nanoseconds(float(values["lockstep_timeout"]))
 
     def close(self) -> list[HeldInput]:
         """Close the gate; its inputs in the order in which they are to act."""

@@ -17,16 +17,17 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
-    Instant,
     PointRequest,
     ProgrammeRequest,
     accept_impulse,
     accept_programme,
 )
-from bouncing_disk_ros.run.loop import BUDGET_NS, Loop, Steps
+from bouncing_disk_ros.run.control import RunControl, inactive
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.loop import BUDGET_NS
 from bouncing_disk_ros.run.programmes import load_programme, start_of
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.actions import (
     Action,
@@ -52,21 +53,22 @@ LEAD_NS = NS // 2
 
 
 class LocalLink:
-    """Simulates in a thread, in real time; the sink of its own loop.
+    """Drives a run in a thread, in real time; its results go into a history.
 
     `values`: parameters of the start over the defaults, checked; InputError for wrong ones.
     """
 
     def __init__(self, values: Mapping[str, Value]) -> None:
         self.history = RunHistory()
+        self.times: TimeMap  # set by the run
         self._values = parameters.complete(values)
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
-        self._session: Session | None = None
+        self._run: RunControl | None = None
         self._juggling: LocalJuggling | None = None
         self._shown_motion = -1
         self._ended = threading.Event()
         self._begin()
-        self._thread = threading.Thread(target=self._run, name="workbench run", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="workbench run", daemon=True)
         self._thread.start()
 
     # --- as a link
@@ -98,7 +100,11 @@ class LocalLink:
         self._ended.set()
         self._thread.join()
 
-    # --- the sink of the loop
+    # --- the outlet of the run
+    def record(self, record: Record) -> None:
+        """Keep what an input changes."""
+        self.history.add_record(record)
+
     def sample(self, sample: Sample) -> None:
         """Keep a state, and the motion if it is a new one."""
         self._note_motion()
@@ -121,20 +127,35 @@ class LocalLink:
             self._juggling.on_impacts(rows)
             self.history.juggling = self._juggling.status
 
+    def state(self, session: Session, running: bool) -> None:
+        """Keep the motion in force, and whether it moves."""
+        del session
+        self._note_motion()
+        if not running:
+            self.history.phase = "paused"
+
+    def ended(self, fault: str) -> None:
+        """Say why it cannot go on."""
+        self.history.state = f"the run has ended: {fault}"
+
+    def _note_motion(self) -> None:
+        simulation = None if self._run is None else self._run.session.simulation
+        if simulation is not None and simulation.motion_index != self._shown_motion:
+            self._shown_motion = simulation.motion_index
+            motion = simulation.motion_in_force
+            self.history.add_motion(motion)
+            if self._juggling is not None:
+                self._juggling.on_motion(motion)
+                self.history.juggling = self._juggling.status
+
     # --- the run, in its thread
     def _begin(self) -> None:
-        session = Session(self._values, self.history.add_record)
-        session.paused = bool(self._values["start_paused"])
         self._shown_motion = -1
-        self._session, self._loop, self._steps = session, Loop(session, self), Steps()
-        self._anchor()
+        name = self.names.node
+        self._run = RunControl(name, self._values, self, stopping=self._ended.is_set)
+        self._run.set_active(True)
 
-    def _anchor(self) -> None:
-        assert self._session is not None
-        factor = float(self._values["real_time_factor"])
-        self._line = TimeMap(self._session.time_ns, time.monotonic_ns(), 0, factor)
-
-    def _run(self) -> None:
+    def _work(self) -> None:
         while not self._ended.wait(TICK_SECONDS):
             while not self._actions.empty():
                 try:
@@ -144,44 +165,20 @@ class LocalLink:
             self._advance()
 
     def _advance(self) -> None:
-        session = self._session
-        if session is None:
+        if self._run is None:
             self.history.phase = ""
-        elif session.fault:
-            self.history.state = f"the run has ended: {session.fault}"
-        elif session.paused:
-            self._loop.resolve_waiting()
-            self.history.phase = "paused"
-            self._note_motion()
-        elif self._loop.resolve_waiting():
-            free = self._line.factor == 0.0
-            due = FAR_NS if free else self._line.due(time.monotonic_ns())
-            deadline = time.monotonic_ns() + BUDGET_NS
-            while not self._slice(due) and self._loop.resolve_waiting():
-                if session.fault or time.monotonic_ns() >= deadline:
-                    break
-            self._note_motion()
+            return
+        now = time.monotonic_ns()
+        while not self._run.tick(now) and time.monotonic_ns() < now + BUDGET_NS:
+            pass
 
-    def _slice(self, until_ns: int, *, to_impact: bool = False) -> bool:
-        """Advance; where a loop juggles no further than an impact, which it answers at once."""
-        juggling, session = self._juggling, self._session
-        reached = self._loop.slice(until_ns, to_impact=to_impact or juggling is not None)
-        if juggling is not None and session is not None:
+    def _answer(self, session: Session) -> None:
+        """Let the loop that juggles answer an impact, before time goes on."""
+        if self._juggling is not None:
             try:
-                juggling.answer(session)
+                self._juggling.answer(session)
             except InputError as error:
                 self.history.note(error.line, is_refusal=True)
-        return reached
-
-    def _note_motion(self) -> None:
-        session = self._session
-        if session is not None and session.simulation.motion_index != self._shown_motion:
-            self._shown_motion = session.simulation.motion_index
-            motion = session.simulation.motion_in_force
-            self.history.add_motion(motion)
-            if self._juggling is not None:
-                self._juggling.on_motion(motion)
-                self.history.juggling = self._juggling.status
 
     # --- actions, in that thread
     def _do(self, action: Action) -> None:
@@ -190,25 +187,27 @@ class LocalLink:
         elif isinstance(action, Set):
             self._set(dict(action.values))
         elif isinstance(action, StopJuggling):
-            self._stop_juggling()
-        elif self._session is None:
-            raise InputError("an input", "while unconfigured", "inputs while there is a run")
+            self._juggle_with(None)
+        elif self._run is None:
+            raise inactive(self.names.node, "an input", "unconfigured")
+        elif isinstance(action, Juggle):
+            self._juggle(action)
+        elif isinstance(action, Call):
+            self._call(self._run, action)
         else:
-            self._loop.finish_samples()
-            self._command(action, self._session)
-            self._loop.flush()
+            self._command(self._run, action)
 
     def _change(self, transition: str) -> None:
         if transition == "cleanup":
-            self._session = None
-            self._stop_juggling()
+            self._run = None
+            self._juggle_with(None)
         elif transition == "configure":
             self._begin()
-        elif transition == "activate":
-            self._anchor()
+        elif self._run is not None:
+            self._run.set_active(transition == "activate")
 
-    def _command(self, action: Action, session: Session) -> None:
-        now = Instant(session.input_ns, TimeMap(session.time_ns, 0, 0, 1.0), 0)
+    def _command(self, run: RunControl, action: Move | Impulse | Perform) -> None:
+        session, now = run.open("an input")
         match action:
             case Move(values):
                 point = PointRequest(tuple(map(float, values.values())), 0)
@@ -224,10 +223,7 @@ class LocalLink:
                 begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
                 targets = programme.targets(motion.target)
                 session.command([(begin + after, target) for after, target in targets])
-            case Juggle():
-                self._juggle(action)
-            case Call(service, paused):
-                self._call(session, service, bool(paused))
+        run.publish_consequences()
 
     def _juggle(self, action: Juggle) -> None:
         """Start a loop; its kernels are loaded with the first one."""
@@ -235,58 +231,44 @@ class LocalLink:
         try:
             from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
 
-            self._juggling = LocalJuggling(action.strategy, action.options)
+            self._juggle_with(LocalJuggling(action.strategy, action.options))
         except InputError:
-            self._stop_juggling()
+            self._juggle_with(None)
             raise
-        self._shown_motion = -1
-        self._note_motion()
-        self._anchor()  # what loading took is not made up for
+        assert self._run is not None
+        self._run.anchor()  # what loading took is not made up for
 
-    def _stop_juggling(self) -> None:
-        self._juggling, self.history.juggling = None, ""
-
-    def _call(self, session: Session, service: str, paused: bool) -> None:
-        if service == "pause":
-            session.set_paused(paused)
-            said = "paused" if paused else "running"
-        elif service == "reset":
-            session.reset()
-            self._loop.restart_speed()
-            said = "reset"
+    def _juggle_with(self, loop: LocalJuggling | None) -> None:
+        self._juggling = loop
+        if self._run is not None:
+            self._run.answers = self._answer if loop is not None else None
+        if loop is None:
+            self.history.juggling = ""
         else:
-            said = self._step(session)
-        self._anchor()
-        self.history.note(f"{service}: {said} at {session.time_ns / NS:.9f} s of simulated time")
+            self._shown_motion = -1
+            self._note_motion()
 
-    def _step(self, session: Session) -> str:
-        end, what = self._steps.end(session, self._values)
-        to_impact = self._values["step_until"] == "impact"
-        before = session.simulation.rows_total
-        while not (self._loop.resolve_waiting() and self._slice(end, to_impact=to_impact)) and not (
-            session.fault or self._ended.is_set()
-        ):
-            if to_impact and session.simulation.rows_total > before:
-                break
-        return f"{what}, now"
+    def _call(self, run: RunControl, action: Call) -> None:
+        match action.service:
+            case "pause":
+                said = run.pause(bool(action.paused))
+            case "reset":
+                said = run.reset()
+            case _:
+                said = run.step()
+        self.history.note(f"{action.service}: {said}")
 
     def _set(self, values: dict[str, Any]) -> None:
         found = parameters.checked(values)
         for name in found:
             spec = parameters.TABLE[name]
-            fixed = spec.read_only or (spec.while_unconfigured and self._session is not None)
+            fixed = spec.read_only or (spec.while_unconfigured and self._run is not None)
             if fixed and found[name] != self._values[name]:
                 raise InputError(name, found[name], "no change while it runs")
-        whole = {**self._values, **found}
-        parameters.check_together(whole)
-        self._values = whole
-        if self._session is None:
+        parameters.check_together({**self._values, **found})
+        self._values |= found
+        if self._run is None:
             return
-        self._loop.finish_samples()
-        self._session.set_parameters(found)
-        if "real_time_factor" in found:
-            self._anchor()
-        if {"state_rate", "rotor_speed_rate"} & found.keys():
-            self._loop.set_rates()
+        self._run.set_parameters(found)
         if later := parameters.later_text(found):
             self.history.note(later)

@@ -16,10 +16,9 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator import simulator_run
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.serialized import trajectory_from_bytes
-from bouncing_disk_ros.run import input_replay
+from bouncing_disk_ros.run import control, input_replay
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
@@ -393,7 +392,7 @@ def test_a_wait_is_nobody_s_load_and_is_not_made_up_for(loops: Callable[..., Loo
 def test_steps_end_at_impacts_or_after_nanoseconds(
     make: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulator_run, "_STEP_NS", 10**11)  # on a busy machine they take longer
+    monkeypatch.setattr(control, "STEP_NS", 10**11)  # on a busy machine they take longer
     simulator = make(step_until="impact")
     run = simulator.node.run
     assert run is not None

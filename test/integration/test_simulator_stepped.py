@@ -470,7 +470,8 @@ def test_a_second_clock_is_refused(make: Make) -> None:
                 use_global_arguments=False,
                 parameter_overrides=[Parameter("publish_clock", value=True)],
             )
-        assert not first.node.run.outputs.clock_is_lost()
+        assert first.node.outputs is not None
+        assert not first.node.outputs.clock_is_lost()
 
 
 def test_transforms_without_tf2_msgs_are_refused_at_start(

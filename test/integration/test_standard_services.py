@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from bouncing_disk_ros.nodes.simulator import simulator_run
 from bouncing_disk_ros.nodes.simulator.standard_services import (
     FEATURES,
     StandardServices,
     installed_types,
 )
+from bouncing_disk_ros.run import control
 from bouncing_disk_ros.testing import SteppedSimulator
 from support.standard_types import (
     TYPES,
@@ -152,7 +152,7 @@ def test_steps_are_periods_and_long_ones_end_where_they_are(
 ) -> None:
     simulator, services = make(step_periods=2)
     with monkeypatch.context() as patch:  # a busy machine may need longer than the service waits
-        patch.setattr(simulator_run, "_STEP_NS", 10**11)
+        patch.setattr(control, "STEP_NS", 10**11)
         answer = services.step(SimpleNamespace(steps=3), Answer())
     assert (answer.result.result, simulator.time) == (Result.RESULT_OK, 2.0)
     answer = services.step(SimpleNamespace(steps=2**64 - 1), Answer())

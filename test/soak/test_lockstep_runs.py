@@ -17,9 +17,8 @@ import pytest
 from integration.test_lockstep_processes import EDGES, KILLED, VALUES, controller_of_the_page
 from integration.test_lockstep_processes import GATES as GATES_HERE
 
-from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
 from bouncing_disk_ros.ros.from_messages import time_to_ns
-from bouncing_disk_ros.run.gates import State
+from bouncing_disk_ros.run.gates import Gates, State
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
 from support.lockstep_loop import Loop, digest
@@ -155,7 +154,7 @@ def test_of_two_controllers_either_is_killed_at_each_edge(
         gates = run.gates
         assert gates is not None
 
-        def stands(gates: GateTopics = gates) -> bool:
+        def stands(gates: Gates = gates) -> bool:
             return gates.state is State.SURPLUS and gates.is_overdue(time.monotonic_ns())
 
         loop.spin_until(lambda: loop.gate > GATES_HERE or stands())  # noqa: B023

@@ -84,7 +84,9 @@ class Loop:
         """Keep inputs and rows from here on, before anything has moved."""
         run = self.node.run
         assert run is not None
-        publish = run.outputs.impacts
+        outputs = self.node.outputs
+        assert outputs is not None
+        publish = outputs.impacts
         self._first = {
             "index": 0, "time_ns": run.session.time_ns, "kind": "snapshot", "held": True,
             "state": run.session.simulation.snapshot(), "parameters": dict(run.session.values),
@@ -96,7 +98,7 @@ class Loop:
             self._clouds.append(rows.copy())
             publish(rows)
 
-        run.outputs.impacts = impacts  # type: ignore[method-assign]
+        outputs.impacts = impacts  # type: ignore[method-assign]
 
     @property
     def all_records(self) -> list[Record]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from array import array
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,7 +14,6 @@ from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.gates import Gates
-from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS
 
 
@@ -40,19 +38,15 @@ class GateTopics(Gates):
         )
         self._shown = UInt64MultiArray()
 
-    def set_timeout(self, values: Mapping[str, Value]) -> None:
-        """Take over the parameter of the silence allowed."""
-        self.timeout_ns = nanoseconds(float(values["lockstep_timeout"]))
-
     def destroy(self) -> None:
         """Take the topics away."""
         self._node.destroy_publisher(self._publisher)
         self._node.destroy_subscription(self._subscription)
 
-    def publish(self, time_ns: int, rows: int) -> None:
-        """Open a gate at an instant of simulated time, with so many rows of impacts published."""
-        number = self.open(time.monotonic_ns(), rows)
-        self._shown = UInt64MultiArray(data=array("Q", (number, time_ns, rows)))
+    def publish(self, now_ns: int, time_ns: int, rows: int) -> None:
+        """Open the next gate, and tell its number."""
+        super().publish(now_ns, time_ns, rows)
+        self._shown = UInt64MultiArray(data=array("Q", (self.number, time_ns, rows)))
         self._publisher.publish(self._shown)
 
     def _on_proceed(self, msg: UInt64MultiArray, info: Mapping[str, Any]) -> None:
@@ -71,9 +65,8 @@ class GateTopics(Gates):
         if self.is_complete:
             self._on_complete()
 
-    def watch(self) -> None:
+    def watch(self, now_ns: int) -> None:
         """Publish the gate again where an answer is missing; log what time waits for, once."""
-        now_ns = time.monotonic_ns()
         if self.look(now_ns):
             self._publisher.publish(self._shown)
         if words := self.newly_overdue(now_ns):

@@ -16,6 +16,7 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.ros.qos import profile_of
@@ -28,6 +29,12 @@ from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
 from bouncing_disk_ros.units import NS
 
 
+def second_clock() -> InputError:
+    """The refusal to be the second publisher of /clock."""
+    hint = "Start it without publish_clock, or in another ROS_DOMAIN_ID."
+    return InputError("publish_clock", True, "false: /clock has a publisher", hint)
+
+
 def clock_publishers(node: Node) -> frozenset[bytes]:
     """The identities of the publishers of /clock in the graph."""
     found = node.get_publishers_info_by_topic("/clock")
@@ -35,11 +42,10 @@ def clock_publishers(node: Node) -> frozenset[bytes]:
 
 
 class Outputs:
-    """Publishers of one run; `times` gives the stamps, parameters the frames."""
+    """Publishers of one run; `times`, set by the run, gives the stamps, parameters the frames."""
 
-    def __init__(self, node: Node, times: TimeMap, values: Mapping[str, Value]) -> None:
+    def __init__(self, node: Node, values: Mapping[str, Value]) -> None:
         self._node = node
-        self._times = times
         self._publishers: list[Publisher] = []
         self._joint_states = self._publisher(JointState, "joint_states")
         self._impacts = self._publisher(PointCloud2, "disk/impacts")
@@ -50,7 +56,7 @@ class Outputs:
         self._offset = self._publisher(JointTrajectory, "platform/offset")
         self._clock: Publisher | None = None
         self.clock_claim: ClockClaim | None = None
-        if times.clock_is_simulated:
+        if values["publish_clock"]:
             self._claim_clock()
         self._clock_ns = 0
         self._frames = Frames.of(values)
@@ -171,7 +177,11 @@ class Outputs:
             self._shown_phase = phase
             self._phase.publish(String(data=phase))
 
+    def ended(self, fault: str) -> None:
+        """The run cannot go on."""
+        self._node.get_logger().error(f"the run has ended: {fault}")
+
     @property
-    def motion_topic(self) -> str:
-        """Full name of platform/motion."""
-        return str(self._motion.topic_name)
+    def other_publishers(self) -> int:
+        """How many other publishers platform/motion has."""
+        return max(0, self._node.count_publishers(self._motion.topic_name) - 1)

@@ -15,9 +15,10 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.commands import Commands, inactive, second_clock
+from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
+from bouncing_disk_ros.nodes.simulator.outputs import Outputs, second_clock
 from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
-from bouncing_disk_ros.nodes.simulator.simulator_run import Run
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
@@ -29,6 +30,7 @@ from bouncing_disk_ros.ros.validated_parameters import (
     with_slider,
 )
 from bouncing_disk_ros.run.command_validation import ImpulseRequest, Instant
+from bouncing_disk_ros.run.control import RunControl, inactive
 from bouncing_disk_ros.run.gates import Gates, Lockstep
 from bouncing_disk_ros.run.health import Reading, Ticks
 from bouncing_disk_ros.run.session import Session
@@ -60,7 +62,9 @@ class SimulatorNode(LifecycleNode):
         self.finished = False
         self.failure: InputError | None = None
         self._stopping = stopping
-        self.run: Run | None = None
+        self.run: RunControl | None = None
+        self.outputs: Outputs | None = None
+        self._gates: GateTopics | None = None
         self._error: InputError | None = None
         self.last_refusal: InputError | None = None
         self._starting = False
@@ -168,7 +172,18 @@ class SimulatorNode(LifecycleNode):
 
     def _make_run(self) -> None:
         self.commands.keep_all(self._in_lockstep)
-        self.run = Run(self, self._values, self._stopping, self.refuse)
+        self.outputs, self._gates = Outputs(self, self._values), None
+        if self._in_lockstep:
+            self._gates = GateTopics(self, self._values, self.refuse, self._on_complete_gate)
+        self.run = RunControl(
+            self.get_fully_qualified_name(), self._values, self.outputs, gates=self._gates,
+            refuse=self.refuse, stopping=self._stopping,
+            ros_now=lambda: int(self.get_clock().now().nanoseconds),
+        )  # fmt: skip
+
+    def _on_complete_gate(self) -> None:
+        if self.run is not None:
+            self.run.tick(time.monotonic_ns())
 
     def _set_active(self, active: bool) -> None:
         assert self.run is not None
@@ -178,9 +193,11 @@ class SimulatorNode(LifecycleNode):
 
     def _discard(self) -> None:
         self._set_ticking(False)
-        run, self.run = self.run, None
-        if run is not None:
-            run.destroy()
+        topics, self.run = (self.outputs, self._gates), None
+        self.outputs = self._gates = None
+        for one in topics:
+            if one is not None:
+                one.destroy()
 
     def _refuse_second_clock(self) -> None:
         """With publish_clock: refuse to start where /clock is seen to have a publisher already."""
@@ -189,7 +206,7 @@ class SimulatorNode(LifecycleNode):
 
     def _watch_clock(self) -> None:
         """End where another publisher of /clock was there first, or is to stay."""
-        if self.run is not None and self.run.outputs.clock_is_lost():
+        if self.outputs is not None and self.outputs.clock_is_lost():
             self.failure = second_clock()
             self.get_logger().error(self.failure.line)
             self.trigger_shutdown()
@@ -223,16 +240,17 @@ class SimulatorNode(LifecycleNode):
         else:
             factor, now = float(self._values["real_time_factor"]), time.monotonic_ns()
             reading = Reading(now, 0, 0, 0, 0, 0, None, "unconfigured", factor, 0)
-        return replace(reading, lost=lost, uncertain=uncertain)
+        others = 0 if self.outputs is None else self.outputs.other_publishers
+        return replace(reading, lost=lost, uncertain=uncertain, other_publishers=others)
 
     # --- inputs -----------------------------------------------------------------------------------
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
         return self._current(field).open(field, by_stamps=self.holding is not None)
 
-    def _current(self, field: str) -> Run:
+    def _current(self, field: str) -> RunControl:
         if self.run is None:
-            raise inactive(self, field, "unconfigured")
+            raise inactive(self.get_fully_qualified_name(), field, "unconfigured")
         return self.run
 
     # --- for simulation_interfaces

@@ -23,7 +23,7 @@ from bouncing_disk_ros.ros.transforms import Frames
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.nodes.simulator.simulator_run import Run
+    from bouncing_disk_ros.run.control import RunControl
 
 ENTITIES = ("disk", "platform")
 FEATURES = (
@@ -45,7 +45,7 @@ TURN_SECONDS = 0.02
 class StandardNode(Protocol):
     """What these services need of the simulator's node."""
 
-    run: Run | None
+    run: RunControl | None
 
     def apply_impulse(self, request: ImpulseRequest) -> str:
         """Apply an impulse; why it was refused, or nothing."""
@@ -273,7 +273,7 @@ class StandardServices:
         self._fill(response.state, request.entity, run)
         return self._answer(response, self._result.RESULT_OK)
 
-    def _fill(self, state: Any, entity: str, run: Run) -> None:
+    def _fill(self, state: Any, entity: str, run: RunControl) -> None:
         simulation = run.session.simulation
         fill_entity_state(state, entity, simulation.sample(), simulation.disk)
         state.header.frame_id = Frames.of(run.session.values).world
@@ -294,7 +294,7 @@ class StandardServices:
         code = self._result.RESULT_OPERATION_FAILED if why else self._result.RESULT_OK
         return self._answer(response, code, why)
 
-    def _cannot_be_set(self, request: Any, run: Run) -> str:
+    def _cannot_be_set(self, request: Any, run: RunControl) -> str:
         """Why such a state cannot be set; empty where it can.
 
         Without flags (version 1.5.1) a pose that is left out, or the present one, is not set, and
@@ -343,7 +343,7 @@ def fill_entity_state(state: Any, entity: str, sample: Sample, disk: Disk) -> No
     state.pose.orientation.z, state.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
 
 
-def impulse_to_twist(twist: Any, run: Run) -> ImpulseRequest:
+def impulse_to_twist(twist: Any, run: RunControl) -> ImpulseRequest:
     """The impulse now that gives the disk a twist; x and y are refused like those of an impulse."""
     sample, disk = run.session.simulation.sample(), run.session.simulation.disk
     linear, angular = twist.linear, twist.angular

@@ -62,17 +62,26 @@ def test_it_runs_and_takes_every_action(link: LocalLink) -> None:
     wait(lambda: len(history.speeds) > 2)
     link.send(Sequel((Call("pause", True), Impulse(0.0, 0.05))))
     wait(lambda: history.phase == "paused")
-    session = link._session
+    session = link._run.session if link._run else None
     assert session is not None
     before = session.time_ns
     step(link)
     frequency = session.simulation.motion_in_force.target.frequency
     assert session.time_ns - before == round(1e9 / frequency)
-    assert session.accepted == 4, "the motion, parameters, the pause, the impulse"
+    assert session.accepted == 5, "that it moves, the motion, parameters, the pause, the impulse"
     link.send(Call("reset"))
     wait(lambda: "reset" in history.changes.items)
     begun = pytest.approx(0.0397887, rel=1e-6)  # the motion comes after the word of the reset
     wait(lambda: history.values_at()["axial_amplitude"] == begun)
+
+
+def test_a_long_step_is_ended_by_a_pause(link: LocalLink) -> None:
+    """It goes on between other actions, as in the node; it kept the page until its end."""
+    history = link.history
+    link.send(Sequel((Call("pause", True), Set({"step_periods": 1_000_000}), Call("step"))))
+    wait(lambda: any("under way" in notice.text for notice in history.notices_after(0)))
+    link.send(Call("pause", True))
+    wait(lambda: history.notices_after(0)[-1].text.startswith("pause: paused"))
 
 
 def test_what_is_wrong_is_refused_in_one_line(link: LocalLink) -> None:
@@ -106,7 +115,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
     assert history.juggling == "deadbeat: lost"
     link.send(Call("pause", False))
     wait(lambda: history.juggling.startswith("deadbeat: captured"))
-    session = link._session
+    session = link._run.session if link._run else None
     assert session is not None
     assert newest_extremes(session.latest_offset.axial).position > 0.0
     link.send(Call("pause", True))

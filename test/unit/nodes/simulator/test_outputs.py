@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -55,14 +56,20 @@ class RecordingNode:
         return Publisher()
 
 
+def outputs_of(node: RecordingNode, whole: Mapping[str, parameters.Value]) -> Outputs:
+    outputs = Outputs(node, whole)
+    outputs.times = TimeMap(0, 0, WALL, 1.0, bool(whole["publish_clock"]))
+    return outputs
+
+
 def published(seconds: int, *, clock: bool, **values: parameters.Value) -> list[tuple[str, Any]]:
     return node_after(seconds, clock=clock, **values).sent
 
 
 def node_after(seconds: int, *, clock: bool = False, **values: parameters.Value) -> RecordingNode:
     node = RecordingNode()
-    whole = parameters.complete(values)
-    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0, clock), whole)
+    whole = parameters.complete({**values, "publish_clock": clock})
+    outputs = outputs_of(node, whole)
     session = Session(whole, outputs.record)
     loop = Loop(session, outputs)
     for tick in range(1, seconds * 20 + 1):
@@ -105,7 +112,7 @@ def test_no_clock_is_published_unasked() -> None:
 
 def test_nothing_follows_on_a_clock_that_another_one_has_come_to() -> None:
     """Within the message after it is seen, not when the node looks the next time."""
-    node, whole = RecordingNode(), parameters.complete({})
+    node, whole = RecordingNode(), parameters.complete({"publish_clock": True})
     own, other = (SimpleNamespace(endpoint_gid=bytes([number])) for number in (1, 2))
     plain = node.create_publisher
 
@@ -114,7 +121,7 @@ def test_nothing_follows_on_a_clock_that_another_one_has_come_to() -> None:
         return plain(kind, name, qos)
 
     node.create_publisher = create_publisher  # type: ignore[method-assign]
-    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0, clock_is_simulated=True), whole)
+    outputs = outputs_of(node, whole)
     session = Session(whole, outputs.record)
     outputs.state(session, True)
     node.clocks.append(other)
@@ -124,7 +131,7 @@ def test_nothing_follows_on_a_clock_that_another_one_has_come_to() -> None:
 
 def test_impacts_are_stamped_with_their_last_row() -> None:
     node = RecordingNode()
-    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0), parameters.complete({}))
+    outputs = outputs_of(node, parameters.complete({}))
     rows = np.zeros(MAX_ROWS + 2, IMPACT_DTYPE)
     rows["time"] = np.arange(len(rows))
     outputs.impacts(rows)
@@ -137,7 +144,7 @@ def test_impacts_are_stamped_with_their_last_row() -> None:
 def test_the_motion_is_published_again_with_new_times() -> None:
     node = RecordingNode()
     whole = parameters.complete({})
-    outputs = Outputs(node, TimeMap(0, 0, WALL, 1.0), whole)
+    outputs = outputs_of(node, whole)
     session = Session(whole, outputs.record)
     outputs.state(session, True)
     outputs.times = TimeMap(0, 0, WALL + 7 * NS, 1.0)

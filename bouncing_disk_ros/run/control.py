@@ -1,4 +1,7 @@
-"""One configured run of the simulator node: session, loop and publishers on the node's clocks."""
+"""The control of one run: its clock, pause, step, reset, set, and its work in slices. Without ROS.
+
+The simulator's node and the page without ROS drive it, and say by an `Outlet` where results go.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,15 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-
-from rclpy.node import Node
+from typing import Protocol
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.commands import ended, inactive
-from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
-from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
-from bouncing_disk_ros.run.gates import HeldInput, Lockstep
+from bouncing_disk_ros.run.gates import Gates, HeldInput, Lockstep
 from bouncing_disk_ros.run.health import LAG_WARN, Reading
-from bouncing_disk_ros.run.loop import Loop, Steps
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.loop import Loop, Sink, Steps
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import (
     FAR_NS,
@@ -30,53 +30,79 @@ from bouncing_disk_ros.run.time_map import (
 from bouncing_disk_ros.run.work_turns import TURN_NS
 from bouncing_disk_ros.units import NS
 
-_STEP_NS = 100_000_000
+STEP_NS = 100_000_000
 """Wall time after which the answer to a long `~/step` does not wait for its end."""
 
 
-class Run:
-    """From configure to cleanup. It moves while the node is active and it is not paused.
+def ended(name: str, field: str) -> InputError:
+    """The refusal of an input by a run that a fault has ended; `name` of its node."""
+    hint = f"Start a new run: ros2 lifecycle set {name} deactivate, cleanup, configure, activate."
+    return InputError(field, "an input after the run has ended", "inputs while a run goes on", hint)
 
-    `values` is the living set of parameters of the node; a long step ends early when `stopping`.
+
+def inactive(name: str, field: str, state: str) -> InputError:
+    """The refusal of an input by a node that is not active."""
+    hint = f"Activate it first: ros2 lifecycle set {name} activate."
+    if state == "unconfigured":
+        hint = f"First: ros2 lifecycle set {name} configure, then activate."
+    return InputError(field, f"an input while {state}", "inputs while the node is active", hint)
+
+
+class Outlet(Sink, Protocol):
+    """Where the results of a run go."""
+
+    times: TimeMap  # the line in force, set by the run
+
+    def record(self, record: Record) -> None:
+        """One record of the inputs."""
+
+    def state(self, session: Session, running: bool) -> None:
+        """Work has been done: motion, phase and clock may be others."""
+
+    def ended(self, fault: str) -> None:
+        """The run cannot go on; told once."""
+
+
+class RunControl:
+    """From configure to cleanup. It moves while it is active and not paused.
+
+    `name` of the node, for refusals; `values` is the living set of its parameters; `ros_now` reads
+    the clock of stamps, ns; a long step ends early when `stopping`. With `gates` time stands where
+    `lockstep` says so, and what a reset drops of their inputs is given to `refuse`.
     """
 
     def __init__(
         self,
-        node: Node,
+        name: str,
         values: Mapping[str, Value],
-        stopping: Callable[[], bool],
-        refuse: Callable[[InputError], None],
+        outlet: Outlet,
+        *,
+        gates: Gates | None = None,
+        refuse: Callable[[InputError], None] = lambda _: None,
+        stopping: Callable[[], bool] = lambda: False,
+        ros_now: Callable[[], int] = time.time_ns,
     ) -> None:
-        self._node, self._values, self._stopping = node, values, stopping
-        self._refuse = refuse
-        self._times = self._line_through(0, self._ros_now())
-        self.outputs = Outputs(node, self._times, values)
-        self.session = Session(values, self.outputs.record, paused=True)
-        self.loop = Loop(self.session, self.outputs)
+        self._name, self._values, self._outlet = name, values, outlet
+        self._stopping, self._refuse, self._ros_now = stopping, refuse, ros_now
+        self._times = outlet.times = self._line_through(0, ros_now())
+        self.session = Session(values, outlet.record, paused=True)
+        self.loop = Loop(self.session, outlet)
+        self.answers: Callable[[Session], None] | None = None
+        """A controller in this process: asked at each impact, before time goes on."""
         self._steps = Steps()
         self._step_until: int | None = None  # simulated time at which a step under way ends
-        self._fault_logged = False
+        self._fault_told = False
         self._active = False
         self._waited_ns = 0  # at gates, since the line was set
         self._paused = bool(values["start_paused"])
         self._next_snapshot = 0
         self._lockstep = Lockstep(str(values["lockstep"]))
-        self.gates: GateTopics | None = None
+        self.gates = gates
         self._released: deque[HeldInput] = deque()  # inputs of a closed gate, not applied yet
-        if self._lockstep is not Lockstep.OFF:
-            self.gates = GateTopics(node, values, refuse, lambda: self.tick(time.monotonic_ns()))
-            self._begin_gates(self.gates)
-
-    def destroy(self) -> None:
-        """Take the topics away."""
-        self.outputs.destroy()
-        if self.gates is not None:
-            self.gates.destroy()
+        if gates is not None:
+            self._begin_gates(gates)
 
     # --- time -------------------------------------------------------------------------------------
-    def _ros_now(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
-
     def _line_through(self, simulated_ns: int, ros_ns: int) -> TimeMap:
         factor, clock = float(self._values["real_time_factor"]), bool(self._values["publish_clock"])
         return TimeMap(simulated_ns, time.monotonic_ns(), ros_ns, factor, clock)
@@ -95,18 +121,18 @@ class Run:
         due_ns = self._times.to_steady(self.loop.next_sample_ns)
         return TickPlan(period_ns, min(float(period_ns), sample_ns), due_ns)
 
-    def _anchor(self) -> None:
+    def anchor(self) -> None:
         """Fix the line between steady clock, simulated time and ROS time here and now."""
         simulated = self.session.time_ns
         published = self._times.clock_is_simulated
         ros = self._times.to_ros(simulated) if published else self._ros_now()
-        self._times = self.outputs.times = self._line_through(simulated, ros)
+        self._times = self._outlet.times = self._line_through(simulated, ros)
         self._waited_ns = 0
 
     def _update_paused(self) -> None:
         session, paused = self.session, self._paused or not self._active
         if session.paused and not paused:
-            self._anchor()
+            self.anchor()
             clock = time.monotonic_ns() if self.gates is None else session.time_ns
             self._next_snapshot = clock + self._snapshot_ns
         self._step_until = None
@@ -122,22 +148,29 @@ class Run:
         self._active = active
         self._update_paused()
 
-    def tick(self, now_ns: int) -> None:
-        """Simulate all that is due at a reading of the steady clock, at most one slice of work."""
+    def tick(self, now_ns: int) -> bool:
+        """Simulate what is due at a reading of the steady clock, at most one slice of work.
+
+        True when all of it has been done.
+        """
+        done = False
         if self.loop.resolve_waiting() and not self.session.paused:
             free = self._times.factor == 0.0
-            self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
+            done = self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
             # with gates by simulated time: a record must not depend on the machine
             clock = now_ns if self.gates is None else self.session.time_ns
             halted = self.gates is None or self.gates.is_open
             if clock >= self._next_snapshot and halted and not self.session.fault:
                 self._next_snapshot = clock + self._snapshot_ns
                 self.session.snapshot()
-        elif self._step_until is not None and self._slice_step(self._step_until):
-            self._step_until = None
+        elif self._step_until is None:
+            done = True
+        elif self._slice_step(self._step_until):
+            self._step_until, done = None, True
         if self.gates is not None:
-            self.gates.watch()
+            self.gates.watch(time.monotonic_ns())
         self._publish_work()
+        return done or bool(self.session.fault)
 
     def advance_to(self, until_ns: int) -> None:
         """Simulate up to an instant at once, whatever the clock says (for tests)."""
@@ -167,10 +200,16 @@ class Run:
         return reached or (to_impact and self.session.simulation.rows_total > before)
 
     def _slice_to_gate(self, until_ns: int, *, to_impact: bool = False) -> bool:
-        """One slice of work, up to the next gate of a lockstep; True when it was reached."""
+        """One slice of work, up to the next gate of a lockstep; True when `until_ns` was reached.
+
+        Up to an impact where a controller of this process answers it.
+        """
         gates = self.gates
         if gates is None:
-            return self.loop.slice(until_ns, to_impact=to_impact)
+            reached = self.loop.slice(until_ns, to_impact=to_impact or self.answers is not None)
+            if self.answers is not None:
+                self.answers(self.session)
+            return reached
         self._renew_gate()
         if gates.is_open:
             if not gates.is_complete:
@@ -191,7 +230,7 @@ class Run:
                 self._open_gate(gates)
         return self.session.time_ns >= until_ns
 
-    def _apply_inputs(self, gates: GateTopics) -> bool:
+    def _apply_inputs(self, gates: Gates) -> bool:
         """Apply the inputs of the gate that was closed, for one slice; whether time may move on.
 
         An impact that they bring about at once opens the next gate.
@@ -208,7 +247,7 @@ class Run:
             self._open_gate(gates)
         return not gates.is_open
 
-    def _begin_gates(self, gates: GateTopics) -> None:
+    def _begin_gates(self, gates: Gates) -> None:
         """Open the first gate of a series, once all that is due at its instant has been published.
 
         What came out later would be heard at a gate that does not count it.
@@ -216,11 +255,12 @@ class Run:
         self.session.resolve_present()
         self._open_gate(gates)
 
-    def _open_gate(self, gates: GateTopics) -> None:
+    def _open_gate(self, gates: Gates) -> None:
         self.loop.finish_samples()
         self.loop.flush()
         self._publish_work()
-        gates.publish(self.session.time_ns, self.session.simulation.rows_total)
+        rows = self.session.simulation.rows_total
+        gates.publish(time.monotonic_ns(), self.session.time_ns, rows)
 
     def _renew_gate(self) -> None:
         """Replace a gate that counts too few rows: a service has brought more about."""
@@ -234,7 +274,7 @@ class Run:
         """Whether a gate of a lockstep is open, or its inputs are not all applied."""
         return self.gates is not None and (self.gates.is_open or bool(self._released))
 
-    def _forgive(self, gates: GateTopics) -> None:
+    def _forgive(self, gates: Gates) -> None:
         """Leave a wait that put simulated time behind out of the line: it is nobody's load.
 
         Stamps go on along the same line, so that what is counted from them means the same.
@@ -255,14 +295,14 @@ class Run:
 
     def publish_state(self) -> None:
         """Publish motion, phase and clock as they are now."""
-        self.outputs.state(self.session, not self.session.paused)
+        self._outlet.state(self.session, not self.session.paused)
 
     def _publish_work(self) -> None:
         """Publish what work brought about; say once why a run has ended, if it has."""
         self.publish_state()
-        if self.session.fault and not self._fault_logged:
-            self._fault_logged = True
-            self._node.get_logger().error(f"the run has ended: {self.session.fault}")
+        if self.session.fault and not self._fault_told:
+            self._fault_told = True
+            self._outlet.ended(self.session.fault)
 
     # --- inputs -----------------------------------------------------------------------------------
     def open(self, field: str, *, by_stamps: bool = False) -> tuple[Session, Instant]:
@@ -271,9 +311,9 @@ class Run:
         `by_stamps`: while paused too, stamps are on the line of those that were published.
         """
         if not self._active:
-            raise inactive(self._node, field, "inactive")
+            raise inactive(self._name, field, "inactive")
         if self.session.fault:
-            raise ended(self._node, field)
+            raise ended(self._name, field)
         self.loop.finish_samples()
         session, times = self.session, self._times
         by_stamps = by_stamps or self.gates is not None
@@ -294,7 +334,7 @@ class Run:
         self.loop.finish_samples()
         self.session.set_parameters(values)
         if "real_time_factor" in values:
-            self._anchor()
+            self.anchor()
         if self.gates is not None:
             self.gates.set_timeout(self._values)
         if {"state_rate", "rotor_speed_rate"} & values.keys():
@@ -336,14 +376,14 @@ class Run:
         """
         session, _ = self.open("~/step")
         end, what = self._steps.end(session, self._values, times)
-        deadline = time.monotonic_ns() + _STEP_NS
+        deadline = time.monotonic_ns() + STEP_NS
         while not self._slice_step(end) and not session.fault:
             if time.monotonic_ns() >= deadline or self._waits_at_gate:
                 self._step_until = end
                 break
         self._publish_work()
         if session.fault:
-            raise ended(self._node, "~/step")
+            raise ended(self._name, "~/step")
         if self._step_until is None:
             return f"{what}, now{self._at}"
         until = "" if end == FAR_NS else f", until {end / NS:.9f} s"
@@ -356,7 +396,7 @@ class Run:
         session.reset()
         self.loop.restart_speed()
         if not session.paused:
-            self._anchor()
+            self.anchor()
         self.loop.flush()
         self._publish_work()
         if self.gates is not None:
@@ -393,9 +433,8 @@ class Run:
         times = self._times
         return times.to_ros(self.session.time_ns) if times.clock_is_simulated else None
 
-    # --- diagnostics ------------------------------------------------------------------------------
     def read(self) -> Reading:
-        """What the diagnostics need, once a second."""
+        """How the run stands, for a report of its health."""
         session, gates, now = self.session, self.gates, time.monotonic_ns()
         waiting = "" if gates is None else gates.waiting
         return Reading(
@@ -408,7 +447,7 @@ class Run:
             energy=None if session.fault else session.checked_energy(),
             state=self._state,
             factor=self._times.factor,
-            other_publishers=max(0, self._node.count_publishers(self.outputs.motion_topic) - 1),
+            other_publishers=0,
             fault=session.fault,
             pending=session.pending,
             motion_index=session.simulation.motion_index,
