@@ -78,6 +78,13 @@ class FailedError(Exception):
     """Error that is not one of the input, as one line for the user; exit code FAILED."""
 
 
+class BagError(Exception):
+    """Error of a bag that is damaged where it was read, or cannot be decoded. One line."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
+
+
 LONGEST = 2000
 """Characters of what is allowed, and of a hint, in the line of an error."""
 _SHORT = reprlib.Repr()

@@ -5,16 +5,13 @@ A bag is a rosbag2 folder of .mcap files; see docs/recording.md.
 
 from pathlib import Path
 
-from bouncing_disk_ros.bag.bag_topic import Message, Topic
-from bouncing_disk_ros.bag.formats import FORMAT_VERSION, BagError
-from bouncing_disk_ros.bag.metadata import OfferedQos
-from bouncing_disk_ros.bag.reader import Bag
-from bouncing_disk_ros.bag.recover import recover
-from bouncing_disk_ros.bag.recovery_report import Report
-from bouncing_disk_ros.bag.scan import nothing
-from bouncing_disk_ros.bag.search import Watch
-from bouncing_disk_ros.bag.writer import Writer
-from bouncing_disk_ros.bag.writer_options import Options, WriteError
+from bouncing_disk_ros.bag.mcap_file import Options
+from bouncing_disk_ros.bag.metadata import FORMAT_VERSION, OfferedQos
+from bouncing_disk_ros.bag.reader import Bag, Message, Topic
+from bouncing_disk_ros.bag.records import Watch, nothing
+from bouncing_disk_ros.bag.recover import Report, recover
+from bouncing_disk_ros.bag.writer import WriteError, Writer
+from bouncing_disk_ros.errors import BagError
 
 __all__ = [
     "FORMAT_VERSION", "Bag", "BagError", "Message", "OfferedQos", "Options", "Report", "Topic",

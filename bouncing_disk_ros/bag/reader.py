@@ -10,29 +10,167 @@ Everything read is checked by its checksum; damage raises `BagError`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import heapq
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import decode, point_clouds
-from bouncing_disk_ros.bag.bag_topic import Message, Topic, topics_of
-from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
-from bouncing_disk_ros.bag.latched import without_repeats
-from bouncing_disk_ros.bag.locate import files_of
-from bouncing_disk_ros.bag.merge import Part, in_order
-from bouncing_disk_ros.bag.scan import nothing
-from bouncing_disk_ros.bag.search import Watch
-from bouncing_disk_ros.bag.source import Source
-from bouncing_disk_ros.bag.summary import Block
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.bag.messages import (
+    CLOUD,
+    CloudRows,
+    Decode,
+    Form,
+    check_installed,
+    decoder,
+    gather,
+)  # fmt: skip
+from bouncing_disk_ros.bag.metadata import (
+    FORMAT_KEY,
+    FORMAT_VERSION,
+    NOTE,
+    checked,
+    files_of,
+    qos_from_text,
+)
+from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
+from bouncing_disk_ros.bag.source import Block, Source
+from bouncing_disk_ros.errors import BagError, InputError, closest
 from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
 from bouncing_disk_ros.units import NS
 
 
+class Message(NamedTuple):
+    """One message of a bag: times of reception and of sending in ns since 1970, raw CDR."""
+
+    topic: str
+    log_time_ns: int
+    publish_time_ns: int
+    sequence: int
+    data: bytes
+
+
+@dataclass
+class Topic:
+    """A topic of a bag: its type, and the messages of all its channels."""
+
+    name: str
+    form: Form
+    count: int = 0
+    qos: list[dict[str, Any]] = field(default_factory=list)
+    type_hash: str = ""
+
+    @property
+    def type(self) -> str:
+        """The message type, pkg/msg/Name."""
+        return self.form.type
+
+    @property
+    def definition(self) -> str:
+        """The definition of the message type, with all dependencies."""
+        return self.form.definition
+
+    @property
+    def encoding(self) -> str:
+        """The encoding of the definition: ros2msg."""
+        return self.form.encoding
+
+    def check(self, form: Form) -> None:
+        """Note when another channel of the topic has messages of another form."""
+        if form != self.form and not self.form.fault:
+            self.form = self.form._replace(fault="it has messages of two forms")
+
+
+def topics_of(sources: Iterable[Source]) -> dict[str, Topic]:
+    """The topics of some files by name, with the messages of all of them."""
+    topics: dict[str, Topic] = {}
+    left = limits.QOS_ALL
+    for source in sources:
+        forms: dict[tuple[int, str], Form] = {}  # each definition is looked at once
+        for number, channel in source.channels.items():
+            key = channel.schema_id, channel.message_encoding
+            if key not in forms:
+                forms[key] = _form(channel, source.schemas.get(channel.schema_id))
+            topic = topics.setdefault(channel.topic, Topic(channel.topic, forms[key]))
+            topic.check(forms[key])
+            topic.count += source.counts[number]
+            text = channel.metadata.get("offered_qos_profiles", "")
+            if not topic.qos and len(text) <= left:
+                left -= len(text)
+                topic.qos = qos_from_text(text)
+            topic.type_hash = topic.type_hash or channel.metadata.get("topic_type_hash", "")
+    return topics
+
+
+def _form(channel: Channel, schema: Schema | None) -> Form:
+    encoding = channel.message_encoding
+    if schema is None:
+        return Form(message_encoding=encoding, fault="its type is not in the bag")
+    fault = text = ""
+    if len(schema.data) > limits.DEFINITION:
+        fault = f"its definition of {len(schema.data)} bytes: at most {limits.DEFINITION}"
+    else:
+        try:
+            text = schema.data.decode()
+        except UnicodeDecodeError:
+            fault = "its definition is not UTF-8"
+    return Form(schema.name, text, schema.encoding, encoding, fault)
+
+
+# --- messages in order ----------------------------------------------------------------------------
+class Part(NamedTuple):
+    """A block to be opened when its time has come."""
+
+    start_ns: int  # no message in it is earlier
+    size: int  # bytes in memory once it is open
+    open: Callable[[], Iterator[Message]]  # its messages in the order of their times
+
+
+def in_order(parts: Iterable[Part]) -> Iterator[Message]:
+    """Messages of parts that come in the order of their start; of equal times the first part's.
+
+    Raises BagError when too many parts overlap in time.
+    """
+    heap: list[tuple[int, int, Message, Iterator[Message], int]] = []
+    held = 0
+    for number, part in enumerate(parts):
+        while heap and heap[0][0] < part.start_ns:
+            yield heap[0][2]
+            held -= _advance(heap)
+        rest = part.open()
+        first = next(rest, None)
+        if first is None:
+            continue
+        held += part.size
+        if held > limits.OVERLAP:
+            most = limits.OVERLAP // limits.MIB
+            raise BagError(
+                f"chunks of more than {most} MiB overlap in time: the messages cannot be brought "
+                "into order. `columns` and `rows` read them as stored"
+            )
+        heapq.heappush(heap, (first.log_time_ns, number, first, rest, part.size))
+    while heap:
+        yield heap[0][2]
+        _advance(heap)
+
+
+def _advance(heap: list[tuple[int, int, Message, Iterator[Message], int]]) -> int:
+    """Replace the first message by the next of its part; the size of a part that is at its end."""
+    _, number, _, rest, size = heap[0]
+    following = next(rest, None)
+    if following is None:
+        heapq.heappop(heap)
+        return size
+    heapq.heapreplace(heap, (following.log_time_ns, number, following, rest, size))
+    return 0
+
+
+# --- the bag --------------------------------------------------------------------------------------
 class Bag:
     """An open bag. `remarks` say what is missing or damaged; `complete` is whether there are none.
 
@@ -150,7 +288,7 @@ class Bag:
         `log_time_ns` and `publish_time_ns`, of clouds only where `fields` names them: those of the
         message that has the point. Without `fields`: all.
         """
-        if self._topic(topic).type == decode.CLOUD:
+        if self._topic(topic).type == CLOUD:
             timed = not {"log_time_ns", "publish_time_ns"}.isdisjoint(fields or ())
             rows, times_of = self._rows(topic, start_ns, end_ns, timed=timed)
             return {
@@ -167,7 +305,7 @@ class Bag:
                 yield read(message.data)
 
         wanted = None if fields is None else [name for name in fields if name not in times]
-        found = decode.gather(objects(), wanted)
+        found = gather(objects(), wanted)
         columns = {**{k: np.array(v, np.int64) for k, v in times.items()}, **found}
         return columns if fields is None else {name: columns[name] for name in fields}
 
@@ -184,9 +322,9 @@ class Bag:
         self, topic: str, start_ns: int | None, end_ns: int | None, *, timed: bool = False
     ) -> tuple[NDArray[np.void], dict[str, NDArray[np.int64]]]:
         """All points of the clouds of a topic; if `timed` the times of their messages beside."""
-        if (kind := self._topic(topic).type) != decode.CLOUD:
-            raise InputError(f"type of {topic}", kind, decode.CLOUD, "Use `columns` for it.")
-        gathered = point_clouds.CloudRows(self.decoder(topic))
+        if (kind := self._topic(topic).type) != CLOUD:
+            raise InputError(f"type of {topic}", kind, CLOUD, "Use `columns` for it.")
+        gathered = CloudRows(self.decoder(topic))
         counts: list[int] = []
         times: list[tuple[int, int]] = []
         for message in self._stored(topic, start_ns, end_ns):
@@ -201,7 +339,7 @@ class Bag:
     def _no_rows(self, topic: str) -> NDArray[np.void]:
         """No rows, with the fields of the topic: of its first message, or of disk/impacts."""
         for message in self._stored(topic, None, None):
-            gathered = point_clouds.CloudRows(self.decoder(topic))
+            gathered = CloudRows(self.decoder(topic))
             gathered.add(message.data)
             return gathered.array()[:0]
         is_ours = topic.endswith("/disk/impacts")
@@ -246,13 +384,13 @@ class Bag:
             raise InputError("topic", name, allowed, closest(name, self.topics))
         return self.topics[name]
 
-    def decoder(self, name: str) -> decode.Decode:
+    def decoder(self, name: str) -> Decode:
         """A function that decodes messages of a topic. Raises InputError, BagError as `decoded`."""
-        return decode.decoder(self._topic(name).form)
+        return decoder(self._topic(name).form)
 
     def check_installed(self, name: str) -> None:
         """InputError when a topic's definition has other fields than the type installed here."""
-        decode.check_installed(self._topic(name).form)
+        check_installed(self._topic(name).form)
 
     def close(self) -> None:
         """Let go of the bag (its files are open only while they are read)."""

@@ -12,8 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from bouncing_disk_ros.bag.writer import Writer
-from bouncing_disk_ros.bag.writer_options import WriteError, write_error
+from bouncing_disk_ros.bag.writer import WriteError, Writer, write_error
 
 PATIENCE = 0.1
 """Seconds after which the thread looks at the age of the open chunk."""

@@ -11,7 +11,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -20,23 +20,88 @@ from mcap.records import Channel, Chunk, Header, McapRecord
 from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import fields, metadata
-from bouncing_disk_ros.bag.chunk_reader import Inner
-from bouncing_disk_ros.bag.definitions import Definitions
-from bouncing_disk_ros.bag.file_pieces import Damage, Piece, record_name
-from bouncing_disk_ros.bag.files import HEAD, RegularFile
-from bouncing_disk_ros.bag.formats import FORMAT_KEY, NOTE, BagError, checked, signed
-from bouncing_disk_ros.bag.index import MAGIC
-from bouncing_disk_ros.bag.latched import without_repeats
-from bouncing_disk_ros.bag.locate import Located, files_of
-from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow, qos_from_text
-from bouncing_disk_ros.bag.recovery_report import Report, loss_text
-from bouncing_disk_ros.bag.scan import BLOCK, nothing
-from bouncing_disk_ros.bag.search import Watch
+from bouncing_disk_ros.bag import metadata
+from bouncing_disk_ros.bag.chunks import Definitions, Inner
+from bouncing_disk_ros.bag.mcap_file import RecordStream
+from bouncing_disk_ros.bag.metadata import (
+    FORMAT_KEY,
+    NOTE,
+    FileRow,
+    Located,
+    Metadata,
+    TopicRow,
+    checked,
+    files_of,
+    qos_from_text,
+    signed,
+)
+from bouncing_disk_ros.bag.records import (
+    HEAD,
+    MAGIC,
+    RegularFile,
+    Watch,
+    nothing,
+    read,
+    without_repeats,
+)  # fmt: skip
 from bouncing_disk_ros.bag.source import Source
-from bouncing_disk_ros.bag.stream import RecordStream
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.bag.walk import BLOCK, Damage, Piece, record_name
+from bouncing_disk_ros.errors import BagError, InputError
+from bouncing_disk_ros.units import NS
 
+MOST_LINES = 200
+"""Damages that are listed one by one."""
+_WHOLE = "nothing that was written is lost"
+
+
+@dataclass
+class Report:
+    """Report of a recovery: what was saved and what was lost, in words and in numbers."""
+
+    output: Path
+    saved: int = 0
+    lost: int = 0
+    exact: bool = True  # else more may be lost than `lost`
+    lines: list[str] = field(default_factory=list)
+    lost_records: list[str] = field(default_factory=list)  # attachments and notes, in words
+    unlisted: int = 0  # damages beyond MOST_LINES
+
+    def add(self, line: str) -> None:
+        """List one damage more, or count it."""
+        if len(self.lines) < MOST_LINES:
+            self.lines.append(line)
+        else:
+            self.unlisted += 1
+
+    @property
+    def summary(self) -> str:
+        """One line."""
+        whole = "no message that was written is lost" if self.lost_records else _WHOLE
+        lost = f"{self.lost} lost" if self.lost else whole
+        if not self.exact:
+            more = "an unknown number of messages, cut off or unreadable, is lost"
+            lost = f"{lost}, and {more}" if self.lost else more
+        records = f"; lost: {', '.join(self.lost_records[:10])}" if self.lost_records else ""
+        if (unnamed := len(self.lost_records) - 10) > 0:
+            records += f" and {unnamed} more"
+        return f"{self.output}: {self.saved} messages saved, {lost}{records}"
+
+
+def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
+    """What was lost in a file by one damage, in words; `topics` by channel."""
+    where = f"{name}: bytes {damage.offset} to {damage.offset + damage.length}"
+    if not damage.length:
+        return f"{name}: {damage.reason}"
+    span = ""
+    if damage.span_ns is not None:
+        first, last = (time / NS for time in damage.span_ns)
+        span = f", received between {first:.3f} and {last:.3f} s"
+    counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
+    nothing_known = "what was there" if damage.holds_messages else damage.record or "no messages"
+    return f"{where}: {damage.reason}: lost {counted or nothing_known}{span}"
+
+
+# --- the recovery ---------------------------------------------------------------------------------
 _TIMES = struct.Struct("<QQ")
 """First and last time of the messages, at the beginning of a chunk."""
 
@@ -156,7 +221,7 @@ class _File:
                 self._take_notes(piece)
 
     def _take_notes(self, piece: Piece) -> None:
-        record = fields.metadata(memoryview(piece.record)[HEAD.size :])
+        record = read(MetadataRecord, memoryview(piece.record)[HEAD.size :])
         if record.name == NOTE:
             try:
                 self.notes.update(checked(record.metadata))

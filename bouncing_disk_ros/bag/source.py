@@ -1,29 +1,143 @@
-"""One .mcap file to read: its blocks of messages, topics and notes, by its index or by a walk."""
+"""One .mcap file to read: its blocks of messages, topics and notes, by its index or by a walk.
+
+Records and index are those of the mcap library; an index is taken only when nothing in it
+contradicts the file, and chunks are read by `chunks`.
+"""
 
 from __future__ import annotations
 
-import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Metadata, Schema
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    Footer,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)  # fmt: skip
+from mcap.summary import Summary
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunk_reader import Inner, unpacked
-from bouncing_disk_ros.bag.definitions import Definitions, inner_definitions
-from bouncing_disk_ros.bag.file_pieces import Damage, Piece, describe
-from bouncing_disk_ros.bag.files import HEAD, RegularFile
-from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.scan import Walk, nothing
-from bouncing_disk_ros.bag.search import Watch
-from bouncing_disk_ros.bag.summary import Block, summary_of
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.bag import records
+from bouncing_disk_ros.bag.chunks import Definitions, Inner, inner_definitions, unpacked
+from bouncing_disk_ros.bag.records import HEAD, MAGIC, RegularFile, Watch, nothing
+from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, describe, record_name
+from bouncing_disk_ros.errors import BagError, InputError
+
+_FOOTER = HEAD.size + 20
+_LEAST_MESSAGE = HEAD.size + 22
 
 
+class Block(NamedTuple):
+    """A chunk, or (`plain`) messages that stand in the file in a row."""
+
+    offset: int
+    length: int
+    start_ns: int
+    end_ns: int
+    size: int  # decompressed
+    plain: bool = False
+
+
+def summary_of(file: RegularFile) -> Summary | str:
+    """The index of a file, or why there is none. BagError when it is damaged or untrue."""
+    none = "it has no index"
+    if file.size < 2 * len(MAGIC) + _FOOTER or file.read(0, len(MAGIC)) != MAGIC:
+        return none
+    tail_at = file.size - _FOOTER - len(MAGIC)
+    tail = file.read(tail_at, _FOOTER + len(MAGIC))
+    if tail[-len(MAGIC) :] != MAGIC or HEAD.unpack_from(tail) != (Opcode.FOOTER, 20):
+        return none
+    footer = records.read(Footer, tail[HEAD.size :])
+    start = footer.summary_start
+    if not start:
+        return none
+    if not len(MAGIC) <= start <= tail_at:
+        raise BagError("it begins outside of the file")
+    content = file.read(start, tail_at - start)
+    crc = zlib.crc32(tail[: HEAD.size + 16], zlib.crc32(content))
+    if footer.summary_crc not in (0, crc):
+        raise BagError("its checksum is wrong")
+    found = _read(content)
+    if found.statistics is None or not _names_all(found, found.statistics):
+        return "it has no complete index"
+    _check(found, found.statistics, start)
+    return found
+
+
+def _read(content: bytes) -> Summary:
+    """The records of an index, each checked by itself."""
+    found, view = Summary(), memoryview(content)
+    defined = others = 0
+    for opcode, position, whole in records.places(content):
+        row = view[position + HEAD.size : position + whole]
+        match opcode:
+            case Opcode.SCHEMA:
+                schema = records.read(Schema, row)
+                found.schemas[schema.id] = schema
+                defined += 1
+            case Opcode.CHANNEL:
+                channel = records.read(Channel, row)
+                found.channels[channel.id] = channel
+                defined += 1
+            case Opcode.STATISTICS if found.statistics is None:
+                found.statistics = records.read(Statistics, row)
+            case Opcode.CHUNK_INDEX:
+                found.chunk_indexes.append(records.read(ChunkIndex, row))
+            case Opcode.ATTACHMENT_INDEX:
+                found.attachment_indexes.append(records.read(AttachmentIndex, row))
+            case Opcode.METADATA_INDEX:
+                found.metadata_indexes.append(records.read(MetadataIndex, row))
+            case _:
+                others += 1
+                is_known = opcode == Opcode.SUMMARY_OFFSET or opcode >= 0x80
+                if not is_known or others > limits.RECORDS:
+                    raise BagError(f"a record of kind {opcode} is not allowed in it")
+        if defined > limits.DEFINED:
+            raise BagError(f"it has more than {limits.DEFINED} definitions")
+    return found
+
+
+def _names_all(found: Summary, statistics: Statistics) -> bool:
+    """Whether an index has each group of records that it may leave out and the file needs."""
+    types = {row.schema_id for row in found.channels.values()}
+    return (
+        bool(found.chunk_indexes or not (statistics.chunk_count or statistics.message_count))
+        and bool(found.attachment_indexes or not statistics.attachment_count)
+        and bool(found.metadata_indexes or not statistics.metadata_count)
+        and statistics.channel_message_counts.keys() <= found.channels.keys()
+        and types <= {0, *found.schemas}
+    )
+
+
+def _check(found: Summary, statistics: Statistics, end: int) -> None:
+    """BagError when the index contradicts itself or the file, whose data section ends at `end`."""
+    chunks, passed = found.chunk_indexes, len(MAGIC)
+    named = [(row.chunk_start_offset, row.chunk_length) for row in chunks]
+    named += [(row.offset, row.length) for row in found.attachment_indexes]
+    named += [(row.offset, row.length) for row in found.metadata_indexes]
+    for offset, length in sorted(named):
+        if offset < passed or length < HEAD.size or offset + length > end:
+            raise BagError("it names records that overlap or lie outside of the file")
+        passed = offset + length
+    counted = statistics.chunk_count, statistics.attachment_count, statistics.metadata_count
+    if counted != (len(chunks), len(found.attachment_indexes), len(found.metadata_indexes)):
+        raise BagError("its counts of records differ from the records that it names")
+    if statistics.message_count * _LEAST_MESSAGE > sum(row.uncompressed_size for row in chunks):
+        raise BagError("it counts more messages than there is room for")
+
+
+# --- the file -------------------------------------------------------------------------------------
 class Source:
     """Reads one file, which is open only while it is read. `remarks`: what could not be read."""
 
@@ -54,17 +168,29 @@ class Source:
     def _load(self, file: RegularFile) -> bool:
         """Whether the file's own index could be taken."""
         try:
-            summary, why = summary_of(file), "it has no index"
+            found = summary_of(file)
         except BagError as error:
-            summary, why = None, f"its index is damaged ({error})"
-        if summary is None:
-            self.remarks = [f"{self.path.name}: {why}; read from beginning to end instead"]
+            found = f"its index is damaged ({error})"
+        if not isinstance(found, Summary):
+            self.remarks = [f"{self.path.name}: {found}; read from beginning to end instead"]
             self._walk(file)
             return False
-        self.blocks, self.counts = summary.blocks, Counter(summary.counts)
-        self.schemas, self.channels = summary.schemas, summary.channels
-        self._attachments, self._metadata = summary.attachments, summary.metadata
-        self.names = summary.names
+        assert found.statistics is not None
+        self.blocks = [
+            Block(
+                row.chunk_start_offset, row.chunk_length, row.message_start_time,
+                row.message_end_time, row.uncompressed_size,
+            )
+            for row in found.chunk_indexes
+        ]  # fmt: skip
+        self.counts = Counter(found.statistics.channel_message_counts)
+        self.schemas, self.channels = found.schemas, found.channels
+        for row in found.attachment_indexes:
+            self._attachments.append((row.offset, row.length))
+            self.names[row.offset] = record_name(Opcode.ATTACHMENT, row.name)
+        for note in found.metadata_indexes:
+            self._metadata.append((note.offset, note.length))
+            self.names[note.offset] = record_name(Opcode.METADATA, note.name)
         return True
 
     # --- by a walk --------------------------------------------------------------------------------
@@ -140,41 +266,30 @@ class Source:
 
     def attachments(self) -> Iterator[Attachment]:
         """The attachments, their checksums checked."""
-        for offset, length in self._attachments:
-            content = self._content(Opcode.ATTACHMENT, offset, length)
-            try:
-                head = fields.attachment(content, len(content))
-            except BagError as error:
-                raise self._damaged("attachment", offset, str(error)) from None
-            (crc,) = struct.unpack("<I", content[-4:])
-            if crc and zlib.crc32(memoryview(content)[:-4]) != crc:
-                raise self._damaged("attachment", offset, "the checksum is wrong")
-            yield Attachment(
-                log_time=head.log_time, create_time=head.create_time, name=head.name,
-                media_type=head.media_type,
-                data=content[head.data_at : head.data_at + head.data_length],
-            )  # fmt: skip
+        for place in self._attachments:
+            with self._record(Opcode.ATTACHMENT, *place) as (file, start):
+                head = records.checked_attachment(file, *place)
+                data = file.read(start + head.data_at, head.data_length)
+            yield Attachment(head.create_time, head.log_time, head.name, head.media_type, data)
 
     def metadata(self) -> Iterator[Metadata]:
         """The metadata records."""
         for offset, length in self._metadata:
-            if length > limits.RECORD:
-                raise self._damaged("metadata", offset, f"at most {limits.RECORD} bytes")
-            content = self._content(Opcode.METADATA, offset, length)
-            try:
-                record = fields.metadata(content)
-            except BagError as error:
-                raise self._damaged("metadata", offset, str(error)) from None
-            yield record
+            with self._record(Opcode.METADATA, offset, length) as (file, start):
+                found = records.read(Metadata, file.read(start, length - HEAD.size))
+            yield found
 
-    def _content(self, opcode: Opcode, offset: int, length: int) -> bytes:
-        """The content of the record that the index names."""
-        with RegularFile(self.path) as file:
-            record = file.read(offset, length)
-        if HEAD.unpack_from(record) != (opcode, length - HEAD.size):
-            what = opcode.name.lower()
-            raise self._damaged(what, offset, "none stands where the index says")
-        return record[HEAD.size :]
-
-    def _damaged(self, what: str, offset: int, reason: str) -> BagError:
-        return BagError(f"{self.path}: {what} at byte {offset}: damaged: {reason}")
+    @contextmanager
+    def _record(
+        self, opcode: Opcode, offset: int, length: int
+    ) -> Iterator[tuple[RegularFile, int]]:
+        """The file and where the content of a record begins that the index names."""
+        what = opcode.name.lower()
+        try:
+            with RegularFile(self.path) as file:
+                if HEAD.unpack(file.read(offset, HEAD.size)) != (opcode, length - HEAD.size):
+                    raise BagError("none stands where the index says")
+                yield file, offset + HEAD.size
+        except BagError as error:
+            reason = str(error).removeprefix("damaged: ")
+            raise BagError(f"{self.path}: {what} at byte {offset}: damaged: {reason}") from None

@@ -12,24 +12,90 @@ from __future__ import annotations
 import contextlib
 import errno
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 from bouncing_disk_ros.bag import metadata
-from bouncing_disk_ros.bag.formats import FORMAT_KEY, FORMAT_VERSION, NOTE, signed
-from bouncing_disk_ros.bag.latched import Latched
-from bouncing_disk_ros.bag.mcap_writer import McapFile
-from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
+from bouncing_disk_ros.bag.mcap_file import McapFile, Options
+from bouncing_disk_ros.bag.metadata import (
+    FORMAT_KEY,
+    FORMAT_VERSION,
+    NOTE,
+    FileRow,
+    Metadata,
+    OfferedQos,
+    TopicRow,
+    signed,
+)
 from bouncing_disk_ros.bag.schema import schema_of
-from bouncing_disk_ros.bag.writer_options import DISPLACED, Options, WriteError, write_error
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.units import NS
 
 
+class WriteError(Exception):
+    """Error of a bag that cannot be written further. It is closed and can be read. One line."""
+
+
+DISPLACED = "was deleted, moved or replaced"
+
+
+def write_error(folder: Path, error: Exception, lost: int, *, is_there: bool = True) -> WriteError:
+    """The line for the user: why nothing more can be written, and how much is lost by it.
+
+    `is_there`: whether all files of the bag are in their place.
+    """
+    if isinstance(error, OSError):
+        why = error.strerror or str(error)
+    else:
+        why = f"an error of the recorder itself, {type(error).__name__}: {error}"
+    what = f"; {lost} messages that were received are not in it" if lost else ""
+    why = f"recording ended: {why}{what}"
+    rest = "The bag can be read up to that point"
+    if not is_there:
+        rest = "A bag that was moved can be read where it is now"
+    return WriteError(f"{folder}: {why}. {rest}")
+
+
+# --- messages that a later file repeats -----------------------------------------------------------
+class Kept(NamedTuple):
+    """A latched message, which each later file of a split bag begins with: so it stands alone.
+
+    Repeats have a channel of their own, marked in its metadata and without quality of service,
+    beside the topic's ordinary one. Our reader skips them when it has read the file before, and so
+    does `rosbags`; a single file shows them to every tool as messages of the topic.
+    """
+
+    data: bytes
+    publish_time_ns: int
+    sequence: int
+
+
+class Latched:
+    """What a late joiner of a topic is to be given: the last `depth` messages.
+
+    Where `begins` is true of a message, those before it are not needed any more.
+    """
+
+    def __init__(self, depth: int, begins: Callable[[bytes], bool] | None = None) -> None:
+        self.messages: deque[Kept] = deque(maxlen=depth)
+        self._begins = begins
+
+    def deepen(self, depth: int) -> None:
+        """Keep more messages from now on (or fewer)."""
+        self.messages = deque(self.messages, maxlen=depth)
+
+    def take(self, data: bytes, publish_time_ns: int, sequence: int) -> None:
+        """A message was written."""
+        if self._begins is not None and self._begins(data):
+            self.messages.clear()
+        self.messages.append(Kept(data, publish_time_ns, sequence))
+
+
+# --- the bag --------------------------------------------------------------------------------------
 class Writer:
     """Writer of one bag. InputError: the folder cannot be made; WriteError: the disk is full.
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
-from bouncing_disk_ros.bag.bag_topic import Message
 from bouncing_disk_ros.bag.loss import UNKNOWN, SequenceLoss
+from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.report.run_record import (

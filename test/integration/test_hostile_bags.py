@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.bag.formats import signed
+from bouncing_disk_ros.bag.metadata import signed
 from support.hostile import CORPUS, content, forgeries, put
 from support.hostile.base import NOTES
 from support.mcap_bytes import fields, forged

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag import decode
+from bouncing_disk_ros.bag.messages import CLOUD
 from bouncing_disk_ros.errors import InputError
 
 
@@ -29,7 +29,7 @@ def read_all(path: str | Path) -> list[str]:
             for name, topic in run.topics.items():
                 attempt(partial(_decoded, run, name))
                 attempt(partial(run.columns, name))
-                if topic.type == decode.CLOUD:
+                if topic.type == CLOUD:
                     attempt(partial(run.rows, name, 0, 2**62))
 
     attempt(everything)

@@ -16,7 +16,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.chunk_reader import Inner
+from bouncing_disk_ros.bag.chunks import Inner
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError

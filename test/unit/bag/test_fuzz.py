@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from mcap.summary import Summary
 
-from bouncing_disk_ros.bag import fields
+from bouncing_disk_ros.bag import source
+from bouncing_disk_ros.bag.records import RegularFile
 from support.fuzz import Fuzz
 
 SEED = 1
@@ -23,14 +25,14 @@ def test_damaged_bags_are_read_or_refused(tmp_path: Path) -> None:
 def test_an_exception_that_is_no_refusal_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    true = fields.statistics
+    true = source.summary_of
 
-    def faulty(content: fields.Content) -> fields.Statistics:
-        found = true(content)
-        if not found.attachments:
+    def faulty(file: RegularFile) -> Summary | str:
+        found = true(file)
+        if found == "it has no complete index":
             raise ZeroDivisionError
         return found
 
-    monkeypatch.setattr(fields, "statistics", faulty)
+    monkeypatch.setattr(source, "summary_of", faulty)
     with pytest.raises(AssertionError, match=r"(?s)seed 1, input \d+, .*ZeroDivisionError"):
         Fuzz(SEED, tmp_path / "run").run(1000)

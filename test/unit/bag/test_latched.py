@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.latched import Latched
+from bouncing_disk_ros.bag.writer import Latched
 from support.bags import QOS, START_NS, TYPES, Sent, messages
 
 KEPT = {"/disk/phase": 2, "/numbers": 1}

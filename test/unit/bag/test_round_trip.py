@@ -19,7 +19,7 @@ from sensor_msgs.msg import JointState, PointCloud2
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag import schema
-from bouncing_disk_ros.bag.message_type import message_type
+from bouncing_disk_ros.bag.messages import message_type
 from bouncing_disk_ros.bag.metadata import FileRow, Metadata, qos_from_text
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.bag_topic import Message
+from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.core.offset import CUBIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError

@@ -1,8 +1,12 @@
-"""Chunks and the messages in them: checked, decompressed, walked through without mcap's objects."""
+"""Chunks, and the messages and definitions in them: checked, decompressed, taken by numpy.
+
+The mcap library is not asked: it makes an object of each message, and trusts what lz4 data say of
+their own size.
+"""
 
 from __future__ import annotations
 
-import struct
+import functools
 import zlib
 from array import array
 from collections import Counter
@@ -14,18 +18,26 @@ import lz4.frame
 import numpy as np
 import zstandard
 from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.files import HEAD, PART
-from bouncing_disk_ros.bag.formats import BagError
+from bouncing_disk_ros.bag.records import (
+    HEAD,
+    INDEX_HEAD,
+    PART,
+    ChunkHead,
+    Content,
+    chunk,
+    definition,
+    places,
+)  # fmt: skip
+from bouncing_disk_ros.errors import BagError
 
 _MESSAGE_HEAD = np.dtype(
     [("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")]
 )
 """What stands before the data of a message."""
-_INDEX_HEAD = struct.Struct("<HI")
 _AT_ONCE = 8 * PART
 """Chunks up to this size are decompressed in one call, larger ones in parts."""
 _BATCH = 1 << 14
@@ -43,12 +55,12 @@ class Stored(NamedTuple):
 
 
 # --- decompressing --------------------------------------------------------------------------------
-def unpacked(content: memoryview) -> tuple[fields.ChunkHead, bytes]:
+def unpacked(content: memoryview) -> tuple[ChunkHead, bytes]:
     """Head and records of a chunk, from the content of its record; BagError when damaged.
 
     Never makes more bytes than the head says, and that within the limit.
     """
-    head = fields.chunk(content, len(content))
+    head = chunk(content, len(content))
     try:
         data = _decompressed(head, content[head.records_at :])
     except (zstandard.ZstdError, RuntimeError, EOFError, ValueError) as error:
@@ -58,7 +70,7 @@ def unpacked(content: memoryview) -> tuple[fields.ChunkHead, bytes]:
     return head, data
 
 
-def _decompressed(head: fields.ChunkHead, stored: memoryview) -> bytes:
+def _decompressed(head: ChunkHead, stored: memoryview) -> bytes:
     match head.compression:
         case "":
             if len(stored) != head.size:
@@ -109,18 +121,6 @@ def _lz4(stored: memoryview, size: int) -> bytes:
 
 
 # --- records in a chunk ---------------------------------------------------------------------------
-def records(data: bytes | memoryview) -> Iterator[tuple[int, int, int]]:
-    """Opcode, place and whole length of each record in a row; BagError when they do not fit."""
-    position, end = 0, len(data)
-    while position + HEAD.size <= end:
-        opcode, length = HEAD.unpack_from(data, position)
-        whole = HEAD.size + length
-        if position + whole > end:
-            break
-        yield opcode, position, whole
-        position += whole
-    if position != end:
-        raise BagError("damaged: a record goes beyond the end")
 
 
 class Inner:
@@ -132,12 +132,12 @@ class Inner:
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.definitions: list[tuple[int, int, int]] = []
-        places, lengths = array("I"), array("I")
+        begins, lengths = array("I"), array("I")
         others = 0
-        for row in records(data):
+        for row in places(data):
             opcode, position, whole = row
             if opcode == Opcode.MESSAGE:
-                places.append(position)
+                begins.append(position)
                 lengths.append(whole)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self.definitions.append(row)
@@ -145,7 +145,7 @@ class Inner:
                     raise BagError(f"damaged: more than {limits.DEFINED} definitions")
             elif opcode < 0x80 or (others := others + 1) > limits.RECORDS:
                 raise BagError(f"damaged: a record of kind {opcode} is not allowed in a chunk")
-        self.places = np.frombuffer(places, np.uint32)
+        self.places = np.frombuffer(begins, np.uint32)
         self._lengths = np.frombuffer(lengths, np.uint32)
         self._heads = self._read_heads()
         times = self._heads["log_time"], self._heads["publish_time"]
@@ -198,22 +198,24 @@ class Inner:
             return found[np.argsort(times, kind="stable")]
         return found
 
-    def index_records(self) -> bytes:
-        """The message indices of all channels, as they stand behind a chunk."""
-        if not len(self.channels):
-            return b""
+    @functools.cached_property
+    def indices(self) -> dict[int, bytes]:
+        """The entries of the message index of each channel: time and place of each message."""
         order = np.argsort(self.channels, kind="stable")
         rows = np.empty(len(order), [("time", "<u8"), ("place", "<u8")])
         rows["time"], rows["place"] = self.times[order], self.places[order]
         numbers, firsts = np.unique(self.channels[order], return_index=True)
-        parts = []
-        for number, first, end in zip(
-            numbers.tolist(), firsts.tolist(), [*firsts[1:].tolist(), len(order)], strict=True
-        ):
-            content = rows[first:end].tobytes()
-            head = HEAD.pack(Opcode.MESSAGE_INDEX, _INDEX_HEAD.size + len(content))
-            parts += [head, _INDEX_HEAD.pack(number, len(content)), content]
-        return b"".join(parts)
+        parts = np.split(rows, firsts[1:])
+        return {n: part.tobytes() for n, part in zip(numbers.tolist(), parts, strict=False)}
+
+    def index_records(self) -> bytes:
+        """The message indices of all channels, as they stand behind a chunk."""
+        return b"".join(
+            HEAD.pack(Opcode.MESSAGE_INDEX, INDEX_HEAD.size + len(entries))
+            + INDEX_HEAD.pack(number, len(entries))
+            + entries
+            for number, entries in self.indices.items()
+        )
 
     def messages(self, chosen: NDArray[np.intp]) -> Iterator[Stored]:
         """Those messages, in that order."""
@@ -227,3 +229,42 @@ class Inner:
                 self._heads[part].tolist(), begins.tolist(), ends, strict=True
             ):
                 yield Stored(channel, log_time, publish_time, sequence, data[begin:end])
+
+
+# --- definitions ----------------------------------------------------------------------------------
+class Definitions:
+    """Message types and channels by number; those of chunks have a checksum and prevail."""
+
+    def __init__(self) -> None:
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self._sure: dict[tuple[int, int], Schema | Channel] = {}
+
+    def take(self, opcode: int, content: Content) -> None:
+        """Take one that stands outside of chunks; BagError when damaged."""
+        row = definition(opcode, content)
+        if (opcode, row.id) not in self._sure:
+            self._keep(row)
+
+    def take_inner(self, inner: Inner) -> None:
+        """Take those in a chunk; BagError when damaged, or unlike others in it or another chunk."""
+        found: dict[tuple[int, int], Schema | Channel] = {}
+        for opcode, row in inner_definitions(inner):
+            key = opcode, row.id
+            if self._sure.get(key, row) != row or found.setdefault(key, row) != row:
+                raise BagError(f"its definition of number {row.id} differs from an earlier one")
+        self._sure.update(found)
+        for row in found.values():
+            self._keep(row)
+
+    def _keep(self, row: Schema | Channel) -> None:
+        if isinstance(row, Schema):
+            self.schemas[row.id] = row
+        else:
+            self.channels[row.id] = row
+
+
+def inner_definitions(inner: Inner) -> Iterator[tuple[int, Schema | Channel]]:
+    """The definitions in a chunk, with their opcode; BagError when damaged."""
+    for opcode, position, whole in inner.definitions:
+        yield opcode, definition(opcode, inner.data[position + HEAD.size : position + whole])

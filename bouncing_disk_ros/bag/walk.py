@@ -9,27 +9,194 @@ from __future__ import annotations
 
 import contextlib
 import struct
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 
+import numpy as np
 from mcap.opcode import Opcode
+from mcap.records import Header, Metadata
+from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag import fields
-from bouncing_disk_ros.bag.chunk_reader import Inner
-from bouncing_disk_ros.bag.file_pieces import Damage, Piece, record_name
-from bouncing_disk_ros.bag.files import HEAD, PART, RegularFile, Window
-from bouncing_disk_ros.bag.formats import BagError
-from bouncing_disk_ros.bag.index import MAGIC
-from bouncing_disk_ros.bag.search import ChunkSearch, TooDamagedError, Watch
+from bouncing_disk_ros.bag.chunks import Inner, unpacked
+from bouncing_disk_ros.bag.records import (
+    ATTACHMENT_HEAD,
+    CHUNK_HEAD,
+    HEAD,
+    INDEX_HEAD,
+    MAGIC,
+    PART,
+    RegularFile,
+    Stream,
+    Watch,
+    attachment,
+    checked_attachment,
+    chunk,
+    definition,
+    nothing,
+    read,
+)  # fmt: skip
+from bouncing_disk_ros.errors import BagError
 
+
+@dataclass
+class Piece:
+    """A whole record of `length` bytes at `offset`, or (MESSAGE) messages in a row.
+
+    `record` are its bytes, but of attachments, which may be long. `inner`: its messages.
+    """
+
+    opcode: int
+    offset: int
+    length: int
+    record: bytes = b""
+    inner: Inner | None = None
+
+
+@dataclass
+class Damage:
+    """Bytes that are lost; `counts` the messages of each channel in them, where that is known.
+
+    `holds_messages` is false of a record that is certainly no chunk.
+    """
+
+    offset: int
+    length: int
+    reason: str
+    counts: Counter[int] = field(default_factory=Counter)
+    span_ns: tuple[int, int] | None = None
+    holds_messages: bool = True
+    record: str = ""  # the attachment or note that it is, where it certainly is one
+
+
+def describe(name: str, damage: Damage) -> str:
+    """A damage in words."""
+    what = f"{damage.counts.total()} messages" if damage.counts else "messages in them unknown"
+    what = what if damage.holds_messages else damage.record or "no messages"
+    return (
+        f"{name}: bytes {damage.offset} to {damage.offset + damage.length}: {damage.reason}: {what}"
+    )
+
+
+def record_name(opcode: int, name: str) -> str:
+    """An attachment or a metadata record in words; name '': not known."""
+    what = "attachment" if opcode == Opcode.ATTACHMENT else "note"
+    return f"{what} {name}" if name else f"an {what}" if what == "attachment" else f"a {what}"
+
+
+# --- the next chunk in damaged bytes --------------------------------------------------------------
+_NAME_AT = HEAD.size + 28
+"""Where the name of the compression stands in a chunk record, after its length."""
+_NAMES = (b"\0\0\0\0", b"\4\0\0\0zstd", b"\3\0\0\0lz4")
+_LOOKED_AT = _NAME_AT + 8
+"""Bytes of a record by which a chunk is known."""
+_TRIED = 4096
+"""A place that looks like a chunk and is none costs at least as much as so many bytes."""
+
+
+class TooDamagedError(Exception):
+    """Ends a walk: more work than damage may cause. Within a walk a BagError means one record."""
+
+
+class ChunkSearch:
+    """Reads chunks of a file; what is spent on places that are none is limited."""
+
+    def __init__(self, file: RegularFile, watch: Watch) -> None:
+        self._file, self._watch = file, watch
+        self._left = limits.SEARCHED + 2 * file.size
+
+    def read(self, position: int, whole: int) -> Piece:
+        """The chunk that stands at a position, `whole` bytes long, whatever its opcode is.
+
+        Raises BagError where none stands, TooDamagedError when that was tried too often.
+        """
+        cost = _TRIED
+        try:
+            length = whole - HEAD.size
+            beginning = self._file.read(position + HEAD.size, min(length, CHUNK_HEAD))
+            cost += whole + chunk(beginning, length).size
+            record = self._file.read(position, whole)
+            if record[0] != Opcode.CHUNK:
+                record = bytes([Opcode.CHUNK]) + record[1:]
+            _, data = unpacked(memoryview(record)[HEAD.size :])
+            return Piece(Opcode.CHUNK, position, whole, record, Inner(data))
+        except BagError:
+            self._left -= cost
+            if self._left < 0:
+                raise TooDamagedError("too many places look like chunks") from None
+            raise
+
+    def after(self, position: int) -> int | None:
+        """Where the next whole chunk begins."""
+        size = self._file.size
+        for start in range(position, size, PART):
+            self._watch(start, size)
+            window = self._file.read(start, min(PART + _LOOKED_AT, size - start))
+            for place in _candidates(window):
+                _, length = HEAD.unpack_from(window, place)
+                if start + place + HEAD.size + length > size:
+                    continue
+                with contextlib.suppress(BagError):
+                    self.read(start + place, HEAD.size + length)
+                    return start + place
+        return None
+
+
+def _candidates(window: bytes) -> list[int]:
+    """Places where a chunk may begin: of a length below 2**40 and a compression that is known.
+
+    Takes the same time whatever the window holds.
+    """
+    data = np.frombuffer(window + bytes(_LOOKED_AT), np.uint8)
+    count = min(len(window), PART)
+
+    def at(offset: int) -> NDArray[np.uint8]:
+        return data[offset : offset + count]
+
+    found = (at(0) == Opcode.CHUNK) & (at(6) == 0) & (at(7) == 0) & (at(8) == 0)
+    found &= (at(_NAME_AT + 1) == 0) & (at(_NAME_AT + 2) == 0) & (at(_NAME_AT + 3) == 0)
+    places = np.flatnonzero(found).tolist()
+    return [place for place in places if window.startswith(_NAMES, place + _NAME_AT)]
+
+
+# --- the walk -------------------------------------------------------------------------------------
 BLOCK = 1 << 20
 """Messages outside of chunks are taken together in blocks of about this size."""
-_MESSAGE_INDEX = struct.Struct("<HI")
 _SPAN = struct.Struct("<QQ")
 
 
-def nothing(_passed: int, _size: int) -> None:
-    """Watch nothing."""
+class Window:
+    """The part of a file that a walk looks at, moved along with it."""
+
+    def __init__(self, file: RegularFile) -> None:
+        self._file = file
+        self._data, self._at = b"", 0
+
+    def _within(self, position: int, length: int) -> int:
+        """Where a stretch of the file begins in the window, which is moved to it if need be."""
+        within = position - self._at
+        if not 0 <= within <= len(self._data) - length:
+            part = min(max(PART, length), self._file.size - position)
+            if part < length:
+                raise BagError("cut off")
+            self._data, self._at, within = self._file.read(position, part), position, 0
+        return within
+
+    def unpack(self, form: struct.Struct, position: int) -> tuple[int, ...]:
+        """Numbers at a position; BagError where the file ends before."""
+        within = self._within(position, form.size)
+        return form.unpack_from(self._data, within)
+
+    def bytes(self, position: int, length: int) -> bytes:
+        """A short stretch of the file; BagError where it ends before."""
+        within = self._within(position, length)
+        return self._data[within : within + length]
+
+    def head(self, position: int) -> tuple[int, int]:
+        """Opcode and length of the content of the record at a position."""
+        opcode, length = self.unpack(HEAD, position)
+        return opcode, length
 
 
 class Walk:
@@ -41,6 +208,7 @@ class Walk:
         self._is_chunked: bool | None = None
         self._one_by_one = 0  # messages before this place are taken one by one
         self._lost: Damage | None = None  # the damage that message indices belong to
+        self._inner: Inner | None = None  # the chunk before, if it is whole
         self._indices_left = 0  # message indices that may follow
         self._damages = self._empty = self._attached = self._definitions = 0
         self._defined: set[bytes] = set()  # records that are definitions
@@ -79,14 +247,14 @@ class Walk:
 
     def _note(self, found: Piece | Damage) -> None:
         if isinstance(found, Damage):
-            self._lost = found
+            self._lost, self._inner = found, None
             if found.holds_messages:
                 self._indices_left = 1 << 16  # one for each channel
             self._damages += 1
             if self._damages > limits.DAMAGES:
                 raise TooDamagedError(f"more than {limits.DAMAGES} places")
         elif found.opcode == Opcode.CHUNK and found.inner is not None:
-            self._is_chunked, self._lost = True, None
+            self._is_chunked, self._lost, self._inner = True, None, found.inner
             self._indices_left = len(found.inner.times)
         elif found.opcode in (Opcode.ATTACHMENT, Opcode.METADATA):
             self._attached += 1
@@ -136,11 +304,11 @@ class Walk:
             case Opcode.SCHEMA | Opcode.CHANNEL:
                 return self._definition(opcode, position, record)
             case Opcode.METADATA:
-                fields.metadata(content)
+                read(Metadata, content)
             case _:
                 if position != len(MAGIC):
                     raise BagError("a header in the middle of the file")
-                fields.header(content)
+                read(Header, content)
                 return whole
         return Piece(opcode, position, whole, record)
 
@@ -152,17 +320,12 @@ class Walk:
         if record in self._defined:
             return len(record)
         content = memoryview(record)[HEAD.size :]
-        fields.schema(content) if opcode == Opcode.SCHEMA else fields.channel(content)
+        definition(opcode, content)
         self._defined.add(record)
         return Piece(opcode, position, len(record), record)
 
     def _attachment(self, position: int, whole: int) -> Piece:
-        start, length = position + HEAD.size, whole - HEAD.size
-        content = self._file.read(start, min(length, fields.ATTACHMENT_HEAD))
-        fields.attachment(content, length)
-        (crc,) = struct.unpack("<I", self._file.read(start + length - 4, 4))
-        if crc and self._file.checksum(start, length - 4) != crc:
-            raise BagError("damaged attachment: the checksum is wrong")
+        checked_attachment(self._file, position, whole)
         return Piece(Opcode.ATTACHMENT, position, whole)
 
     def _messages(self, position: int, whole: int) -> Piece:
@@ -193,10 +356,11 @@ class Walk:
 
     def _count_lost(self, position: int, whole: int) -> None:
         """Check a message index; after a damage it says what is lost."""
-        if whole < HEAD.size + _MESSAGE_INDEX.size:
+        rest = whole - HEAD.size - INDEX_HEAD.size
+        if rest < 0:
             raise BagError("damaged message index")
-        channel, length = self._window.unpack(_MESSAGE_INDEX, position + HEAD.size)
-        if length != whole - HEAD.size - _MESSAGE_INDEX.size:
+        channel, length = self._window.unpack(INDEX_HEAD, position + HEAD.size)
+        if length != rest and not (length < rest and self._is_true(channel, position, length)):
             raise BagError("damaged message index")
         if not length:
             self._empty += 1
@@ -208,6 +372,13 @@ class Walk:
             raise BagError("more message indices than messages")
         if self._lost is not None and self._lost.holds_messages:
             self._lost.counts[channel] += length // 16
+
+    def _is_true(self, channel: int, position: int, length: int) -> bool:
+        """Whether a message index, with bytes behind it, is that of the chunk before."""
+        true = self._inner.indices.get(channel, b"") if self._inner is not None else b""
+        if not true or len(true) != length:
+            return False
+        return self._file.read(position + HEAD.size + INDEX_HEAD.size, length) == true
 
     # --- damage -----------------------------------------------------------------------------------
     def _damage(self, position: int, reason: str) -> Piece | Damage:
@@ -231,13 +402,13 @@ class Walk:
         """Which attachment or note a damaged record is; '': neither."""
         if opcode not in (Opcode.ATTACHMENT, Opcode.METADATA):
             return ""
-        content = self._file.read(position + HEAD.size, min(length, fields.ATTACHMENT_HEAD))
+        content = self._file.read(position + HEAD.size, min(length, ATTACHMENT_HEAD))
         name = ""
         with contextlib.suppress(BagError):
             if opcode == Opcode.ATTACHMENT:
-                name = fields.attachment(content, length).name
+                name = attachment(content, length).name
             else:
-                name = fields.Fields(content).name()
+                name = Stream(content).name()
         return record_name(opcode, name)
 
     def _leads_on(self, position: int) -> bool:

@@ -1,0 +1,461 @@
+"""Messages of a bag as objects, columns and rows of points; `rosbags` decodes by the bag's types.
+
+`rosbags` makes code of a definition and trusts it, so a definition is checked before: names,
+numbers of fields, lengths of arrays, types within types (none within itself), and for each message
+how many objects it would become. Points of clouds are viewed, not decoded; no Python loop runs over
+them.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.errors import BagError, InputError, closest
+from bouncing_disk_ros.units import NS
+
+_TYPE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_BASE, _NESTED, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
+_SIZES = {
+    "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
+    "uint32": 4, "float32": 4, "int64": 8, "uint64": 8, "float64": 8,
+}  # fmt: skip
+_LENGTH = {"little": struct.Struct("<I"), "big": struct.Struct(">I")}
+Types = dict[str, tuple[list[Any], list[Any]]]
+
+
+class Form(NamedTuple):
+    """The form of the messages of a topic; `fault` says why it cannot be used."""
+
+    type: str = ""
+    definition: str = ""
+    encoding: str = ""  # of the definition
+    message_encoding: str = ""
+    fault: str = ""
+
+
+class Measure(NamedTuple):
+    """What a value of a type takes at least, and what it becomes."""
+
+    bytes: int
+    objects: int
+    listed: int  # strings and messages in arrays of fixed length
+    density: float  # most objects for a byte of a sequence in it
+
+
+class MessageType:
+    """The type `kind` and those in it. Raises BagError for a definition that cannot be used."""
+
+    def __init__(self, kind: str, text: str) -> None:
+        try:  # here: who only records or recovers can do without it
+            from rosbags.typesys import get_types_from_msg
+        except ImportError:
+            raise BagError("decoding messages needs rosbags: pip install rosbags") from None
+        self.kind = kind
+        self._measures: dict[str, Measure] = {}
+        try:
+            lines = _lines(text)
+            try:
+                read: Types = get_types_from_msg(lines, kind)
+            except Exception as error:  # noqa: BLE001 (whatever the parser does not understand)
+                reason = " ".join(str(error).split())[-120:]
+                raise BagError(f"it cannot be read: {reason}") from None
+            self.types: Types = {
+                name: (constants, [(one, _unsigned(form)) for one, form in members])
+                for name, (constants, members) in read.items()
+            }
+            self._check_names()
+            self._density = self._measure(kind, 0).density
+        except BagError as error:
+            raise BagError(f"definition of {kind}: {error}") from None
+
+    def _check_names(self) -> None:
+        for name, (constants, members) in self.types.items():
+            names = [row[0] for row in (*constants, *members)]
+            if not _TYPE_NAME.fullmatch(name) or "__" in name:
+                raise BagError(f"the name {name!r} cannot be one of a type")
+            if wrong := [one for one in names if not _NAME.fullmatch(one)]:
+                raise BagError(f"the name {wrong[0]!r} cannot be one of a field")
+
+    # --- sizes ------------------------------------------------------------------------------------
+    def _measure(self, name: str, depth: int) -> Measure:
+        if name in self._measures:
+            return self._measures[name]
+        if name not in self.types:
+            raise BagError(f"the type {name} is not defined in it")
+        if depth > limits.DEPTH:
+            raise BagError(f"more than {limits.DEPTH} levels, or a type within itself")
+        size, objects, listed, density = 0, 1, 0, 0.0
+        for _, description in self.types[name][1]:
+            part = self._measure_member(description, depth)
+            size, objects, listed = size + part.bytes, objects + part.objects, listed + part.listed
+            density = max(density, part.density)
+            if listed > limits.ARRAY or objects > limits.OBJECTS:
+                raise BagError(f"more than {limits.ARRAY} strings or messages in arrays")
+        self._measures[name] = found = Measure(max(size, 1), objects, listed, density)
+        return found
+
+    def _measure_member(self, description: Any, depth: int) -> Measure:
+        kind, content = description
+        if kind == _BASE:
+            if content[0] == "string":
+                return Measure(5, 1, 0, 0.0)
+            if content[0] not in _SIZES:
+                raise BagError(f"the type {content[0]} is not supported")
+            return Measure(_SIZES[content[0]], 1, 0, 0.0)
+        if kind == _NESTED:
+            return self._measure(content, depth + 1)
+        one, count = self._measure_member(content[0], depth), content[1]
+        numbers = _is_number(content[0])
+        if kind == _SEQUENCE:
+            density = 0.0 if numbers else max(one.density, one.objects / one.bytes)
+            return Measure(4, 1, 0, max(one.density, density))
+        if not 1 <= count <= (1 << 31 if numbers else limits.ARRAY):
+            raise BagError(f"an array of length {count}: 1 to {limits.ARRAY}")
+        if numbers:
+            return Measure(count * one.bytes, 1, 0, 0.0)
+        return Measure(
+            count * one.bytes, count * one.objects, count * (1 + one.listed), one.density
+        )
+
+    # --- messages ---------------------------------------------------------------------------------
+    def check(self, data: bytes) -> None:
+        """BagError when a message would become too many objects."""
+        if len(data) * self._density <= limits.OBJECTS:
+            return
+        try:
+            _Count(self.types, data).take(self.kind, 0)
+        except struct.error:  # it ends too early: decoding says so
+            return
+        except _TooManyError:
+            raise BagError(
+                f"a message of {self.kind} with more than {limits.OBJECTS} strings and messages"
+            ) from None
+
+
+def _lines(text: str) -> str:
+    """A definition without comments of their own lines; BagError when it is too long."""
+    if len(text) > limits.DEFINITION:
+        raise BagError(f"{len(text)} characters: at most {limits.DEFINITION}")
+    lines = [
+        line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if len(lines) > limits.FIELDS:
+        raise BagError(f"{len(lines)} lines: at most {limits.FIELDS}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+@functools.lru_cache(maxsize=64)
+def message_type(kind: str, text: str) -> MessageType:
+    """`MessageType`, made once of each definition; `package/Name` is `package/msg/Name`."""
+    return MessageType(kind.replace("/", "/msg/") if kind.count("/") == 1 else kind, text)
+
+
+def _unsigned(form: Any) -> Any:
+    """The form of a field with `byte` as ROS 2 has it, 0 to 255; the library takes it as signed."""
+    kind, what = form
+    if kind == _BASE:
+        return (kind, ("uint8", what[1])) if what[0] == "byte" else form
+    return form if kind == _NESTED else (kind, (_unsigned(what[0]), *what[1:]))
+
+
+def _is_number(description: Any) -> bool:
+    return bool(description[0] == _BASE and description[1][0] != "string")
+
+
+class _TooManyError(Exception):
+    """More objects than a message may become."""
+
+
+class _Count:
+    """Counts the strings and messages in the sequences of one message, without decoding it."""
+
+    def __init__(self, types: Types, data: bytes) -> None:
+        self._types, self._data = types, memoryview(data)[4:]
+        self._length = _LENGTH["little" if data[1:2] == b"\x01" else "big"]
+        self._count = 0
+
+    def take(self, name: str, position: int) -> int:
+        """Pass over a value of a type; where it ends."""
+        for _, description in self._types[name][1]:
+            position = self._member(description, position)
+        return position if self._types[name][1] else position + 1
+
+    def _member(self, description: Any, position: int) -> int:
+        kind, content = description
+        if kind == _BASE:
+            if content[0] == "string":
+                position = -(-position // 4) * 4
+                return position + 4 + self._number(position)
+            return self._numbers(content[0], 1, position)
+        if kind == _NESTED:
+            return self.take(content, position)
+        count = content[1]
+        if kind == _SEQUENCE:
+            position = -(-position // 4) * 4
+            count = self._number(position)
+            position += 4
+        if _is_number(content[0]):
+            return self._numbers(content[0][1][0], count, position)
+        self._count += count
+        if self._count > limits.OBJECTS:
+            raise _TooManyError
+        for _ in range(count):
+            position = self._member(content[0], position)
+        return position
+
+    def _numbers(self, name: str, count: int, position: int) -> int:
+        size = _SIZES[name]
+        return -(-position // size) * size + count * size if count else position
+
+    def _number(self, position: int) -> int:
+        return int(self._length.unpack_from(self._data, position)[0])
+
+
+# --- objects and columns --------------------------------------------------------------------------
+CLOUD = "sensor_msgs/msg/PointCloud2"
+_TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+_ENCAPSULATION = 4
+"""Bytes before the fields of a message; the first two say that it is CDR, and its byte order."""
+_PADDED = 1 << 28
+"""Texts that would take more bytes as an array of one width are a column of objects."""
+Decode = Callable[[bytes], Any]
+
+
+def usable(form: Form) -> MessageType:
+    """The type of messages of a form. InputError: not of ROS 2, BagError: it cannot be used."""
+    kind = form.type
+    if form.encoding != "ros2msg" and not form.fault:
+        allowed = "ros2msg (that is what rosbag2 writes for .msg types)"
+        raise InputError(f"definition of {kind}", form.encoding, allowed)
+    if form.message_encoding != "cdr":
+        raise InputError(f"messages of {kind}", form.message_encoding, "cdr")
+    if form.fault:
+        raise BagError(f"messages of {kind or 'unknown type'} cannot be decoded: {form.fault}")
+    return message_type(kind, form.definition)
+
+
+@functools.lru_cache(maxsize=64)
+def decoder(form: Form) -> Decode:
+    """A function from the CDR of one message to an object with its fields; raises as `usable`."""
+    found = usable(form)
+    kind = found.kind
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(found.types)
+        made = store.get_msgdef(kind)
+    except Exception as error:  # noqa: BLE001 (whatever the library does not understand)
+        raise BagError(f"definition of {kind}: cannot be used: {error}") from None
+
+    readers = {b"\0\0": made.deserialize_cdr_be, b"\0\1": made.deserialize_cdr_le}
+
+    def decode(data: bytes) -> Any:
+        found.check(data)
+        read = readers.get(data[:2])
+        if read is None or len(data) < _ENCAPSULATION:
+            raise BagError(f"a message of {kind} cannot be decoded: {data[:4].hex()} is no CDR")
+        try:  # rmw_serialize leaves bytes behind a message: those are not looked at
+            return read(data[_ENCAPSULATION:], 0, made.cls, store)[0]
+        except Exception as error:  # noqa: BLE001
+            raise BagError(f"a message of {kind} cannot be decoded: {error}") from None
+
+    return decode
+
+
+def check_installed(form: Form) -> None:
+    """InputError unless messages of a form have just the fields of the type installed here.
+
+    Where no package of that type is installed, those of the type in ROS 2 Jazzy. Raises as
+    `usable` for what cannot be decoded at all.
+    """
+    theirs = usable(form).types
+    ours = message_type(form.type, schema_of(form.type).text).types
+    if any(name not in theirs or theirs[name][1] != row[1] for name, row in ours.items()):
+        allowed = "the fields of the type that is installed here"
+        raise InputError(f"definition of {form.type}", "other fields in the bag", allowed)
+
+
+def field_names(message: Any, prefix: str = "") -> list[str]:
+    """Dotted names of the fields of a message; times and lists of messages count as one."""
+    names = []
+    for name in message.__dataclass_fields__:
+        if name == "__msgtype__":
+            continue
+        value = getattr(message, name)
+        if hasattr(value, "__msgtype__") and value.__msgtype__ not in _TIMES:
+            names += field_names(value, f"{prefix}{name}.")
+        else:
+            names.append(prefix + name)
+    return names
+
+
+def gather(messages: Iterable[Any], fields: Sequence[str] | None) -> dict[str, NDArray[Any]]:
+    """Columns of messages of one type, by dotted names; None: all fields."""
+    values: dict[str, list[Any]] = {name: [] for name in fields or ()}
+    getters: list[tuple[Callable[[Any], Any], list[Any]]] = []
+    for message in messages:
+        if not getters:
+            names = field_names(message)
+            if fields is None:
+                values = {name: [] for name in names}
+            getters = [(_getter(message, name, names), column) for name, column in values.items()]
+        for get, column in getters:
+            column.append(get(message))
+    return {name: as_column(column) for name, column in values.items()}
+
+
+def _getter(message: Any, name: str, names: Sequence[str]) -> Callable[[Any], Any]:
+    get = attrgetter(name)
+    try:
+        value = get(message)
+    except AttributeError:
+        hint = closest(name, names)
+        raise InputError("field", name, ", ".join(names), hint) from None
+    if getattr(value, "__msgtype__", "") not in _TIMES:
+        return get
+
+    def nanoseconds(message: Any) -> int:
+        time = get(message)
+        return int(time.sec) * NS + int(time.nanosec)
+
+    return nanoseconds
+
+
+def as_column(values: Sequence[Any]) -> NDArray[Any]:
+    """Values as an array: numbers and texts 1-D, arrays of one length 2-D, all else objects."""
+    first = values[0] if values else None
+    if isinstance(first, str) and 4 * max(map(len, values)) * len(values) > _PADDED:
+        return np.array(values, dtype=object)
+    if isinstance(first, (bool, int, float, str)):
+        return np.array(values)
+    if isinstance(first, np.ndarray) and len({value.shape for value in values}) == 1:
+        return np.stack(values)
+    column = np.empty(len(values), dtype=object)
+    for place, value in enumerate(values):
+        column[place] = value
+    return column
+
+
+# --- points of clouds -----------------------------------------------------------------------------
+_FORMATS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_MEMBERS = ("fields", "height", "width", "point_step", "row_step", "is_bigendian", "data")
+_POINT = 1 << 20
+"""Bytes of a point, at most."""
+_END = 4
+"""A message ends at most so many bytes after its points: a flag, and what fills up a word."""
+
+
+def cloud_dtype(cloud: Any) -> np.dtype[np.void]:
+    """The dtype of the points of a cloud, from its own list of fields; BagError: untrue."""
+    order = ">" if cloud.is_bigendian else "<"
+    step = int(cloud.point_step)
+    if not 0 < step <= _POINT or len(cloud.fields) > limits.CLOUD_FIELDS:
+        given = f"{step} bytes and {len(cloud.fields)} fields"
+        raise BagError(f"a cloud of points of {given}: at most {_POINT} and {limits.CLOUD_FIELDS}")
+    names, formats, offsets = [], [], []
+    for field in cloud.fields:
+        one = _FORMATS.get(field.datatype)
+        count = max(field.count, 1)
+        if one is None or field.offset + count * int(one[1]) > step:
+            given = f"type {field.datatype}, {field.count} times from byte {field.offset}"
+            raise BagError(f"a field of a cloud, {field.name!r}, not within a point: {given}")
+        names.append(field.name)
+        formats.append(order + one if count == 1 else (order + one, (count,)))
+        offsets.append(field.offset)
+    if len({*names}) < len(names) or not all(name.isprintable() and name for name in names):
+        raise BagError("a cloud whose fields have equal, empty or unprintable names")
+    layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": step}
+    return np.dtype(layout)  # type: ignore[call-overload, no-any-return, unused-ignore]
+
+
+class CloudRows:
+    """Points of the clouds of one topic, gathered into one structured array."""
+
+    def __init__(self, decode: Decode) -> None:
+        self._decode = decode
+        self._frame, self._layout = b"", b""  # the bytes that two clouds of one layout share
+        self._places = (0, 0)  # of height and of the points; 0: not known
+        self._dtype: np.dtype[np.void] | None = None
+        self._points = bytearray()
+
+    @property
+    def dtype(self) -> np.dtype[np.void] | None:
+        """That of the points; None before the first message."""
+        return self._dtype
+
+    def add(self, data: bytes) -> int:
+        """Take the points of one message; how many they are. BagError when it is damaged."""
+        height_at, points_at = self._places
+        known = (
+            points_at > 0
+            and data[12:height_at] == self._frame
+            and data[height_at + 8 : points_at - 8] == self._layout
+            and data[:4] == b"\0\1\0\0"
+            and len(data) > points_at
+        )
+        if not known:
+            return self._learn(data)
+        row_step, length = struct.unpack_from("<II", data, points_at - 8)
+        height, width = struct.unpack_from("<II", data, height_at)
+        assert self._dtype is not None
+        step = self._dtype.itemsize
+        fits = 0 <= len(data) - points_at - length <= _END
+        if row_step != width * step or length != height * row_step or not fits:
+            return self._learn(data)
+        self._points += memoryview(data)[points_at : points_at + length]
+        return int(height * width)
+
+    def _learn(self, data: bytes) -> int:
+        """Decode a message in full and remember where its parts stand."""
+        cloud = self._decode(data)
+        if not all(hasattr(cloud, name) for name in _MEMBERS):
+            raise BagError("a cloud without the members of PointCloud2: its definition is another")
+        dtype, points = cloud_dtype(cloud), cloud.data.tobytes()
+        if self._dtype not in (None, dtype):
+            raise BagError("the clouds of this topic have different fields; read them one by one")
+        if (
+            cloud.row_step != cloud.width * cloud.point_step
+            or len(points) != cloud.height * cloud.row_step
+        ):
+            raise BagError("a cloud with gaps between its rows; read it with `decoded`")
+        self._dtype = dtype
+        self._remember(data, points)
+        self._points += points
+        return int(cloud.width * cloud.height)
+
+    def _remember(self, data: bytes, points: bytes) -> None:
+        """Where height and points stand, if they stand where a cloud has them."""
+        (length,) = struct.unpack_from("<I", data, 12)  # of the name of the frame
+        height_at = 4 + (12 + length + 3) // 4 * 4
+        points_at = (len(data) - 1 - len(points)) // 4 * 4
+        self._places = (0, 0)
+        if data[:4] != b"\0\1\0\0" or not height_at + 16 <= points_at:
+            return
+        if data[points_at - 4 : points_at + len(points)] == struct.pack("<I", len(points)) + points:
+            self._places = (height_at, points_at)
+            self._frame = data[12:height_at]
+            self._layout = data[height_at + 8 : points_at - 8]
+
+    def array(self) -> NDArray[np.void]:
+        """All points, in the order of the messages; writable, and nobody else's."""
+        if self._dtype is None:
+            return np.zeros(0, np.dtype([]))
+        return np.frombuffer(self._points, self._dtype)
+
+    def take(self) -> NDArray[np.void]:
+        """The points since the last call, and forget them."""
+        points = self.array()
+        self._points = bytearray()
+        return points
