@@ -1,63 +1,76 @@
-"""True counts of lost messages: from gaps in the publisher's numbering, or in that of the rows."""
+"""True counts of lost messages and rows: gaps in a number that runs on from one to the next."""
 
 from __future__ import annotations
 
-UNKNOWN = (1 << 64) - 1
-"""The number that a middleware without numbering gives."""
+from collections.abc import Callable
+
+Gids = frozenset[bytes]
+"""The identities of the publishers of a topic."""
+UNKNOWN = (1 << 32) - 1
+"""The number, as a bag has it, of a message that the middleware did not number."""
+UNNUMBERED = "the middleware does not number messages"
 
 
-class SequenceLoss:
-    """Gaps in the sequence numbers of one publisher.
-
-    A late joiner's first number is any. With two publishers on a topic their numbers mix, and the
-    loss cannot be counted: then `why_not` says so.
-    """
+class Gaps:
+    """Gaps in a running number; the first one is any, that of a late joiner."""
 
     def __init__(self) -> None:
         self.lost = 0
-        self.why_not = ""
-        self._last: int | None = None
+        self.next: int | None = None
 
-    @property
-    def begun(self) -> bool:
-        """Whether there is a number to go on from."""
-        return self._last is not None
+    def take(self, first: int, last: int | None = None, count: int = 1) -> int:
+        """So many numbers came, from `first` to `last`; how many are missing before and in them.
 
-    def gap(self, sequence: int) -> int:
-        """How many numbers lie between the last one and this; below 0: another publisher."""
-        if sequence == UNKNOWN:
-            self.why_not = "the middleware does not number messages"
-            return 0
-        return 0 if self._last is None else sequence - self._last - 1
-
-    def take(self, sequence: int) -> None:
-        """Number `sequence` came; what lies before it is lost."""
-        if self._last is not None:
-            self.lost += max(0, sequence - self._last - 1)
-        self._last = sequence
+        Below 0: the number has fallen, something else is counted from here on.
+        """
+        last = first if last is None else last
+        gap = 0 if self.next is None else first - self.next
+        self.next = last + 1
+        missing = max(gap, 0) + max(last - first + 1 - count, 0)
+        self.lost += missing
+        return missing or min(gap, 0)
 
     def restart(self) -> None:
-        """Another publisher, or a pause: the next number is a first one."""
-        self._last = None
+        """After a pause: the next number is a first one."""
+        self.next = None
+
+
+class MessageLoss(Gaps):
+    """Messages of one topic that did not arrive, by the numbers that its publisher gives.
+
+    `publishers` asks the graph. The numbers of several publishers mix: while there are several,
+    nothing can be counted, and `why_not` says from then on why the count may be too small.
+    """
+
+    def __init__(self, publishers: Callable[[], Gids]) -> None:
+        super().__init__()
+        self.why_not = ""
+        self._publishers = publishers
+        self._known: Gids = frozenset()
+        self._mixed = False
+
+    def note(self, number: int | None) -> None:
+        """A message came with this number; None: the middleware does not number them."""
+        if self._mixed:
+            return
+        if number is None or number != self.next:  # the first one, a gap, or another publisher
+            found = self._publishers()
+            self._mixed = len(found) > 1 or number is None
+            if self._mixed:
+                several = f"{len(found)} publishers on the topic"
+                self.why_not = UNNUMBERED if number is None else several
+                return
+            if not found <= self._known:
+                self.restart()
+            self._known = found
+        assert number is not None
+        self.take(number)
+
+    def look(self) -> None:
+        """Look again, once in a while, whether there is one publisher only."""
+        if self._mixed and len(self._publishers()) < 2:
+            self._mixed = False
+            self.restart()
 
     def __str__(self) -> str:
         return f"not countable: {self.why_not}" if self.why_not else str(self.lost)
-
-
-class IndexLoss:
-    """Gaps in a gapless running index of rows; an index that falls is that of a new run."""
-
-    def __init__(self) -> None:
-        self.lost = 0
-        self._next: int | None = None
-
-    def take(self, first: int, last: int, rows: int) -> None:
-        """A message came with `rows` rows, from index `first` to `last`."""
-        if self._next is not None and first >= self._next:
-            self.lost += first - self._next
-        self.lost += last - first + 1 - rows
-        self._next = last + 1
-
-    def restart(self) -> None:
-        """A pause: the next index is a first one."""
-        self._next = None

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
+from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report import impact_text
@@ -40,7 +41,7 @@ class ImpactPrinter(Node):
         self._finished = False
         self._error: Exception | None = None
         self._last = time.monotonic()
-        self._losses = impact_text.LossCounter()
+        self._gaps = Gaps()
         self._refusals = RefusalLog(_remark)
         topic = TOPICS["disk/impacts"]
         self._subscription = self.create_subscription(
@@ -91,7 +92,7 @@ class ImpactPrinter(Node):
         if len(rows) == 0:
             return
         self._last = time.monotonic()
-        remark = self._losses.note(rows)
+        remark = impact_text.lost_rows(self._gaps, rows)
         if remark:
             _remark(remark)
         if self._count:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 
 _COLUMNS = (
@@ -79,25 +80,10 @@ def _names() -> Sequence[str]:
     return names
 
 
-class LossCounter:
-    """Finds gaps in the index of rows that should be gapless."""
-
-    def __init__(self) -> None:
-        self.lost = 0
-        self._next: int | None = None
-
-    def note(self, rows: NDArray[np.void]) -> str:
-        """Take the next rows (IMPACT_DTYPE, not empty); what is wrong with them, or ''."""
-        indices = rows["index"].astype(np.int64)
-        expected = self._next if self._next is not None else int(indices[0])
-        steps = np.diff(np.concatenate(([expected - 1], indices)))
-        self._next = int(indices[-1]) + 1
-        if np.any(steps < 1):
-            first = int(indices[np.argmax(steps < 1)])
-            return f"the index starts again at {first}: another run"
-        lost = int(np.sum(steps - 1))
-        self.lost += lost
-        if not lost:
-            return ""
-        before = int(indices[np.argmax(steps > 1)])
-        return f"{lost} row(s) lost before index {before}, {self.lost} in all"
+def lost_rows(gaps: Gaps, rows: NDArray[np.void]) -> str:
+    """Take the next rows (IMPACT_DTYPE, not empty); what is wrong with their index, or ''."""
+    first, last = int(rows["index"][0]), int(rows["index"][-1])
+    missing = gaps.take(first, last, len(rows))
+    if missing < 0:
+        return f"the index starts again at {first}: another run"
+    return f"{missing} row(s) lost up to index {last}, {gaps.lost} in all" if missing else ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
-from bouncing_disk_ros.bag.loss import UNKNOWN, SequenceLoss
+from bouncing_disk_ros.bag.loss import UNKNOWN, UNNUMBERED, Gaps
 from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError, closest, counted
@@ -173,25 +173,24 @@ class Losses:
     """Gaps in the numbers of the messages of each topic."""
 
     def __init__(self) -> None:
-        self._topics: dict[str, SequenceLoss] = {}
-        self._falls: dict[str, int] = {}
+        self._topics: dict[str, Gaps] = {}
+        self._falls: Counter[str] = Counter()
+        self._why_not = dict[str, str]()
 
     def note(self, message: Message) -> None:
         """A message, in the order of reception."""
-        loss = self._topics.setdefault(message.topic, SequenceLoss())
-        if message.sequence == 0:
-            loss.why_not = "the recorder did not number them"
-        if loss.gap(message.sequence) < 0:
-            self._falls[message.topic] = self._falls.get(message.topic, 0) + 1
-            loss.restart()
-        loss.take(message.sequence)
+        if message.sequence in (0, UNKNOWN):
+            why_not = UNNUMBERED if message.sequence else "the recorder did not number them"
+            self._why_not[message.topic] = why_not
+        elif self._topics.setdefault(message.topic, Gaps()).take(message.sequence) < 0:
+            self._falls[message.topic] += 1
 
     def of(self, topic: str, runs: int) -> str:
         """How many messages were lost, in words."""
-        loss = self._topics.get(topic, SequenceLoss())
-        if not loss.why_not and self._falls.get(topic, 0) >= max(2, runs):
-            loss.why_not = "several publishers on the topic"
-        return str(loss)
+        several = self._falls[topic] >= max(2, runs) and "several publishers on the topic"
+        if why_not := self._why_not.get(topic) or several:
+            return f"not countable: {why_not}"
+        return str(self._topics[topic].lost if topic in self._topics else 0)
 
 
 # ------------------------------------------------------------------------------------------------

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import Disk, Energy, MotionInForce
 from bouncing_disk_ros.errors import InputError, shown
-from bouncing_disk_ros.report.impact_text import LossCounter
 from bouncing_disk_ros.report.record_validation import (
     checked_motion,
     checked_number,
@@ -73,7 +73,7 @@ class RunRecordBuilder:
         self.record = record
         self.phase = ""
         self._prefix = namespace.strip("/")
-        self._losses = LossCounter()
+        self._index_gaps = Gaps()
         self._trajectories = RecordedTrajectories(record.offsets)
         self._motions = RecordedMotions(record.motions)
         self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
@@ -161,8 +161,9 @@ class RunRecordBuilder:
         rows = checked_rows(impacts_from_msg(msg), lacking)
         if not len(rows):
             return
-        self._losses.note(rows)
-        self.record.lost = self._losses.lost
+        first, last = (int(index) for index in rows["index"][[0, -1]])
+        self._index_gaps.take(first, last, len(rows))
+        self.record.lost = self._index_gaps.lost
         self.record.lacking = lacking or self.record.lacking
         self.record.chunks.append(rows)
         self._tie(round(float(rows["time"][-1]) * NS), time_to_ns(msg.header.stamp))

@@ -14,54 +14,13 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from bouncing_disk_ros.bag.loss import Gids, MessageLoss
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import Qos
 
-Gids = frozenset[bytes]
-"""The identities of the publishers of a topic."""
 _TWO_ARGUMENTS = inspect.Signature(
     [inspect.Parameter(name, inspect.Parameter.POSITIONAL_ONLY) for name in ("data", "info")]
 )
-
-
-class LostMessages:
-    """Counts the gaps in the numbers of one topic's messages.
-
-    `publishers` asks the graph. The numbers of several publishers mix: while there are several,
-    nothing can be counted, and `lower_bound` says from then on that the count may be too small.
-    """
-
-    def __init__(self, publishers: Callable[[], Gids]) -> None:
-        self.lost = 0
-        self.lower_bound = False
-        self._publishers = publishers
-        self._known: Gids = frozenset()
-        self._next: int | None = None
-        self._mixed = False
-
-    def take(self, number: int | None) -> None:
-        """A message came with this number; None: the middleware does not number them."""
-        if number == self._next and number is not None:
-            self._next = number + 1
-        elif not self._mixed:
-            self._irregular(number)
-
-    def _irregular(self, number: int | None) -> None:
-        """The first message, a gap, or another publisher."""
-        found = self._publishers()
-        self._mixed = len(found) > 1 or number is None
-        self.lower_bound |= self._mixed
-        if self._mixed:
-            return
-        assert number is not None
-        if self._next is not None and number > self._next and found <= self._known:
-            self.lost += number - self._next
-        self._known, self._next = found, number + 1
-
-    def look(self) -> None:
-        """Look again, once in a while, whether there is one publisher only."""
-        if self._mixed and len(self._publishers()) < 2:
-            self._mixed, self._next = False, None
 
 
 class NumberedSubscription:
@@ -71,7 +30,7 @@ class NumberedSubscription:
         self, node: Node, kind: type[Any], topic: str, qos: Qos, take: Callable[[bytes], object]
     ) -> None:
         self.topic = topic
-        self.lost = LostMessages(self._gids)
+        self.lost = MessageLoss(self._gids)
         self._node, self.take, self._kind, self._qos = node, take, kind, qos
         self.number: int | None = None  # of the message taken last, as its publisher counts
         self._subscription = self._subscribe()
@@ -96,7 +55,7 @@ class NumberedSubscription:
     def on_message(self, data: bytes, info: dict[str, Any]) -> None:
         """A message with what the middleware says of it."""
         self.number = info["publication_sequence_number"]
-        self.lost.take(self.number)
+        self.lost.note(self.number)
         self.take(data)
 
 

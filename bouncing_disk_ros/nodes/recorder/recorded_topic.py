@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Literal
 
-import numpy as np
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import (
@@ -24,7 +23,7 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.bag import OfferedQos
-from bouncing_disk_ros.bag.loss import UNKNOWN, IndexLoss, SequenceLoss
+from bouncing_disk_ros.bag.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
@@ -33,8 +32,6 @@ from bouncing_disk_ros.topics import Qos
 from bouncing_disk_ros.units import NS
 
 BEST_EFFORT_DEPTH = 1000
-LARGEST_INDEX = 2.0**53
-"""Beyond it a float64 counts no rows."""
 BURST = 200
 """How many messages of one topic are taken before others have their turn."""
 MOST_WAITING = 100_000
@@ -55,15 +52,14 @@ class RecordedTopic:
         has_index: bool = False,
     ) -> None:  # fmt: skip
         self.name, self.type = name, kind
-        self.loss = SequenceLoss()
-        self.rows = IndexLoss() if has_index else None
+        self.loss = MessageLoss(self._gids)
+        self.rows = Gaps() if has_index else None
         self.registered = False
         self.repeated = 0  # how many of its last messages a new file repeats
         self.own: Collection[bytes] | None = None  # what this recorder itself publishes there
         self._depth = 1 if qos is None else qos.depth
         self._node, self._put = node, put
         self._class = message_class(kind)
-        self._numbered: set[bytes] = set()  # whose numbers are being followed
         self._subscription: Subscription | None = None
         self._wanted = (True, False) if qos is None else (qos.reliable, qos.latched)
         infos = self.publishers()
@@ -81,9 +77,13 @@ class RecordedTopic:
             self.loss.why_not = f"{len(infos)} publishers on the topic"
         return infos
 
+    def _gids(self) -> Gids:
+        return frozenset(bytes(info.endpoint_gid) for info in self.publishers())
+
     def follow(self) -> list[Any]:
         """Weaken the subscription where a new publisher would not match it; the publishers."""
         infos = self.publishers()
+        self.loss.look()
         if infos:
             offered = _weakest(infos)
             wanted = (self._wanted[0] and offered[0], self._wanted[1] and offered[1])
@@ -144,16 +144,10 @@ class RecordedTopic:
             return
         now = _time(info["received_timestamp"]) or time.time_ns()
         number = info["publication_sequence_number"]
-        number = UNKNOWN if number is None else number
-        gap = self.loss.gap(number)
-        if gap != 0 or not self.loss.begun:
-            gids = {bytes(info.endpoint_gid) for info in self.publishers()}
-            if gap < 0 or gids - self._numbered:  # somebody new: its numbers are others
-                self.loss.restart()
-                self._numbered = gids
-        taken = self._put(self, data, now, _time(info["source_timestamp"]) or now, number)
+        sent = _time(info["source_timestamp"]) or now
+        taken = self._put(self, data, now, sent, UNKNOWN if number is None else number)
         if taken is not None:
-            self.loss.take(number)
+            self.loss.note(number)
         if taken and self.rows is not None:
             self._count_rows(data)
 
@@ -162,7 +156,7 @@ class RecordedTopic:
         assert self.rows is not None
         with contextlib.suppress(InputError, RuntimeError):  # RuntimeError: no such message
             index = impacts_from_msg(deserialize_message(data, PointCloud2))["index"]
-            if len(index) and np.all((index >= 0.0) & (index < LARGEST_INDEX)):
+            if len(index):
                 self.rows.take(int(index[0]), int(index[-1]), len(index))
 
     def restart(self) -> None:

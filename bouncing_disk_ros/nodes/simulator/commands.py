@@ -216,5 +216,5 @@ class Commands:
     @property
     def lost(self) -> tuple[int, list[str]]:
         """Messages lost on the way, and the topics of which there may be more."""
-        uncertain = [one.topic for one in self.subscriptions.values() if one.lost.lower_bound]
+        uncertain = [one.topic for one in self.subscriptions.values() if one.lost.why_not]
         return sum(one.lost.lost for one in self.subscriptions.values()), uncertain

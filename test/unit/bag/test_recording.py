@@ -11,12 +11,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.loss import UNKNOWN, IndexLoss, SequenceLoss
 from bouncing_disk_ros.bag.recording import Recording
 from support.bags import TYPES, messages
 
@@ -181,36 +178,3 @@ def test_a_large_index_is_closed_with_its_file(tmp_path: Path) -> None:
         assert len(summary.chunk_indexes) <= 10
     with bag.open(tmp_path / "run") as run:
         assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
-
-
-@given(st.sets(st.integers(1, 200), min_size=1))
-def test_lost_and_received_make_what_was_sent(received: set[int]) -> None:
-    loss = SequenceLoss()
-    for number in sorted(received):
-        loss.take(number)
-    first, last = min(received), max(received)
-    assert loss.lost + len(received) == last - first + 1
-
-
-def test_a_new_publisher_begins_its_own_numbers() -> None:
-    loss = SequenceLoss()
-    for number in (7, 8, 10):
-        loss.take(number)
-    assert loss.gap(1) < 0
-    loss.restart()
-    assert loss.gap(500) == 0
-    loss.take(500)
-    loss.take(502)
-    assert str(loss) == "2"
-    loss.gap(UNKNOWN)
-    assert str(loss) == "not countable: the middleware does not number messages"
-
-
-def test_rows_are_counted_by_their_index() -> None:
-    rows = IndexLoss()
-    rows.take(0, 9, 10)
-    rows.take(12, 15, 3)  # two before it, one within it
-    rows.take(0, 4, 5)  # a new run
-    rows.restart()
-    rows.take(100, 100, 1)
-    assert rows.lost == 3

@@ -249,6 +249,7 @@ def test_messages_come_in_the_order_of_sending() -> None:
         ((1, 2, 5, 6), "2"),
         ((1, 2, 1, 2, 4), "1"),
         ((1, 7, 2, 8, 3, 9), "not countable: several publishers on the topic"),
+        ((2**32 - 1,) * 4, "not countable: the middleware does not number messages"),
         ((0, 0, 0), "not countable: the recorder did not number them"),
     ],
 )

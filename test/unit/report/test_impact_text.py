@@ -8,6 +8,7 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.report import impact_text
 
@@ -60,18 +61,12 @@ def test_csv_gives_every_bit_back() -> None:
         assert np.array(float(read[name]), IMPACT_DTYPE[name]) == row[name]
 
 
-def test_gaps_are_lost_rows() -> None:
-    losses = impact_text.LossCounter()
-    assert losses.note(some_rows([5, 6])) == ""  # joined late: nothing is lost
-    assert losses.note(some_rows([7])) == ""
-    assert losses.note(some_rows([10, 11])) == "2 row(s) lost before index 10, 2 in all"
-    assert losses.note(some_rows([12, 15])) == "2 row(s) lost before index 15, 4 in all"
-    assert losses.lost == 4
-
-
-def test_a_new_run_is_no_loss() -> None:
-    losses = impact_text.LossCounter()
-    losses.note(some_rows([100]))
-    assert losses.note(some_rows([0, 1])) == "the index starts again at 0: another run"
-    assert losses.note(some_rows([2])) == ""
-    assert losses.lost == 0
+def test_gaps_and_new_runs_are_told() -> None:
+    gaps = Gaps()
+    for indices, told in (
+        ([5, 6], ""),  # joined late: nothing is lost
+        ([10, 11], "3 row(s) lost up to index 11, 3 in all"),
+        ([12, 15], "2 row(s) lost up to index 15, 5 in all"),
+        ([0, 1], "the index starts again at 0: another run"),
+    ):
+        assert impact_text.lost_rows(gaps, some_rows(indices)) == told
