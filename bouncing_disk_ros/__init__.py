@@ -89,10 +89,10 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.run.presets import load_preset, preset_names
     from bouncing_disk_ros.run.programmes import load_programme, programme_names
     from bouncing_disk_ros.run.simulate import Result, simulate
-    from bouncing_disk_ros.study.figures import figures
-    from bouncing_disk_ros.study.functions import StudyFunction
+    from bouncing_disk_ros.study.runner import StudyFunction
     from bouncing_disk_ros.study.runner import run as run_study
     from bouncing_disk_ros.study.store import open_result
+    from bouncing_disk_ros.study.studies import figures
 
     basin_shares: StudyFunction
     basins: StudyFunction
@@ -134,14 +134,13 @@ _PUBLIC = {
     "core.simulation": "Simulation",
     "errors": "FailedError InputError",
     "report.read_run": "read_run",
-    "study.figures": "figures",
     "nodes.simulator.simulator_node": "SimulatorNode",
     "ros.from_messages": "impacts_from_msg",
     "run.presets": "load_preset preset_names",
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
-    "study.functions": " ".join(_FUNCTIONS),
-    "study.runner": "run_study",
+    "study.runner": " ".join(("run_study", *_FUNCTIONS)),
+    "study.studies": "figures",
     "study.store": "open_result",
 }
 _MODULES = ("bag", "plots", "study")

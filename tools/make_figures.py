@@ -9,14 +9,12 @@ a second run only draws, and an interrupted one goes on.
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import yaml
-from tqdm import tqdm
 
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.parameters import Value
@@ -28,7 +26,6 @@ from paper_figures import FIGURES, PaperFigure, page
 if TYPE_CHECKING:
     import xarray as xr
 
-    from bouncing_disk_ros.study import Progress
     from bouncing_disk_ros.study.study_definition import StudyDefinition
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,7 +43,7 @@ class Stopped:
         self.asked = True
 
 
-def tool_and_values(name: str) -> tuple[StudyDefinition[Any], dict[str, Value]]:
+def tool_and_values(name: str) -> tuple[StudyDefinition, dict[str, Value]]:
     """The study of a parameter file in config/ and its whole set of parameters, checked."""
     content = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text("utf-8"))
     ((key, section),) = content.items()
@@ -64,18 +61,9 @@ def tool_and_values(name: str) -> tuple[StudyDefinition[Any], dict[str, Value]]:
 def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
     """The result of one figure, its pictures written to docs/figures; None: interrupted."""
     definition, values = tool_and_values(figure.name)
-    study = definition.study()(values)
-    with tqdm(desc=figure.name, unit="part", disable=None) as bar:
-
-        def show(progress: Progress) -> None:
-            bar.total = progress.total
-            bar.update(progress.done - bar.n)
-
-        store = ROOT / "output" / "figures" / f"{figure.name}.zarr"
-        result = run(
-            study, store, workers=os.cpu_count() or 1, on_progress=show,
-            stopped=lambda: stop.asked,
-        )  # fmt: skip
+    study = definition.make(values)
+    store = ROOT / "output" / "figures" / f"{figure.name}.zarr"
+    result = run(study, store, stopped=lambda: stop.asked)
     if result is not None:
         folder = ROOT / "docs" / "figures"
         for name, picture in definition.pictures(study, result).items():

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import AXIAL_FORCING, Spec, Value
-from bouncing_disk_ros.study.shared_options import RESTITUTION
-from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_definition import RESTITUTION, Idle, StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.juggling.compute import Juggling
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """Run closed loops from many starts: which ones each strategy of control brings onto the
 period-1 orbit and keeps there, with a wrong restitution, delays, missed impacts and impulses."""
@@ -94,13 +93,7 @@ def _of_conditions(values: Mapping[str, Value], name: str) -> set[str]:
     return found
 
 
-def _study() -> type[Juggling]:
-    from bouncing_disk_ros.juggling.compute import Juggling
-
-    return Juggling
-
-
-def _pictures(_: Juggling, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.juggling.picture import capture_maps, success_table
 
     return {"juggling": capture_maps(result), "juggling_table": success_table(result)}
@@ -129,13 +122,9 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.juggling.compute:Juggling",
     pictures=_pictures,
     lines=lines,
     idle=_idle,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

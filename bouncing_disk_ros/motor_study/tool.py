@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import TABLE, Spec
-from bouncing_disk_ros.study.plane_lines import kind_shares, largest
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
@@ -69,12 +67,6 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[Motor]:
-    from bouncing_disk_ros.motor_study.compute import Motor
-
-    return Motor
-
-
 def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.motor_study.picture import (
         motor_map_picture,
@@ -93,6 +85,8 @@ def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
+    from bouncing_disk_ros.study.plane import kind_shares, largest
+
     rows = kind_shares(result)
     rows += largest(result, "mean_speed", "mean speed", " rad/s", ".6g")
     rows += largest(result, "output_power", "output power", " W", ".6g")
@@ -132,7 +126,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.motor_study.compute:Motor",
     pictures=_pictures,
     lines=lines,
     image="mean_speed",
@@ -140,7 +134,3 @@ DEFINITION = StudyDefinition(
     takes_preset=True,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

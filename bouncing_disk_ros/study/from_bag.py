@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tqdm import tqdm
 
@@ -39,7 +39,7 @@ class FromBag(NamedTuple):
 
 
 def wanted(
-    definition: StudyDefinition[Any], values: Mapping[str, Value], given: Collection[str]
+    definition: StudyDefinition, values: Mapping[str, Value], given: Collection[str]
 ) -> dict[str, Spec]:
     """The options that a study takes from a bag: all that a run has, unless given or idle."""
     idle = {name for name, *_ in definition.all_idle(values)}

@@ -1,12 +1,14 @@
-"""What studies over a plane of two parameters share: their axes, and how these are validated."""
+"""What studies over a plane of two parameters share: axes, their validation, printed lines."""
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
@@ -77,3 +79,27 @@ class PlaneStudy(Study):
             name: self.axis_of(name, self.values_of(key))
             for key, name in (("y", self.up), ("x", self.across))
         }
+
+
+# --- printed lines --------------------------------------------------------------------------------
+def kind_shares(result: xr.Dataset) -> list[str]:
+    """At which share of the points each kind of motion is."""
+    kind = result["kind"]
+    rows = []
+    for number, name in zip(kind.attrs["flag_values"], kind.attrs["flag_meanings"].split(),
+                            strict=True):  # fmt: skip
+        share = 100.0 * float((kind == number).mean())
+        if share > 0.0:
+            rows.append(f"  {name:12} {share:7.3f} % of the points")
+    return rows
+
+
+def largest(result: xr.Dataset, field: str, name: str, unit: str, digits: str) -> list[str]:
+    """Where a field is largest, written with `digits`; nothing where it is nowhere finite."""
+    values = result[field]
+    known = values.where(abs(values) < math.inf)
+    if not bool(known.notnull().any()):
+        return []
+    best = known.isel(known.argmax(...))
+    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(known.dims))
+    return [f"  largest {name} {float(best):{digits}}{unit} at {at}"]

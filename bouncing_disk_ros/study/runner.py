@@ -1,4 +1,7 @@
-"""Run a study: compute the regions that its store does not hold, on any executor."""
+"""Run a study: compute the regions that its store does not hold, on any executor.
+
+`run` takes a study or its name. Each study is a function of its name here too.
+"""
 
 from __future__ import annotations
 
@@ -12,21 +15,23 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from threading import Semaphore
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import xarray as xr
 from tqdm import tqdm
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study.definition import Arrays, Region, Study
-from bouncing_disk_ros.study.described import described
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import RESULT, Store, exclusive_lock, opened
-from bouncing_disk_ros.study.studies import named
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, exclusive_lock, opened
+from bouncing_disk_ros.study.studies import definition_of, named
 
 NICENESS = 10
 """Of threads that compute regions: with another program at work, 1 kHz ticks in the same process
 were late by 2.6 ms at p99 so, and by 3.9 ms without."""
+
+COORDINATES = ("attractor_name", "attractor_kind", "attractor_period", "attractor_cycles")
 
 
 class Progress(NamedTuple):
@@ -107,6 +112,7 @@ def _bar(
 
         def note(now: Progress) -> None:
             bar.total = now.total
+            bar.initial, bar.n = now.resumed, max(bar.n, now.resumed)  # for the time left
             bar.update(now.done - bar.n)
             if on_progress is not None:
                 on_progress(now)
@@ -146,7 +152,7 @@ def _run(
                 _keep(stored, store, on_progress, len(regions))
     if store.regions_done < len(regions):
         return None
-    return described(study, study.finish(opened(path), context))
+    return _described(study, study.finish(opened(path), context))
 
 
 def _keep(
@@ -230,3 +236,86 @@ def _give_way() -> None:
     """Let a thread come after others, so that a simulator beside it keeps its ticks."""
     if sys.platform == "linux":  # elsewhere it would be the whole process
         os.nice(NICENESS)
+
+
+def _described(study: Study, result: xr.Dataset) -> xr.Dataset:
+    """The result with a unit and a name of each variable, and its axis by its parameter's name.
+
+    An axis `value` along a parameter can be used by that name too: `result["restitution"]`,
+    `result.sel(restitution=0.4, method="nearest")`.
+    """
+    result = result.copy()
+    about = {**study.added, DONE: ("1", "whether the part is computed")}
+    for name, variable in result.variables.items():
+        units, long_name = about.get(str(name), ("1", str(name).replace("_", " ")))
+        own = {"units": units, "long_name": long_name}
+        variable.attrs = {**own, **variable.attrs}
+    result = result.set_coords([name for name in COORDINATES if name in result])
+    along = str(study.parameters.get("along", ""))
+    if along and "value" in result.coords and along not in result.variables:
+        values = result["value"]
+        result = result.assign_coords({along: ("value", values.values, values.attrs)})
+        result = result.set_xindex(along)
+    return result
+
+
+# --- the studies as functions: parameters in, dataset out -----------------------------------------
+Place = str | Path | None
+_ABOUT = """
+`path`: the folder of a store that keeps the result; the same call goes on from it. `workers`:
+threads that compute, 0 for one on each core. `progress`: whether a bar shows on stderr; None where
+it is a terminal or a notebook. Raises InputError for what cannot be used. `preset` and `bag` are
+of the command alone. Parameters, with their defaults:
+"""
+
+
+class StudyFunction(Protocol):
+    """A study as a function."""
+
+    __name__: str
+
+    def __call__(
+        self,
+        path: Place = None,
+        *,
+        workers: int = 0,
+        progress: bool | None = None,
+        **parameters: object,
+    ) -> xr.Dataset:
+        """Run the study; what it takes and returns is in its own docstring."""
+        ...
+
+
+def __getattr__(name: str) -> StudyFunction:
+    """Make the function of a study when it is first used (PEP 562)."""
+    if name not in STUDIES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    function = _function(name)
+    globals()[name] = function
+    return function
+
+
+def __dir__() -> list[str]:
+    """List the functions, made or not."""
+    return sorted({*STUDIES, *globals()})
+
+
+def _function(name: str) -> StudyFunction:
+    definition = definition_of(name)
+
+    def function(
+        path: Place = None, *, workers: int = 0, progress: bool | None = None, **parameters: object
+    ) -> xr.Dataset:
+        found = run(name, path, workers=workers, progress=progress, **parameters)  # type: ignore[arg-type]
+        if found is None:
+            raise FailedError(f"{name} was stopped")  # nobody asks it to
+        return found
+
+    lines = [
+        f"- `{spec.name}` ({f'{spec.default!r} {spec.shown_unit}'.rstrip()}): {spec.description}"
+        for spec in definition.specs
+    ]
+    function.__name__ = function.__qualname__ = name
+    text = "\n".join([*_ABOUT.splitlines(), "", *lines, ""])
+    function.__doc__ = f"{definition.function.strip()}\n{text}"
+    return function

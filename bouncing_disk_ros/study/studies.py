@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.executables import STUDIES, loaded, module_of
 from bouncing_disk_ros.study.definition import Study
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
-def definition_of(name: str) -> StudyDefinition[Any]:
+
+def definition_of(name: str) -> StudyDefinition:
     """What the study called `name` is; InputError for another name."""
     if name not in STUDIES:
         raise InputError("study", name, ", ".join(STUDIES), closest(name, STUDIES))
-    found: StudyDefinition[Any] = loaded(f"{module_of(name)}:DEFINITION")
+    found: StudyDefinition = loaded(f"{module_of(name)}:DEFINITION")
     return found
 
 
@@ -33,6 +38,25 @@ def named(name: str, **given: object) -> Study:
         if key not in table:
             raise InputError("parameter", key, ", ".join(table), closest(key, table))
     values = {key: spec.checked(given.get(key, spec.default)) for key, spec in table.items()}
-    made: Study = definition.study()(values)
+    made = definition.make(values)
     definition.refuse_idle(values)
     return made
+
+
+def figures(result: xr.Dataset) -> dict[str, Figure]:
+    """Figures of a study's result by name: those that the study's command stores.
+
+    `result` comes from a study (`basins`, `bifurcation` ...) or from its result.nc; its attributes
+    say which study it is. Raises InputError where they do not.
+
+    >>> figures(bifurcation(restitution=0.3, begin=0.0, count=201))["bifurcation"].savefig("f.pdf")
+    """
+    identity = getattr(result, "attrs", {}).get("identity", {})
+    if isinstance(identity, str):
+        identity = json.loads(identity)  # from NetCDF
+    name = str(identity.get("study", ""))
+    if name not in STUDIES:
+        given = f"{type(result).__name__} without the name of a study"
+        raise InputError("result", given, "the dataset that a study gave")
+    study = named(name, **identity["parameters"])
+    return dict(definition_of(name).pictures(study, result))

@@ -1,4 +1,4 @@
-"""What a study is beside its computation: options, what is refused, how its result is shown.
+"""What a study is beside its computation: options, refusals, printed lines, pictures.
 
 Imports nothing heavy: computation and pictures are loaded when they are asked for.
 """
@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.parameters import Spec, Value
+from bouncing_disk_ros.executables import loaded
+from bouncing_disk_ros.parameters import TABLE, Spec, Value
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from bouncing_disk_ros.study import Study
 
-S = TypeVar("S", bound="Study")
 Idle = tuple[str, str, str]
 """An option that does nothing beside the others, what is allowed for it, and why."""
 
@@ -60,7 +60,7 @@ def _none(_: Mapping[str, Value]) -> tuple[Idle, ...]:
 
 
 @dataclass(frozen=True)
-class StudyDefinition(Generic[S]):
+class StudyDefinition:
     """A study beside its computation.
 
     Executable, --help, function, docs/parameters.md, `named` and `figures` are made from it.
@@ -75,9 +75,9 @@ class StudyDefinition(Generic[S]):
     """What the docstring of its function says, with an example."""
     specs: Sequence[Spec]
     """The options that decide its result."""
-    study: Callable[[], type[S]]
-    """The class that computes, imported when this is called."""
-    pictures: Callable[[S, xr.Dataset], Mapping[str, Figure]]
+    study: str
+    """The class that computes, as module:name."""
+    pictures: Callable[[Any, xr.Dataset], Mapping[str, Figure]]
     """Of the study and its result: name of the file (without its kind) -> figure; the first one is
     published."""
     lines: Callable[[xr.Dataset], list[str]]
@@ -114,6 +114,11 @@ class StudyDefinition(Generic[S]):
         """The options that do nothing beside these values."""
         return (*_idle_beside_axes(values), *self.idle(values))
 
+    def make(self, values: Mapping[str, Value]) -> Study:
+        """The study with these options; InputError for those that it cannot use."""
+        made: Study = loaded(self.study)(values)
+        return made
+
     def refuse_idle(self, values: Mapping[str, Value]) -> None:
         """Refuse options, other than their defaults, that do nothing beside the others."""
         for name, allowed, hint in self.all_idle(values):
@@ -131,3 +136,30 @@ def _idle_beside_axes(values: Mapping[str, Value]) -> Iterator[Idle]:
         yield str(values[axis]), f"none with {axis}:={values[axis]}", hint
         if values[count] == 1 and values[end] != values[begin]:
             yield end, f"{begin} = {values[begin]:g} with {count}:=1", f"The one value is {begin}."
+
+
+# --- options of several studies -------------------------------------------------------------------
+_PAPER = "paper, Fig. 2"
+TOSS_OPTIONS = (
+    Spec("arc_amplitude", 0.25, "m", "amplitude of the path of the hand, c = √(A² + (a_e Φ)²)", "c",
+         low=1e-9, high=1e6, source=_PAPER),
+    Spec("gravity", 10.0, "m/s²", "acceleration of gravity", "g", low=1e-9, high=1e9,
+         source=_PAPER),
+    *(TABLE[name] for name in ("frequency", "mass", "friction", "friction_radius",
+                               "gyration_radius", "preload", "load_torque")),
+)  # fmt: skip
+"""What the studies of single tosses share; the defaults are those of the paper."""
+
+RESTITUTION = Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0)
+
+
+def map_options(where: str, *names: str) -> tuple[Spec, ...]:
+    """Parameters of the next-collision map that a study fixes: these, or all; and where it does."""
+    specs = (
+        Spec("axial_forcing", 0.45, "1", f"axial forcing {where}", "Γ", low=0.0, high=1e3),
+        Spec("restitution", 0.5, "1", f"restitution {where}", "ε", low=0.0, high=1.0),
+        Spec("phase_lag", 0.0, "rad", f"phase lag {where}", "θ", low=-1e3, high=1e3),
+        Spec("angular_forcing", 100.0, "1", f"angular forcing {where}", "Γ_T", low=1e-9,
+             high=1e12),
+    )  # fmt: skip
+    return tuple(spec for spec in specs if not names or spec.name in names)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,7 @@ _LATCHED = Qos(1, latched=True)
 class StudyNode(Node):
     """Runs one study; topics ~/progress, ~/figure/compressed and, for a map, ~/result."""
 
-    def __init__(self, study: StudyDefinition[Any]) -> None:
+    def __init__(self, study: StudyDefinition) -> None:
         super().__init__(study.name)
         study.refuse_not_taken(overrides_of(self))
         values = options(self, study.table)

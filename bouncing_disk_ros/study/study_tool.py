@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
 
 from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode
@@ -13,7 +12,7 @@ from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 
 
-def main_of(definition: StudyDefinition[Any]) -> Callable[..., int]:
+def main_of(definition: StudyDefinition) -> Callable[..., int]:
     """The function that runs a study: with the arguments of a command line, or with None.
 
     It returns the exit code: 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept).
@@ -21,7 +20,7 @@ def main_of(definition: StudyDefinition[Any]) -> Callable[..., int]:
     return partial(_main, definition)
 
 
-def _main(study: StudyDefinition[Any], args: Sequence[str] | None = None) -> int:
+def _main(study: StudyDefinition, args: Sequence[str] | None = None) -> int:
     code = ExitCode.INTERRUPTED
     start = Start(study.name, study.about, study.table, study.example, args, code, needs_ros=False)
     start.parse()
@@ -36,7 +35,7 @@ def _main(study: StudyDefinition[Any], args: Sequence[str] | None = None) -> int
     return run_node(study.name, start.ros, make, StudyNode.present, start.stop)
 
 
-def _run_without_ros(study: StudyDefinition[Any], start: Start) -> int:
+def _run_without_ros(study: StudyDefinition, start: Start) -> int:
     study.refuse_not_taken(start.overrides)
     values = option_values(start.overrides, study.table)
     with start.stop.importing():

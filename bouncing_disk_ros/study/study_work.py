@@ -15,13 +15,11 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.maps.row_blocks import downsample
@@ -32,13 +30,15 @@ from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import Progress, export, run
 from bouncing_disk_ros.study.store import RESULT, require_netcdf
-from bouncing_disk_ros.study.study_definition import COMMON, StudyDefinition
+from bouncing_disk_ros.study.study_definition import StudyDefinition
 
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
 FIGURE_DPI = 160
 REPORT_SECONDS = 0.2
 """How often progress is looked at."""
+LOG_SECONDS = 10.0
+"""Without a terminal: how often a line says how much is done."""
 
 
 class Outlet:
@@ -62,7 +62,7 @@ class Outlet:
 
 
 def run_study(
-    definition: StudyDefinition[Any],
+    definition: StudyDefinition,
     values: Mapping[str, Value],
     given: Collection[str],
     stop: Stop,
@@ -86,21 +86,21 @@ class StudyWork:
 
     def __init__(
         self,
-        definition: StudyDefinition[Any],
+        definition: StudyDefinition,
         values: Mapping[str, Value],
         given: Collection[str],
     ) -> None:
         self._definition, self._options, self._given = definition, values, given
         self._name = definition.name
         self._kinds = figure_kinds(str(values["figures"]))
-        own = {name: value for name, value in values.items() if name not in COMMON}
+        own = {name: values[name] for name in definition.options}
         own |= {**self._from_preset(own), **self._from_bag(own)}
-        self._study = definition.study()(own)
-        definition.refuse_idle(values)
+        self._study = definition.make(own)
+        definition.refuse_idle(values)  # of what the user has set, not of a preset or a bag
         folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
         self._folder = Path(folder).expanduser()
         self._netcdf = bool(values["netcdf"]) and self._has_netcdf()
-        self._progress = Progress(0, 1, 0)
+        self._progress, self._told = Progress(0, 1, 0), time.monotonic()
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
 
@@ -148,17 +148,19 @@ class StudyWork:
         print(f"{self._name}: result in {self._folder}", flush=True)
         worker = threading.Thread(target=self._compute, args=(stop,), daemon=True)
         worker.start()
-        with Bar(self._name) as bar:
+        shown: Progress | None = None
 
-            def report() -> None:
-                if bar.show(self._progress):
-                    outlet.progress(self._progress.done / max(1, self._progress.total))
+        def report() -> None:
+            nonlocal shown
+            if self._progress is not shown:
+                shown = self._progress
+                outlet.progress(shown.done / max(1, shown.total))
 
-            if not outlet.wait(lambda: not worker.is_alive(), report):
-                print(f"{self._name}: stopping after the parts that are being computed",
-                      file=sys.stderr, flush=True)  # fmt: skip
-            worker.join()  # a signal: what is at work is finished and kept
-            report()
+        if not outlet.wait(lambda: not worker.is_alive(), report):
+            print(f"{self._name}: stopping after the parts that are being computed",
+                  file=sys.stderr, flush=True)  # fmt: skip
+        worker.join()  # a signal: what is at work is finished and kept
+        report()
         self._raise_error()
         if self._result is None:
             done, total = self._progress[:2]
@@ -190,6 +192,7 @@ class StudyWork:
                 self._folder / RESULT,
                 workers=int(self._options["workers"]) or os.cpu_count() or 1,
                 scheduler=str(self._options["scheduler"]),
+                progress=sys.stderr.isatty(),
                 on_progress=self._note,
                 stopped=lambda: stop.asked,
             )
@@ -202,6 +205,10 @@ class StudyWork:
         if 0 < progress.resumed == progress.done < progress.total:
             there = f"{progress.resumed} of {progress.total} parts are done"
             print(f"{self._name}: continuing: {there}", flush=True)
+        if not sys.stderr.isatty() and time.monotonic() - self._told > LOG_SECONDS:
+            self._told = time.monotonic()
+            done = f"{progress.done} of {progress.total} parts"
+            print(f"{self._name}: {done}", file=sys.stderr, flush=True)
         self._progress = progress
 
     # --- the result -------------------------------------------------------------------------------
@@ -223,41 +230,6 @@ class StudyWork:
             image = self._definition.image
             field = downsample(result[image], MOST_SENT) if image else None
             outlet.result(png, field)
-
-
-class Bar:
-    """Progress on the terminal: a bar with the time left, or a line now and then in a log."""
-
-    EVERY_SECONDS = 10.0
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._bar: Any = None  # tqdm has no types
-        self._shown, self._told = -1, time.monotonic()
-
-    def __enter__(self) -> Bar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
-
-    def show(self, progress: Progress) -> bool:
-        """Show it; whether it has changed."""
-        if progress.done == self._shown:
-            return False
-        self._shown = progress.done
-        if sys.stderr.isatty():
-            if self._bar is None:
-                self._bar = tqdm(
-                    total=progress.total, initial=progress.resumed, desc=self._name, unit="part"
-                )
-            self._bar.total = progress.total
-            self._bar.update(progress.done - self._bar.n)
-        elif time.monotonic() - self._told > self.EVERY_SECONDS:
-            self._told = time.monotonic()
-            print(f"{self._name}: {progress.done} of {progress.total} parts", file=sys.stderr)
-        return True
 
 
 def _default_folder(name: str, values: object) -> str:

@@ -19,7 +19,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_start
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.scales import angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.run.simulate import simulate
-from bouncing_disk_ros.study.functions import basins, motor
+from bouncing_disk_ros.study.runner import basins, motor
 from bouncing_disk_ros.workbench.actions import Perform
 from bouncing_disk_ros.workbench.scene_table import SCENES, Scene
 

@@ -36,7 +36,7 @@ def names() -> list[str]:
 @pytest.mark.parametrize("name", names())
 def test_parameter_file_fits_its_study(tool: Any, name: str) -> None:
     definition, values = tool["tool_and_values"](name)
-    assert definition.study()(values).shape
+    assert definition.make(values).shape
 
 
 def test_every_parameter_file_is_a_figure_and_on_the_page(tool: Any) -> None:

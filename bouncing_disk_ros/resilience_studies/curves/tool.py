@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.resilience_studies.curves.compute import Curves
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """Over the plane of axial forcing and restitution: the curves on which the orbits that are
 attractors at one point of it fold, double their period, graze the platform or lose contact, with
@@ -50,13 +50,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[Curves]:
-    from bouncing_disk_ros.resilience_studies.curves.compute import Curves
-
-    return Curves
-
-
-def _pictures(_: Curves, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.resilience_studies.curves.picture import curves_picture
 
     return {"curves": curves_picture(result)}
@@ -96,7 +90,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.resilience_studies.curves.compute:Curves",
     pictures=_pictures,
     lines=lines,
     image="period",
@@ -104,7 +98,3 @@ DEFINITION = StudyDefinition(
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

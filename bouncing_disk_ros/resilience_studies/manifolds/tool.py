@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -20,7 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """The saddles on the boundaries between basins of attraction, found by edge tracking, with
 their stable and unstable manifolds, cut at grazes; behind them the basins."""
@@ -49,13 +49,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[Manifolds]:
-    from bouncing_disk_ros.resilience_studies.manifolds.compute import Manifolds
-
-    return Manifolds
-
-
-def _pictures(_: Manifolds, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.resilience_studies.manifolds.picture import manifolds_picture
 
     return {"manifolds": manifolds_picture(result)}
@@ -109,7 +103,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.resilience_studies.manifolds.compute:Manifolds",
     pictures=_pictures,
     lines=lines,
     image="label",
@@ -117,7 +111,3 @@ DEFINITION = StudyDefinition(
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
-from bouncing_disk_ros.study.shared_options import map_options
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_definition import StudyDefinition, map_options
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
@@ -18,7 +16,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.resilience_studies.resilience.compute import ResilienceStudy
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """How easy each attractor is to reach and how hard to lose, over axial forcing or
 restitution: the smallest impulse and the smallest error in time after which it is not reached
@@ -63,13 +62,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[ResilienceStudy]:
-    from bouncing_disk_ros.resilience_studies.resilience.compute import ResilienceStudy
-
-    return ResilienceStudy
-
-
-def _pictures(_: ResilienceStudy, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.resilience_studies.resilience.picture import (
         impulse_picture,
         resilience_picture,
@@ -159,14 +152,10 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.resilience_studies.resilience.compute:ResilienceStudy",
     pictures=_pictures,
     lines=lines,
     takes_bag=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.shared_options import map_options
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_definition import StudyDefinition, map_options
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.basin_shares.compute import BasinShares
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """Share of the plane of starts that goes to each attractor, over a parameter (how easy a
 multiple toss is), with the best phase lag and its mean speed."""
@@ -43,13 +42,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[BasinShares]:
-    from bouncing_disk_ros.study.basin_shares.compute import BasinShares
-
-    return BasinShares
-
-
-def _pictures(_: BasinShares, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.basin_shares.picture import basin_shares_picture
 
     return {"basin_shares": basin_shares_picture(result)}
@@ -86,13 +79,9 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.basin_shares.compute:BasinShares",
     pictures=_pictures,
     lines=lines,
     takes_bag=True,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

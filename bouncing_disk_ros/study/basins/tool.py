@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import AXIAL_FORCING, Spec, Value
-from bouncing_disk_ros.study.shared_options import RESTITUTION
-from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_definition import RESTITUTION, Idle, StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.basins.compute import Basins
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
 attractor that it goes to; the attractors are searched first. Fig. 4 of the paper."""
@@ -51,19 +50,13 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[Basins]:
-    from bouncing_disk_ros.study.basins.compute import Basins
-
-    return Basins
-
-
 def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
     if not str(values["angular_velocities"]).strip():
         for name in ("phase_lag", "angular_forcing"):
             yield name, "none without angular_velocities", "The basins themselves do not need it."
 
 
-def _pictures(_: Basins, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.basins.picture import basins_picture, start_speeds_picture
 
     figures = {"basins": basins_picture(result)}
@@ -152,7 +145,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.basins.compute:Basins",
     pictures=_pictures,
     lines=lines,
     image="label",
@@ -160,7 +153,3 @@ DEFINITION = StudyDefinition(
     idle=_idle,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.study.shared_options import map_options
-from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.study_definition import Idle, StudyDefinition, map_options
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
@@ -59,12 +57,6 @@ _SPECS = (
          high=12),
     Spec("marks", "", "", "values that the picture marks with a, b, c … where its axis has them"),
 )  # fmt: skip
-
-
-def _study() -> type[Bifurcation]:
-    from bouncing_disk_ros.study.bifurcation.compute import Bifurcation
-
-    return Bifurcation
 
 
 def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
@@ -160,14 +152,10 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.bifurcation.compute:Bifurcation",
     pictures=_pictures,
     lines=lines,
     takes_bag=True,
     idle=_idle,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.plane_lines import kind_shares, largest
-from bouncing_disk_ros.study.shared_options import map_options
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_definition import StudyDefinition, map_options
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.parameter_map.compute import ParameterMap
+    from bouncing_disk_ros.study import Study
+
 
 _ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag
 and angular forcing: the period of the attractor that one start reaches, its largest Lyapunov
@@ -54,13 +52,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[ParameterMap]:
-    from bouncing_disk_ros.study.parameter_map.compute import ParameterMap
-
-    return ParameterMap
-
-
-def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.study.parameter_map.picture import (
         mean_speed_picture,
         parameter_map_picture,
@@ -74,6 +66,8 @@ def _pictures(_: ParameterMap, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds, the periods that occur, the largest speed and exponent."""
+    from bouncing_disk_ros.study.plane import kind_shares, largest
+
     kind, period = result["kind"], result["period"]
     rows = kind_shares(result)
     single = 100.0 * float(((kind == 2) & (period == 1)).mean())
@@ -98,14 +92,10 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.parameter_map.compute:ParameterMap",
     pictures=_pictures,
     lines=lines,
     image="period",
     takes_bag=True,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_definition import TOSS_OPTIONS, StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
@@ -47,12 +45,6 @@ _SPECS = (
     Spec("trajectory_angle", math.pi / 4, "rad", "amplitude angle of these", "φ_L", low=0.0,
          high=math.pi / 2),
 )  # fmt: skip
-
-
-def _study() -> type[TossMap]:
-    from bouncing_disk_ros.study.toss_map.compute import TossMap
-
-    return TossMap
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
@@ -103,13 +95,9 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.toss_map.compute:TossMap",
     pictures=_pictures,
     lines=lines,
     image="airborne_speed",
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

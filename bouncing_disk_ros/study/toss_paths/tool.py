@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.study_definition import TOSS_OPTIONS, StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.toss_paths.compute import TossPaths
+    from bouncing_disk_ros.study import Study
 
 _ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and amplitude angle.
 Fig. 1 of the paper."""
@@ -37,13 +35,7 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _study() -> type[TossPaths]:
-    from bouncing_disk_ros.study.toss_paths.compute import TossPaths
-
-    return TossPaths
-
-
-def _pictures(_: TossPaths, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.maps.toss_path import TossPaths
     from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title
 
@@ -72,12 +64,8 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="bouncing_disk_ros.study.toss_paths.compute:TossPaths",
     pictures=_pictures,
     lines=lines,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -3,7 +3,6 @@ has; `unit/study/test_new_study.py` adds it to the package."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from support.toy_study.compute import Toy
+    from bouncing_disk_ros.study import Study
+
 
 _FUNCTION = """\
 Squares of numbers.
@@ -29,18 +29,12 @@ _SPECS = (
 )
 
 
-def _study() -> type[Toy]:
-    from support.toy_study.compute import Toy
-
-    return Toy
-
-
 def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
     if values["count"] == 1:
         yield "largest", "none with count:=1", "The one number is 0."
 
 
-def _pictures(_: Toy, result: xr.Dataset) -> Mapping[str, Figure]:
+def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
     from matplotlib.figure import Figure
 
     figure = Figure()
@@ -59,14 +53,10 @@ DEFINITION = StudyDefinition(
     example="ros2 run bouncing_disk_ros toy --ros-args -p count:=3",
     function=_FUNCTION,
     specs=_SPECS,
-    study=_study,
+    study="support.toy_study.compute:Toy",
     pictures=_pictures,
     lines=lines,
     not_taken={"gravity": "Squares do not fall"},
     idle=_idle,
 )
 main = main_of(DEFINITION)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

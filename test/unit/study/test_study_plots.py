@@ -30,7 +30,7 @@ def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
     definition = tool.DEFINITION
     table = definition.options
     values = {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
-    study = definition.study()(values)
+    study = definition.make(values)
     result = run(study, path / "r.zarr")
     assert result is not None
     figures = dict(definition.pictures(study, result))
