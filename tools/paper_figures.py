@@ -88,15 +88,16 @@ def _chattering_motor() -> str:
     best = math.pi / 6.0  # of 24 phase lags
     return (
         "The paper asks whether a motor could run in the chattering regime. The study `motor` "
-        f"gives, for `swum` at {_PRELOADS} preloads from Γ = {CHATTERS[0]} to {CHATTERS[1]} "
-        f"without load, a mean speed of {_speed(CHATTERS)} ωΦ (mean and standard deviation over "
-        f"the preloads) at the best phase lag of period 1, and of {_speed(CHATTERS, best)} at the "
-        f"best one for this regime, θ = π/6; period 1 from Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]} "
-        f"has {_speed(PERIOD_ONE)}. Under a load of half the torque that friction can balance it "
-        f"is {_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the "
-        f"rotor turns backwards at some preloads. That torque is {_torques(CHATTERS)} there and "
-        f"{_torques(PERIOD_ONE)} in period 1, because Γ needs less preload. So such a motor would "
-        "start from any state, but be slower, weaker and sensitive to its preload."
+        f"computed `swum` at {_PRELOADS} preloads from Γ = {CHATTERS[0]} to {CHATTERS[1]}. Speeds "
+        "are the mean and the standard deviation over the preloads. Without load, the mean speed "
+        f"is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the best phase lag of "
+        f"this regime, θ = π/6, it is {_speed(CHATTERS, best)}. Period 1 from Γ = {PERIOD_ONE[0]} "
+        f"to {PERIOD_ONE[1]} has {_speed(PERIOD_ONE)}. Under a load of half the torque that "
+        f"friction can balance, the speed is {_speed(CHATTERS, best, 0.5)} "
+        f"({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the rotor turns backwards at some "
+        f"preloads. Friction can balance {_torques(CHATTERS)} there, and {_torques(PERIOD_ONE)} "
+        "in period 1, because Γ needs less preload. So such a motor would start from any state, "
+        "but it would be slower, weaker and sensitive to its preload."
     )
 
 
@@ -217,55 +218,55 @@ def _widest(result: xr.Dataset) -> list[Number]:
 
 BASINS = (
     "Left: each pixel is a start, the state just before a first impact, in the colour of the "
-    "attractor that it goes to; the legend has the shares of the window with their standard "
+    "attractor that it reaches. The legend has the shares of the window with their standard "
     "errors. Dots: the impacts of the attractors, white, or orange where the attractor comes to "
     "contact. Right: the time after which the attractor of the start is known, in periods of the "
-    "platform; grey: there is no such time, because the attractor is chaotic."
+    "platform. Grey: there is no such time, because the attractor is chaotic."
 )
 SHARES = (
-    "Top: the parts of the plane of starts that come to contact (black), and those that reach each "
-    "other attractor without contact before; an attractor has one line, matched from value to "
-    "value. All starts that come to contact go on as one orbit: where that ends on another "
-    "attractor, the black line has a dot in its colour. Middle and bottom: the phase lag at which "
-    "the largest attractor that is neither rest nor chattering turns the disk fastest, and the "
-    "mean speed there, in ωΦ; they jump where another attractor becomes the largest, the lag also "
-    "where another of its maxima becomes the highest."
+    "Top: the parts of the plane of starts that come to contact (black), and the parts that reach "
+    "each other attractor without contact before. An attractor has one line, matched from value "
+    "to value. All starts that come to contact continue as one orbit. Where this orbit ends on "
+    "another attractor, the black line has a dot in its colour. Middle and bottom: the phase lag "
+    "at which the attractor turns the disk fastest, and the mean speed there, in ωΦ. They are for "
+    "the largest attractor that is neither rest nor chattering. They jump where another attractor "
+    "becomes the largest. The lag also jumps where another of its maxima becomes the highest."
 )
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
                 "Trajectories traced by the hand as θ varies at φ_L = π/4 (a-c), and as φ_L varies "
                 "at θ = −π/4 (d-f).", _none,
                 "The closed curve on which a point of the platform moves in one period, arc a_e β "
-                "to the right and height s upward, for six pairs of phase lag θ and amplitude "
-                "angle φ_L.",
-                "For (b) and (d-f) the text gives only φ_L = π/4 and θ = −π/4; the other angles "
+                "to the right and height s upward. There are six pairs of phase lag θ and "
+                "amplitude angle φ_L.",
+                "For (b) and (d-f) the text gives only φ_L = π/4 and θ = −π/4. The other angles "
                 "are chosen."),
     PaperFigure("fig2", "Fig. 2: single tosses",
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
                 "with crosses; (d) details of two motions.", _tosses,
                 "Each point is one toss from rest on the platform at its lowest point, at fixed "
-                "arc and frequency: airborne speed, speed ratio and efficiency at the first "
-                "separation, as colours over phase lag θ and amplitude angle φ_L; crosses mark "
-                "the largest values. Grey: the disk never leaves the platform. The second picture "
+                "arc and frequency. Colours show airborne speed, speed ratio and efficiency at the "
+                "first separation, over phase lag θ and amplitude angle φ_L. Crosses mark the "
+                "largest values. Grey: the disk never leaves the platform. The second picture "
                 "shows two of the tosses in time."),
     PaperFigure("fig3", "Fig. 3: period doubling",
                 "τ_imp over Γ with a period-doubling route to chaos at ε = 0.5; angular speed at "
                 "θ = 0, Γ_T = 100; relative collision speed.", _diagram,
-                "(a): forcing phase of the impacts of the attractor followed upward in Γ; the "
-                "darker a cell, the more impacts fall there. Blue: an orbit without contact; "
-                "orange: one that comes to contact in each repetition. Black dashes: the "
+                "(a): forcing phase of the impacts of the attractor followed upward in Γ. The "
+                "darker a cell, the more impacts it has. Blue: an orbit without contact. Orange: "
+                "an orbit that comes to contact in each repetition. Black dashes: the "
                 "period-1 orbit, which exists beyond Γ₁ too, but is unstable there. Green lines: "
                 "period doublings, by continuation. Purple line: the crisis, where the chaotic "
                 "attractor comes to contact. Beyond it the diagram follows another attractor, the "
-                "orbit that leaves contact. The basins at a to d are those of Fig. 4. (b): mean "
-                "rotor speed, in ωΦ; the values with contact scatter, because each Γ has another "
-                "long orbit, and there is none where rounding errors decide that orbit. (c): "
-                "relative speed of the impacts. Pink: impacts earlier in the "
-                "period than that of period 1, the lower branch of (a); green: later ones. After "
-                "the doubling the lower branch hits harder, so friction brings the rotor closer "
-                "to the platform's speed there: the mean speed rises. Bottom, not in the paper: "
-                "Lyapunov exponent of the axial motion for each impact, above 0 in chaos; orange "
-                "marks at the edge: −∞, because all orbits become one at contact.",
+                "orbit that leaves contact. Fig. 4 has the basins at a to d. (b): mean rotor "
+                "speed, in ωΦ. The values with contact scatter, because each Γ has another "
+                "long orbit. There is no value where rounding errors decide that orbit. (c): "
+                "relative speed of the impacts. Pink: impacts earlier in the period than the "
+                "impact of period 1, on the lower branch of (a). Green: later impacts. After "
+                "the doubling the impacts of the lower branch are harder, so friction brings the "
+                "rotor closer to the platform's speed there, and the mean speed rises. Bottom, "
+                "not in the paper: Lyapunov exponent of the axial motion for each impact, above 0 "
+                "in chaos. Orange marks at the edge: −∞, because all orbits become one at contact.",
                 _chattering_motor),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
@@ -297,9 +298,9 @@ FIGURES = (
 INTRODUCTION = (
     "This page has each figure of Liu, Friend, Yeo (EPL 2009) with the command that computes it, "
     "and compares each printed number with ours. *Agrees* means that ours rounds to the printed "
-    "number. Where the two differ, the reason is given; nothing is tuned to a printed number. The "
-    "parameter files are in config/ of the sources, and in share/bouncing_disk_ros/config where "
-    "the package is installed; `make figures` computes all figures. Without the command ros2, "
+    "number. Where the two differ, the reason is given. Nothing is tuned to a printed number.\n\n"
+    "`make figures` computes all figures. The parameter files are in config/ of the sources, and "
+    "in share/bouncing_disk_ros/config where the package is installed. Without the command ros2, "
     "write `python -m bouncing_disk_ros NAME` for `ros2 run bouncing_disk_ros NAME`, and the "
     "folder `config/` of the sources for the path with `$(…)`. For another restitution, add for "
     "example `-p restitution:=0.3` at the end."
