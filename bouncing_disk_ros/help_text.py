@@ -82,18 +82,22 @@ def service_lines() -> list[str]:
 
 _PAGE_HEAD = """# Parameters
 
-First the parameters of the simulator, then those of [the studies](studies.md).
+This page has the parameters of the simulator first, then the parameters of the
+[studies](studies.md). [model.md](model.md#units-symbols-names) explains the symbols.
 
 <!-- Written by `python -m bouncing_disk_ros.help_text docs` from the tables of the package. -->
 
-A parameter is given at start with `--ros-args -p name:=value`, in a preset, or in a parameter file
-under `/**:`. While the node runs it is changed with `ros2 param set /bouncing_disk name value`.
-Parameters marked *start* cannot be changed then; those marked *unconfigured* only before the node
-is configured, or after it is cleaned up. A wrong value is refused with one line and changes
-nothing. An integer is accepted for a double, and a part of π for an angle: `-p phase_lag:=0.25pi`.
-The ranges of sliders in graphical tools are narrower than the allowed ranges, and grow with the
-value. Parameters of the platform's motion and of the initial state act at the next `~/reset` (the
-answer to a change says so); to change the motion now, command the platform."""
+Give a parameter at start with `--ros-args -p name:=value`, in a preset, or in a parameter file
+under `/**:`. While the node runs, change it with `ros2 param set /bouncing_disk name value`.
+
+- Parameters marked *start* cannot be changed while the node runs. Parameters marked
+  *unconfigured* can be changed only before the node is configured, or after it is cleaned up.
+- A wrong value is refused with one line and changes nothing.
+- An integer is accepted for a double, and a part of π for an angle: `-p phase_lag:=0.25pi`.
+- The ranges of sliders in graphical tools are narrower than the allowed ranges, and grow with the
+  value.
+- Parameters of the platform's motion and of the initial state act at the next `~/reset` (the
+  answer to a change says so). To change the motion now, command the platform."""
 
 
 def parameters_page() -> str:

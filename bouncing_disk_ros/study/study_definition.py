@@ -25,8 +25,8 @@ Idle = tuple[str, str, str]
 """An option that does nothing beside the others, what is allowed for it, and why."""
 
 _BAG = (
-    Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are those "
-         "of its last steady motion up and down, and of the disk then"),
+    Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are taken "
+         "from its last steady motion up and down, and from the disk then"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
 )  # fmt: skip
 _PRESET = (

@@ -52,7 +52,7 @@ _SPECS = (
          "many starts are on each attractor: a list with blanks between", numbers=True),
     Spec("match", 0.3, "", "attractors at values in a row that are nearer than this (rad and πg/ω "
          "together) are one line", low=0.0, high=100.0),
-    Spec("most_attractors", 8, "", "attractors kept at each value, those with the largest shares",
+    Spec("most_attractors", 8, "", "attractors kept at each value, by the largest shares",
          low=1, high=1000),
     replace(TABLE["mass"], source="only for results in SI units", while_unconfigured=False),
     replace(TABLE["frequency"], default=3.0, source="as in the preset pizza_multiple_toss; only "

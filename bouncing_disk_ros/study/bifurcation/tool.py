@@ -43,8 +43,8 @@ _SPECS = (
     Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact; 0: start on the period-1 "
          "orbit", "w_A", low=-1e3, high=0.0),
     Spec("starts", 0, "", "initial conditions at each value, spread evenly over forcing phase and "
-         "velocity, for all coexisting attractors; 0: one attractor is followed, each value "
-         "starts from the last state of the one before", low=0, high=1_000_000),
+         "velocity, to find all coexisting attractors; 0: one attractor is followed, each value "
+         "starts from the last state of the value before", low=0, high=1_000_000),
     Spec("velocity_begin", -5.0, "πg/ω", "window of the starts: τ from 0 to 2π, w_A from this to "
          "0", "w_A", low=-1e3, high=0.0),
     Spec("settling", 1000, "", "impacts left out at each value; with starts above 0, speeds need "
