@@ -1,8 +1,8 @@
 """What all tests share: a ROS domain of their own, compiled kernels, processes, hypothesis.
 
-Fixtures: `start` (support/processes.py), `talker` (support/talker.py), `ros_domain`,
-`warm_kernels`, `warm_juggling`. Every test runs in the session's own ROS domain, on this machine
-only.
+Fixtures: `start` (support/processes.py), `talker` (support/talker.py), `live` (support/live.py),
+`ros_domain`, `warm_kernels`, `warm_juggling`. Every test runs in the session's own ROS domain, on
+this machine only.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from bouncing_disk_ros import environment, folders
 from support.processes import Starter
 
 if TYPE_CHECKING:
+    from support.live import LiveSimulators
     from support.talker import Talker
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -131,6 +132,16 @@ def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
     starter = Starter()
     yield starter
     starter.close()
+
+
+@pytest.fixture
+def live(ros_domain: int, warm_kernels: None) -> Iterator[LiveSimulators]:
+    """Make simulators in real time within this process; see support/live.py."""
+    from support.live import LiveSimulators
+
+    made = LiveSimulators()
+    yield made
+    made.close()
 
 
 @pytest.fixture

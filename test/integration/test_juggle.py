@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,6 +29,7 @@ from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator
+from support.in_process import ends
 from support.juggle_loops import (
     DISK,
     FREQUENCY,
@@ -42,7 +41,6 @@ from support.juggle_loops import (
     overrides_of,
     run_both,
 )
-from support.processes import environment
 
 ROOT = Path(__file__).resolve().parents[2]
 PERIODS = 20
@@ -207,16 +205,12 @@ def test_small_feedback_goes_on_where_another_strategy_has_captured(make: Make) 
     simulator.close_node(node)
 
 
-def test_wrong_options_are_refused(make: Make) -> None:
+def test_wrong_options_are_refused(make: Make, capfd: pytest.CaptureFixture[str]) -> None:
     simulator = make()
     with pytest.raises(InputError, match="strategy: got 'mirror'"):
         juggler_of(simulator, strategy="mirror")
     with pytest.raises(InputError, match="Only impact_time and deadbeat aim at other orbits"):
         juggler_of(simulator, strategy="small", target="period-2 in 1 cycle")
-    command = [sys.executable, "-m", "bouncing_disk_ros", "juggle"]
-    done = subprocess.run(
-        [*command, "--ros-args", "-p", "missed:=2.0"], capture_output=True, text=True, timeout=60,
-        env=environment({}),
-    )  # fmt: skip
-    assert done.returncode == 2
-    assert done.stderr.startswith("juggle: missed: got 2.0, allowed:")
+    code, _, (told,) = ends(capfd, "juggle", "--ros-args", "-p", "missed:=2.0")
+    assert code == 2
+    assert told.startswith("juggle: missed: got 2.0, allowed:")

@@ -10,27 +10,34 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.nodes.performer import cancelling
 from bouncing_disk_ros.report.impact_text import csv_heading
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
+from support.in_process import ends
+from support.live import LiveSimulators
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
 
 RUNNING = r"running at"
 
 
-@pytest.fixture
-def simulator(start: Starter) -> Process:
-    """A simulator on the period-1 orbit of the preset, running."""
-    process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
+@pytest.fixture(scope="module")
+def simulator(ros_domain: int) -> Iterator[Process]:
+    """A simulator on the period-1 orbit of the preset, running, for all tests of a worker."""
+    starter = Starter()
+    process = starter("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
     process.wait_for(RUNNING)
-    return process
+    yield process
+    starter.close()
 
 
 @pytest.fixture
@@ -50,21 +57,26 @@ def programme(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def peer(ros_domain: int) -> Iterator[Peer]:
+def peer(simulator: Process) -> Iterator[Peer]:
+    """A peer of the simulator, which begins anew from its start."""
     peer = Peer()
+    peer.settle()
+    peer.publish("platform/command", JointTrajectory())
+    assert peer.call(Trigger, "reset").success
+    peer.spin_until(lambda: any(record["kind"] == "reset" for record in peer.records))
     yield peer
     peer.close()
 
 
-def test_a_programme_is_carried_out(
-    start: Starter, simulator: Process, programme: Path, peer: Peer
-) -> None:
+def test_a_programme_is_carried_out(start: Starter, programme: Path, peer: Peer) -> None:
+    begun = len(peer.records)
     process = start("perform", str(programme))
     assert process.wait() == 0, process.output
     assert "short: a short one" in process.stdout
     assert "short: in force" in process.stdout
-    peer.spin_until(lambda: "trajectory" in {record["kind"] for record in peer.records})
-    (points,) = (record["points"] for record in peer.records if record["kind"] == "motion")
+    peer.spin_until(lambda: "trajectory" in {record["kind"] for record in peer.records[begun:]})
+    new = peer.records[begun:]
+    (points,) = (record["points"] for record in new if record["kind"] == "motion")
     (first, (first_amplitude, *_)), (second, (second_amplitude, *_)) = points
     assert (first_amplitude, second_amplitude) == (0.035, 0.03)
     # the points are 0.4 s apart to the nanosecond; simulated_time is a float64 of seconds
@@ -84,22 +96,31 @@ def test_a_programme_is_carried_out(
     peer.spin_until(lambda: held() == [[0.004, 0.0]] * 2)
 
 
-@pytest.mark.parametrize("clock", [False, True], ids=["wall clock", "published clock"])
-def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, clock: bool) -> None:
-    published = ["-p", "publish_clock:=true"] if clock else []
-    slow = start("simulator", "--ros-args", "-p", "real_time_factor:=0.5", *published)
-    slow.wait_for(RUNNING)
-    if clock:
-        code, process = start.finish("perform", str(programme))
-        assert code == 1
-        assert "perform: the simulator publishes /clock: add --ros-args -p use_sim_time" in (
-            process.stderr
-        )
-    follow = ["--ros-args", "-p", "use_sim_time:=true"] if clock else []
-    code, process = start.finish("perform", str(programme), *follow)
+def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, peer: Peer) -> None:
+    assert peer.set_parameters(real_time_factor=0.5).successful
+    code, process = start.finish("perform", str(programme))
     assert code == 0, process.output
     assert "takes 1.60 s" in process.stdout
-    assert slow.end() == 0
+    assert peer.set_parameters(real_time_factor=1.0).successful
+
+
+def test_a_published_clock_is_asked_for(
+    start: Starter, live: LiveSimulators, programme: Path
+) -> None:
+    peer = Peer("slow")
+    live(peer, namespace="slow", real_time_factor=0.5, publish_clock=True)
+    here = ("--ros-args", "-r", "__ns:=/slow")
+    refused = start("perform", str(programme), *here)
+    peer.spin_until(lambda: not refused.running)
+    assert refused.wait() == 1
+    assert "perform: the simulator publishes /clock: add --ros-args -p use_sim_time" in (
+        refused.stderr
+    )
+    process = start("perform", str(programme), *here, "-p", "use_sim_time:=true")
+    peer.spin_until(lambda: not process.running)
+    assert process.wait() == 0, process.output
+    assert "takes 1.60 s" in process.stdout
+    peer.close()
 
 
 @pytest.mark.parametrize(
@@ -110,47 +131,47 @@ def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, cloc
         (["--ros-args", "-p", "programm:=x"], 2, r"^perform: parameter: .*Did you mean programme"),
         (["spin_up", "--ros-args", "-p", "lead:=-1.0"], 2, r"^perform: lead: got -1.0, allowed"),
         (
-            ["spin_up", "--ros-args", "-p", "timeout:=0.5"],
+            ["spin_up", "--ros-args", "-p", "timeout:=0.5", "-r", "__ns:=/nowhere"],
             1,
-            r"^perform: /platform/command has no subscriber after 0.5 s: .*ROS_DOMAIN_ID \(\d+\)",
+            r"^perform: /nowhere/platform/command has no subscriber after 0.5 s: .*DOMAIN_ID \(",
         ),
     ],
 )
 def test_what_cannot_be_done_is_one_line(
-    start: Starter, arguments: list[str], code: int, line: str
+    capfd: pytest.CaptureFixture[str], arguments: list[str], code: int, line: str
 ) -> None:
-    found, process = start.finish("perform", *arguments)
-    assert found == code, process.output
-    assert process.stdout == ""
-    assert len(process.stderr.splitlines()) == 1
-    assert re.search(line, process.stderr)
+    found, out, (told,) = ends(capfd, "perform", *arguments)
+    assert (found, out) == (code, "")
+    assert re.search(line, told)
 
 
-def test_a_paused_simulator_is_named(start: Starter) -> None:
-    paused = start("simulator", "--ros-args", "-p", "start_paused:=true")
-    paused.wait_for(r"paused at|start_paused|active|at 0\.0")
-    code, process = start.finish("perform", "spin_up")
-    assert code == 1
-    assert "perform: the simulator is paused: resume it first" in process.stderr
+@pytest.mark.parametrize(
+    ("name", "changes", "code", "line"),
+    [
+        ("spin_up", {"paused": True}, 1, "the simulator is paused: resume it first"),
+        ("spin_up", {"real_time_factor": 0.0}, 1, "the simulator runs as fast as it can"),
+        ("first_toss_to_period_1", {"restitution": 0.9}, 2, "allowed: a disk for"),
+    ],
+)
+def test_a_simulator_that_does_not_suit_is_named(
+    capfd: pytest.CaptureFixture[str], peer: Peer, name: str, changes: dict[str, Any], code: int,
+    line: str,
+) -> None:  # fmt: skip
+    before = {"real_time_factor": 1.0, "restitution": 0.5}
+    values = {one: value for one, value in changes.items() if one != "paused"}
+    if values:
+        assert peer.set_parameters(**values).successful
+    else:
+        peer.call(SetBool, "pause", SetBool.Request(data=True))
+    found, _, lines = ends(capfd, "perform", name)
+    peer.set_parameters(**before)
+    peer.call(SetBool, "pause", SetBool.Request(data=False))
+    assert found == code
+    assert lines[-1].startswith("perform: ")
+    assert line in lines[-1]
 
 
-def test_a_first_toss_of_another_disk_is_refused(start: Starter) -> None:
-    start("simulator", "--ros-args", "-p", "preset:=swum").wait_for(RUNNING)
-    code, process = start.finish("perform", "first_toss_to_period_1")
-    assert code == 2, process.output
-    assert len(process.stderr.splitlines()) == 1
-    assert "first_toss_to_period_1: got 'Γ = 0.0001009', allowed: a disk for" in process.stderr
-
-
-def test_a_free_running_simulator_is_named(start: Starter) -> None:
-    free = start("simulator", "--ros-args", "-p", "real_time_factor:=0.0")
-    free.wait_for(RUNNING)
-    code, process = start.finish("perform", "spin_up")
-    assert code == 1
-    assert "perform: the simulator runs as fast as it can" in process.stderr
-
-
-def test_perform_is_interrupted(start: Starter, simulator: Process) -> None:
+def test_perform_is_interrupted(start: Starter, peer: Peer) -> None:
     process = start("perform", "spin_up")
     process.wait_for(r"^sent:")
     assert process.end(signal.SIGINT) == 130
@@ -159,10 +180,10 @@ def test_perform_is_interrupted(start: Starter, simulator: Process) -> None:
     assert line.endswith(cancelling("/platform/command"))
 
 
-def test_echo_impacts_counts_rows(start: Starter, simulator: Process) -> None:
-    code, process = start.finish("echo_impacts", "--ros-args", "-p", "count:=4")
-    assert code == 0, process.output
-    heading, units, *rows = process.stdout.splitlines()
+def test_echo_impacts_counts_rows(capfd: pytest.CaptureFixture[str], peer: Peer) -> None:
+    code, out, _ = ends(capfd, "echo_impacts", "--ros-args", "-p", "count:=4")
+    assert code == 0
+    heading, units, *rows = out.splitlines()
     assert heading.split()[:4] == ["index", "time", "cycles", "τ/2π"]
     assert units.split()[0] == "s"
     assert len(rows) == 4
@@ -171,13 +192,12 @@ def test_echo_impacts_counts_rows(start: Starter, simulator: Process) -> None:
     assert all(row.split()[3] == "0.11724" for row in rows)  # τ_imp/2π of Γ = 0.45
 
 
-def test_echo_impacts_once_as_csv(start: Starter, simulator: Process) -> None:
-    code, process = start.finish(
-        "echo_impacts", "--ros-args", "-p", "once:=true", "-p", "csv:=true"
-    )
-    assert code == 0, process.output
-    assert process.stdout.splitlines()[0] == csv_heading()
-    (row,) = csv.DictReader(io.StringIO(process.stdout))
+def test_echo_impacts_once_as_csv(capfd: pytest.CaptureFixture[str], peer: Peer) -> None:
+    given = ("--ros-args", "-p", "once:=true", "-p", "csv:=true")
+    code, out, _ = ends(capfd, "echo_impacts", *given)
+    assert code == 0
+    assert out.splitlines()[0] == csv_heading()
+    (row,) = csv.DictReader(io.StringIO(out))
     assert list(row) == list(IMPACT_DTYPE.names or ())
     assert float(row["axial_impact_velocity"]) == pytest.approx(-20.0 / 9.0, rel=1e-9)
 
@@ -196,20 +216,23 @@ def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
     assert done.stdout.splitlines()[2:] == ["0"]
 
 
-def test_echo_impacts_waits_and_says_for_what(start: Starter) -> None:
-    process = start("echo_impacts")
+def test_echo_impacts_waits_and_says_for_what(
+    start: Starter, capfd: pytest.CaptureFixture[str]
+) -> None:
+    nowhere = ("--ros-args", "-r", "__ns:=/nowhere")
+    process = start("echo_impacts", *nowhere)
     process.wait_for(
-        r"echo_impacts: waiting for /disk/impacts in ROS_DOMAIN_ID \d+: no node publishes it"
+        r"waiting for /nowhere/disk/impacts in ROS_DOMAIN_ID \d+: no node publishes it"
     )
     assert process.end(signal.SIGINT) == 0
-    code, process = start.finish("echo_impacts", "--ros-args", "-p", "timeout:=0.5")
+    code, _, lines = ends(capfd, "echo_impacts", *nowhere, "-p", "timeout:=0.5")
     assert code == 1
-    assert process.stderr == "echo_impacts: no impact on /disk/impacts for 0.5 s\n"
+    assert lines == ["echo_impacts: no impact on /nowhere/disk/impacts for 0.5 s"]
 
 
 @pytest.mark.parametrize("name", ["perform", "echo_impacts", "demo"])
-def test_help_needs_no_ros_graph(start: Starter, name: str) -> None:
-    code, process = start.finish(name, "--help")
+def test_help_needs_no_ros_graph(capfd: pytest.CaptureFixture[str], name: str) -> None:
+    code, out, _ = ends(capfd, name, "--help")
     assert code == 0
-    assert process.stdout.startswith(f"usage: {name}")
-    assert "parameters (--ros-args -p NAME:=VALUE):" in process.stdout
+    assert out.startswith(f"usage: {name}")
+    assert "parameters (--ros-args -p NAME:=VALUE):" in out

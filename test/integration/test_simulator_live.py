@@ -8,27 +8,24 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import DescribeParameters
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
+from support.live import LiveSimulators
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
-
-Simulator = Callable[..., SimulatorNode]
 
 
 @pytest.fixture
@@ -38,33 +35,11 @@ def peer(ros_domain: int) -> Iterator[Peer]:
     peer.close()
 
 
-@pytest.fixture
-def simulator(peer: Peer, warm_kernels: None) -> Iterator[Simulator]:
-    """Make simulators whose callbacks a peer runs: parameters by name."""
-    made: list[SimulatorNode] = []
-
-    def make(
-        node_name: str = "bouncing_disk", namespace: str = "", by: Peer = peer, **values: Any
-    ) -> SimulatorNode:
-        overrides = [Parameter(name, value=value) for name, value in values.items()]
-        node = SimulatorNode(
-            node_name, namespace=namespace, context=by.context,
-            parameter_overrides=overrides, use_global_arguments=False,
-        )  # fmt: skip
-        made.append(node)
-        by.add(node)
-        return node
-
-    yield make
-    for node in made:
-        node.destroy_node()
-
-
 def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
-    simulator: Simulator, peer: Peer
+    live: LiveSimulators, peer: Peer
 ) -> None:
     # long enough for a busy machine to publish it while it is in force
-    simulator(crossfade_duration=1.0, state_rate=200.0)
+    live(peer, crossfade_duration=1.0, state_rate=200.0)
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
     peer.publisher("platform/command")  # found before the time is taken
@@ -96,8 +71,8 @@ def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
         assert joints["platform_rotation"][0] == pytest.approx(0.3 * math.sin(tau + 1), abs=1e-9)
 
 
-def test_a_kick_acts_at_its_stamp(simulator: Simulator, peer: Peer) -> None:
-    simulator(initial_height=1e5, state_rate=200.0)  # in flight for two minutes
+def test_a_kick_acts_at_its_stamp(live: LiveSimulators, peer: Peer) -> None:
+    live(peer, initial_height=1e5, state_rate=200.0)  # in flight for two minutes
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
     peer.publisher("disk/impulse")  # found before the time is taken
@@ -119,8 +94,8 @@ def test_a_kick_acts_at_its_stamp(simulator: Simulator, peer: Peer) -> None:
     assert after == pytest.approx([0.01 / inertia] * len(after), rel=1e-14)
 
 
-def test_an_empty_programme_cancels_what_is_pending(simulator: Simulator, peer: Peer) -> None:
-    simulator()
+def test_an_empty_programme_cancels_what_is_pending(live: LiveSimulators, peer: Peer) -> None:
+    live(peer)
     peer.settle()
     peer.command((1000.0, {"frequency": 9.0}))
     peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 1)
@@ -135,9 +110,9 @@ def test_an_empty_programme_cancels_what_is_pending(simulator: Simulator, peer: 
 
 
 def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
-    simulator: Simulator, peer: Peer, capfd: pytest.CaptureFixture[str]
+    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    simulator()
+    live(peer)
     peer.settle()
     for topic, msg, _ in WRONG:
         peer.publish(topic, msg)
@@ -167,8 +142,8 @@ def refused(peer: Peer) -> tuple[int, str]:
     return int(values["refused"]), values["last refusal"]
 
 
-def test_pause_step_reset(simulator: Simulator, peer: Peer) -> None:
-    simulator(frequency=3.0)
+def test_pause_step_reset(live: LiveSimulators, peer: Peer) -> None:
+    live(peer, frequency=3.0)
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
     refused = peer.call(Trigger, "step")
@@ -202,9 +177,9 @@ def test_pause_step_reset(simulator: Simulator, peer: Peer) -> None:
 
 
 def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(
-    simulator: Simulator, peer: Peer
+    live: LiveSimulators, peer: Peer
 ) -> None:
-    simulator()
+    live(peer)
     peer.settle()
 
     def offset() -> int:
@@ -231,9 +206,9 @@ def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(
 
 
 def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
-    simulator: Simulator, peer: Peer
+    live: LiveSimulators, peer: Peer
 ) -> None:
-    simulator(start_paused=True)
+    live(peer, start_paused=True)
     peer.settle()
     peer.command((0.0, {"axial_amplitude": 0.02}))
     peer.spin_until(lambda: peer.records and peer.records[-1]["kind"] == "motion")
@@ -245,8 +220,8 @@ def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
     late.close()
 
 
-def test_the_record_of_a_live_run_replays_bit_for_bit(simulator: Simulator, peer: Peer) -> None:
-    simulator(real_time_factor=5.0, axial_amplitude=0.05, snapshot_period=0.5)
+def test_the_record_of_a_live_run_replays_bit_for_bit(live: LiveSimulators, peer: Peer) -> None:
+    live(peer, real_time_factor=5.0, axial_amplitude=0.05, snapshot_period=0.5)
     peer.settle()
     peer.spin_until(lambda: len(peer.rows) > 20)
     for k in range(20):
@@ -262,8 +237,8 @@ def test_the_record_of_a_live_run_replays_bit_for_bit(simulator: Simulator, peer
     peer.check_replay()
 
 
-def test_parameters_are_described_set_and_refused(simulator: Simulator, peer: Peer) -> None:
-    simulator(restitution=1, preset="pizza_multiple_toss")
+def test_parameters_are_described_set_and_refused(live: LiveSimulators, peer: Peer) -> None:
+    live(peer, restitution=1, preset="pizza_multiple_toss")
     peer.settle()
     request = DescribeParameters.Request(names=["restitution"])
     (descriptor,) = peer.call(DescribeParameters, "describe_parameters", request).descriptors
@@ -279,10 +254,10 @@ def test_parameters_are_described_set_and_refused(simulator: Simulator, peer: Pe
     assert "no change while it runs" in peer.set_parameters(mass=2.0).reason
 
 
-def test_two_nodes_in_two_namespaces_keep_apart(simulator: Simulator) -> None:
+def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:
     left, right = Peer("left"), Peer("right")
     for name in ("left", "right"):
-        simulator(namespace=name, by=left, preset="pizza_multiple_toss")
+        live(left, namespace=name, preset="pizza_multiple_toss")
     left.command((0.0, {"axial_amplitude": 0.02}))
     left.wait_for_record("motion")
     inputs = ("inputs", "left/bouncing_disk")
@@ -295,9 +270,9 @@ def test_two_nodes_in_two_namespaces_keep_apart(simulator: Simulator) -> None:
     right.close()
 
 
-def test_two_nodes_in_one_namespace_are_warned_of(simulator: Simulator, peer: Peer) -> None:
-    simulator()
-    simulator("other")
+def test_two_nodes_in_one_namespace_are_warned_of(live: LiveSimulators, peer: Peer) -> None:
+    live(peer)
+    live(peer, "other")
 
     def warned() -> bool:
         _, message, _ = peer.diagnostic("inputs")
@@ -308,9 +283,9 @@ def test_two_nodes_in_one_namespace_are_warned_of(simulator: Simulator, peer: Pe
 
 # --- speed ----------------------------------------------------------------------------------------
 def test_free_running_is_faster_than_the_clock_and_loses_nothing(
-    simulator: Simulator, peer: Peer
+    live: LiveSimulators, peer: Peer
 ) -> None:
-    simulator(start_paused=True, rotor_speed_rate=1.0, state_rate=1.0)
+    live(peer, start_paused=True, rotor_speed_rate=1.0, state_rate=1.0)
     peer.settle()
     assert peer.set_parameters(real_time_factor=0.0).successful
     peer.call(SetBool, "pause", SetBool.Request(data=False))
@@ -324,9 +299,9 @@ def test_free_running_is_faster_than_the_clock_and_loses_nothing(
 
 
 def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
-    simulator: Simulator, peer: Peer, capfd: pytest.CaptureFixture[str]
+    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    simulator(preset="swum", real_time_factor=100000.0, state_rate=1.0)
+    live(peer, preset="swum", real_time_factor=100000.0, state_rate=1.0)
     peer.settle()
     peer.spin_until(lambda: peer.diagnostic("real time")[0] == 2)
     said = r"\[ERROR\].*real time: running, .* behind: lower real_time_factor"
@@ -340,13 +315,13 @@ def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
 
 @pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (1e-6, 10**6), (3.0, 10**6)])
 def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
-    simulator: Simulator,
+    live: LiveSimulators,
     peer: Peer,
     capfd: pytest.CaptureFixture[str],
     frequency: float,
     periods: int,
 ) -> None:
-    simulator(start_paused=True, frequency=frequency, step_periods=periods)
+    live(peer, start_paused=True, frequency=frequency, step_periods=periods)
     peer.settle()
     assert "under way" in peer.call(Trigger, "step").message
     for _ in range(2):
@@ -366,10 +341,10 @@ def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
 
 @pytest.mark.parametrize("regime", ["period-1", "chattering"])
 def test_an_ultrasonic_motor_publishes_every_impact(
-    simulator: Simulator, peer: Peer, regime: str
+    live: LiveSimulators, peer: Peer, regime: str
 ) -> None:
-    chatter = {"axial_amplitude": 7.2e-7} if regime == "chattering" else {}
-    simulator(preset="swum", **chatter)
+    values = {"axial_amplitude": 7.2e-7} if regime == "chattering" else {}
+    live(peer, preset="swum", **cast("dict[str, Any]", values))
     peer.settle()
     peer.spin_until(lambda: peer.heard["disk/impacts"])
     peer.heard["disk/impacts"].clear()

@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from support.in_process import ends
 from support.page_client import PageClient
 from support.processes import Process, Starter
 from support.recorded import period_one_bag
@@ -106,21 +107,17 @@ def test_a_bag_is_shown_with_a_time_slider(
     assert workbench.complaints == []
 
 
-def test_wrong_input_is_one_line(start: Starter, tmp_path: Path) -> None:
+def test_wrong_input_is_one_line(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        taken = start("workbench", "--ros-args", "-p", f"port:={port}")
-        preset = start("workbench", *ROS, "-p", "preset:=piza_multiple_toss")
-        bag = start("workbench", *ROS, "-p", f"bag:={tmp_path / 'none'}")
-        option = start("workbench", "--ros-args", "-p", "prot:=1")
-        for node, line in (
-            (taken, rf"^workbench: port: got {port}, allowed: a free port.*in use"),
-            (preset, "^workbench: preset: .*pizza_multiple_toss"),
-            (bag, "^workbench: bag: got"),
-            (option, "^workbench: parameter: got 'prot'.*Did you mean port"),
+        for arguments, line in (
+            (("--ros-args", "-p", f"port:={port}"), rf"port: got {port}, allowed: a free .*in use"),
+            ((*ROS, "-p", "preset:=piza_multiple_toss"), "preset: .*pizza_multiple_toss"),
+            ((*ROS, "-p", f"bag:={tmp_path / 'none'}"), "bag: got"),
+            (("--ros-args", "-p", "prot:=1"), "parameter: got 'prot'.*Did you mean port"),
         ):
-            assert node.wait(60.0) == 2, node.output
-            (complaint,) = node.complaints
-            assert re.search(line, complaint)
+            code, _, (told,) = ends(capfd, "workbench", *arguments)
+            assert code == 2
+            assert re.match(f"workbench: {line}", told)

@@ -30,6 +30,7 @@ TESTED = (
     "test/unit/ros",
     "test/unit/study/test_studies.py",
     "test/integration/test_simulator_stepped.py",
+    "test/integration/test_simulator_live.py",
     "test/integration/test_simulator_process.py",
 )
 

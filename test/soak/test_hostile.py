@@ -7,17 +7,19 @@ test/integration/test_requests.py, test/integration/test_hostile_commands.py.
 from __future__ import annotations
 
 import signal
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from support import requests
 from support.barrage import FAST, withstand
+from support.live import LiveSimulators
 from support.processes import Starter
 from support.requests import Clients
 from support.ros_peer import Peer
 from support.storms import COMMANDS, check_storm
-from support.twins import NAMES, Twin, compare, paused_in
+from support.twins import NAMES, PAUSED, Twin, compare
 
 IN_PROCESS = 1_000_000
 WITH_OFFSETS = 100_000
@@ -49,9 +51,15 @@ def test_a_hundred_thousand_random_trajectories_and_commands_in_process() -> Non
     assert accepted + refused == WITH_OFFSETS
 
 
+def arguments(values: Mapping[str, float]) -> list[str]:
+    """The command line of parameters."""
+    given = [part for name, value in values.items() for part in ("-p", f"{name}:={value}")]
+    return ["--ros-args", *given]
+
+
 @pytest.mark.parametrize("seed", range(SEED, SEED + OVER_DDS // OF_ONE))
 def test_a_hundred_thousand_random_commands_over_dds(start: Starter, seed: int) -> None:
-    process, peer = start("simulator", *FAST), Peer()
+    process, peer = start("simulator", *arguments(FAST)), Peer()
     try:
         print("\n" + withstand(peer, seed, OF_ONE))
     finally:
@@ -60,10 +68,10 @@ def test_a_hundred_thousand_random_commands_over_dds(start: Starter, seed: int) 
     assert "Traceback" not in process.output
 
 
-def test_what_is_refused_changes_no_bit(start: Starter) -> None:
-    for name in NAMES:
-        start("simulator", *paused_in(name))
+def test_what_is_refused_changes_no_bit(live: LiveSimulators) -> None:
     peers = [Peer(name) for name in NAMES]
+    for peer, name in zip(peers, NAMES, strict=True):
+        live(peer, namespace=name, **PAUSED)
     try:
         calm, disturbed = map(Twin, peers)
         values = compare(calm, disturbed, SEED, ROWS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -19,9 +20,8 @@ from support.storms import all_finite
 
 BATCH = 60
 """Commands on the way at once: with a marker on each topic fewer than its queue holds (100)."""
-FAST = ("--ros-args", "-p", "crossfade_duration:=0.01", "-p", "state_rate:=10.0",
-        "-p", "real_time_factor:=20.0")  # fmt: skip
-"""Arguments of a simulator on which many motions act in little time."""
+FAST: dict[str, Any] = {"crossfade_duration": 0.01, "state_rate": 10.0, "real_time_factor": 20.0}
+"""Parameters of a simulator on which many motions act in little time."""
 COMMAND_TOPICS = [
     name
     for name, topic in TOPICS.items()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from array import array
+from typing import Any
 
 import numpy as np
 from lifecycle_msgs.msg import Transition
@@ -34,11 +35,8 @@ ASKED = ["describe_parameters", "get_parameters", "get_parameter_types", "list_p
          "get_type_description"]  # fmt: skip
 
 
-def paused_in(namespace: str) -> list[str]:
-    """Arguments of a simulator that stands but for `~/step`."""
-    values = {"crossfade_duration": "0.01", "start_paused": "true", "step_periods": str(PERIODS)}
-    given = [part for name, value in values.items() for part in ("-p", f"{name}:={value}")]
-    return ["--ros-args", *given, "-r", f"__ns:=/{namespace}"]
+PAUSED: dict[str, Any] = {"crossfade_duration": 0.01, "start_paused": True, "step_periods": PERIODS}
+"""Parameters of a simulator that stands but for `~/step`."""
 
 
 def wrong_commands(rng: random.Random, count: int) -> list[Command]:
