@@ -7,6 +7,10 @@ Two lines do it; pandas comes with xarray, which this package needs.
 
 import sys
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 import pandas as pd
 
 from bouncing_disk_ros import read_run
@@ -24,8 +28,5 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        with given_or_made() as folder:
-            main(folder)
+    with given_or_made() as folder:
+        main(folder)

@@ -8,6 +8,10 @@ unstable, and so no attractor, it is printed too.
 
 import sys
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 from bouncing_disk_ros import (
     AttractorKind,
     InputError,
@@ -45,7 +49,4 @@ def main(axial_forcing: float = 0.48, restitution: float = 0.5) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        main(*map(float, sys.argv[1:]))
+    main(*map(float, sys.argv[1:]))

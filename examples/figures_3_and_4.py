@@ -8,6 +8,10 @@ paper's figures have 1261 and 1000. Writes figures_3_and_4_bifurcation.pdf and _
 
 import sys
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 from bouncing_disk_ros import basins, bifurcation, figures, fixed_point, period_doublings
 
 
@@ -34,7 +38,4 @@ def main(restitution: float = 0.3, size: int = 60) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        main(*(kind(word) for kind, word in zip((float, int), sys.argv[1:], strict=False)))
+    main(*(kind(word) for kind, word in zip((float, int), sys.argv[1:], strict=False)))

@@ -8,6 +8,10 @@ Both ends are points of doubling, where a multiplier is −1: computed, not read
 import sys
 from dataclasses import replace
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 import numpy as np
 
 from bouncing_disk_ros import fixed_point, period_doublings, periodic_orbit
@@ -31,7 +35,4 @@ def main(restitution: float = 0.5) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        main(*map(float, sys.argv[1:]))
+    main(*map(float, sys.argv[1:]))

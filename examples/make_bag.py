@@ -13,6 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
@@ -62,7 +66,4 @@ def given_or_made() -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")
+    make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")

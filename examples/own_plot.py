@@ -8,6 +8,10 @@ so that a run that was interrupted goes on there, and a second one only draws. W
 
 import sys
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 import matplotlib.pyplot as plt
 
 from bouncing_disk_ros import basins
@@ -37,7 +41,4 @@ def main(size: int = 80) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:]))

@@ -8,6 +8,10 @@ the disk that was simulated; of a real machine they are what is looked for.
 
 import sys
 
+if "--help" in sys.argv:  # before the imports, which take seconds
+    print(__doc__)
+    sys.exit()
+
 from bouncing_disk_ros import friction_of, read_run, restitution_of
 from make_bag import given_or_made
 
@@ -26,8 +30,5 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    if "--help" in sys.argv:
-        print(__doc__)
-    else:
-        with given_or_made() as folder:
-            main(folder)
+    with given_or_made() as folder:
+        main(folder)

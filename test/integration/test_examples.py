@@ -65,6 +65,24 @@ def test_a_script_runs_and_says_what_is_true(
         assert (len(run.rows), run.lost) == (61, 0)
 
 
+def test_help_of_a_script_waits_for_no_slow_import() -> None:
+    code = (
+        "import runpy, sys\n"
+        "for file in sys.argv[2:]:\n"
+        "    try:\n"
+        "        runpy.run_path(file, run_name='__main__')\n"
+        "    except SystemExit as end:\n"
+        "        assert not end.code\n"
+        "    print({'numba', 'numpy', 'rosbags', 'matplotlib', 'pandas'} & set(sys.modules))\n"
+    )
+    files = [str(EXAMPLES / f"{name}.py") for name in RUNS]
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--help", *files], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("set()") == done.stdout.count("python examples/") == len(RUNS)
+
+
 def test_the_controller_passes_its_own_test() -> None:
     paths = f"{Path(bouncing_disk_ros.__file__).resolve().parents[1]}:{EXAMPLES}"
     plugins = ("-p", "no:cacheprovider")

@@ -32,7 +32,7 @@ def test_help_waits_for_no_slow_import(name: str) -> None:
         "try:\n"
         "    executable.main(['--help'])\n"
         "finally:\n"
-        "    slow = {'rclpy', 'numba', 'matplotlib', 'xarray'} & set(sys.modules)\n"
+        "    slow = {'rclpy', 'numba', 'numpy', 'matplotlib', 'xarray'} & set(sys.modules)\n"
         "    print('slow:', *slow, file=sys.stderr)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
