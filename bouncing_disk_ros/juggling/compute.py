@@ -69,6 +69,7 @@ class Juggling(Study):
         "strategy_name": ("1", "name of the strategy"),
         "condition_name": ("1", "text of the condition"),
         "median_time": ("2 pi/omega", "median time until the orbit was reached"),
+        "median_rotor_speed": ("omega Phi", "median over the starts of the rotor speed"),
     }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:

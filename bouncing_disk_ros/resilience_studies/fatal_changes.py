@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.basin_labels import (
@@ -80,14 +81,14 @@ def impact_limits(attractor: Attractor, section: NextCollisionMap) -> Instants:
     phase = attractor.forcing_phases[:LIMITS]
     w = attractor.velocities[:LIMITS]
     none = np.full(2 * len(phase), math.nan)
-    speeds = np.concatenate((w, -section.restitution * w))
+    speeds = np.concatenate((w, rebounded(w, section.restitution)))
     return Instants(none, np.tile(phase, 2), np.zeros(2 * len(phase)), speeds)
 
 
 def _segments(attractor: Attractor, section: NextCollisionMap) -> tuple[Array, Array, Array, float]:
     """Begin, phase and relative speed of each flight (nan: contact), and the whole time."""
     phases = attractor.forcing_phases[:MOST_IMPACTS]
-    speeds = -section.restitution * attractor.velocities[:MOST_IMPACTS]
+    speeds = rebounded(attractor.velocities[:MOST_IMPACTS], section.restitution)
     if attractor.kind is not AttractorKind.CHATTERING:
         delays = _delays(phases, speeds, section)
         begin = np.concatenate(([0.0], np.cumsum(delays)))

@@ -233,16 +233,18 @@ STUDIES: dict[str, dict[str, Any]] = {
     "curves": {"axial_forcing_count": 2, "restitution_count": 2, "settling": 9, "doublings": 0},
     "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8, "distance": 0.1},
     "resilience": {"begin": 0.4, "count": 1, "samples": 9, "instants": 2, "resolution": 0.5},
+    "juggling": {"width": 2, "height": 2, "deadline": 5.0},
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_variable_of_a_result_has_a_unit_and_a_name(name: str) -> None:
-    result = getattr(bouncing_disk_ros, name)(**STUDIES[name])
+    result = bouncing_disk_ros.run_study(name, **STUDIES[name])
+    assert result is not None
     made = named(name, **STUDIES[name])
     known = {*made.fields, *made.axes, *made.added, DONE}
     for key, variable in result.variables.items():
-        assert variable.attrs["units"], key
+        assert variable.attrs["units"] == made.added.get(str(key), (variable.attrs["units"],))[0]
         assert variable.attrs["long_name"], key
         along = STUDIES[name].get("along", "axial_forcing")
         assert key in known or key == along, f"{key} is in no table"
