@@ -124,7 +124,7 @@ class LocalLink:
         self.history.add_impacts(rows)
         if self._juggling is not None:
             self._note_motion()
-            self._juggling.on_impacts(rows)
+            self._juggling.hear(rows)
             self.history.juggling = self._juggling.status
 
     def state(self, session: Session, running: bool) -> None:

@@ -50,7 +50,7 @@ class Juggled:
 
     def impacts(self, rows: NDArray[Any]) -> None:
         self.rows.append(rows.copy())
-        self.juggling.on_impacts(rows)
+        self.juggling.hear(rows)
 
     def run(self, periods: float) -> None:
         end = round(periods / FREQUENCY * 1e9)
@@ -81,9 +81,9 @@ def test_a_motion_that_fades_or_has_no_orbit_is_named(warm_kernels: None) -> Non
     juggled = Juggled(0.45, "deadbeat")
     steady, slow = motion_of(0.45), motion_of(0.2)
     juggled.juggling.on_motion(MotionInForce(0, 10, steady, slow, 0, 0.0))
-    assert juggled.juggling.status == "deadbeat: waiting for a steady motion"
+    assert juggled.juggling.status == "waiting for a steady motion"
     juggled.juggling.on_motion(MotionInForce(10, 10, slow, slow, 0, 0.0))
-    assert "deadbeat: cannot juggle: axial_forcing: got 0.2" in juggled.juggling.status
+    assert "cannot juggle: axial_forcing: got 0.2" in juggled.juggling.status
     assert "There is no period-1 orbit" in juggled.juggling.status
 
 

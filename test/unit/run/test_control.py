@@ -1,0 +1,118 @@
+"""The control of a run without ROS: what a line, a gate, a pause and a reset do to it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Sample
+from bouncing_disk_ros.run.control import RunControl
+from bouncing_disk_ros.run.gates import Gates
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.units import NS
+
+WALL = 1_800_000_000 * NS
+
+
+class Clock:
+    """The steady clock, which the test moves."""
+
+    now_ns = 5 * NS
+
+
+class Kept:
+    """An outlet that keeps records and mean speeds."""
+
+    times: TimeMap
+
+    def __init__(self) -> None:
+        self.records: list[Record] = []
+        self.speeds: list[float] = []
+
+    def record(self, record: Record) -> None:
+        self.records.append(record)
+
+    def speed(self, first: Sample, second: Sample) -> None:
+        self.speeds.append(first.mean_speeds(second)[1])
+
+    def sample(self, sample: Sample) -> None:
+        """Nothing is kept of samples."""
+
+    def impacts(self, rows: NDArray[Any]) -> None:
+        """Nor of impacts."""
+
+    def state(self, session: Session, running: bool) -> None:
+        """Nor of what is in force."""
+
+    def ended(self, fault: str) -> None:
+        raise AssertionError(fault)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch, warm_kernels: None) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(time, "monotonic_ns", lambda: clock.now_ns)
+    return clock
+
+
+def run_of(clock: Clock, gates: Gates | None = None, **values: Any) -> tuple[RunControl, Kept]:
+    """A run that is active, on a clock of the test."""
+    kept = Kept()
+    run = RunControl(
+        "/node", parameters.complete(values), kept, gates=gates,
+        ros_now=lambda: WALL + clock.now_ns,
+    )  # fmt: skip
+    run.set_active(True)
+    return run, kept
+
+
+def test_a_new_factor_sets_the_line_anew(clock: Clock) -> None:
+    values = parameters.complete({})
+    kept = Kept()
+    run = RunControl("/node", values, kept, ros_now=lambda: WALL + clock.now_ns)
+    run.set_active(True)
+    clock.now_ns += NS
+    run.tick(clock.now_ns)
+    values["real_time_factor"] = 10.0
+    run.set_parameters({"real_time_factor": 10.0})
+    reached = run.session.time_ns
+    assert (run.times.simulated_ns, run.times.steady_ns) == (reached, clock.now_ns)
+    assert run.times == kept.times
+    clock.now_ns += NS // 10
+    run.tick(clock.now_ns)
+    assert run.session.time_ns == reached + NS
+
+
+def test_a_reset_is_not_rotation(clock: Clock) -> None:
+    """In flight the disk turns as it was thrown, before and after."""
+    thrown: dict[str, Any] = {"initial_height": 1000.0, "initial_angular_velocity": 5.0}
+    run, kept = run_of(clock, rotor_speed_rate=10.0, **thrown)
+    for _ in range(3):
+        clock.now_ns += NS // 4
+        run.tick(clock.now_ns)
+        run.reset()
+    assert kept.speeds == pytest.approx([5.0] * len(kept.speeds), rel=1e-9)
+    assert len(kept.speeds) > 4
+
+
+def test_at_gates_snapshots_go_by_simulated_time_and_stamps_by_the_line(clock: Clock) -> None:
+    gates = Gates([1], NS)
+    values: dict[str, Any] = {"lockstep": "tick", "lockstep_controllers": "1", "state_rate": 10.0}
+    run, kept = run_of(clock, gates, snapshot_period=0.25, real_time_factor=0.0, **values)
+    for _ in range(10):
+        clock.now_ns += 100 * NS  # the machine is slow
+        gates.answer([1, gates.number, 0])
+        run.tick(clock.now_ns)
+    times = [one["time_ns"] for one in kept.records if one["kind"] == "snapshot"]
+    assert times == [0, 3 * NS // 10, 6 * NS // 10, 9 * NS // 10]
+    line = run.times
+    run.pause(True)
+    clock.now_ns += 100 * NS
+    _, arrival = run.open("an input")
+    assert arrival.times == line
