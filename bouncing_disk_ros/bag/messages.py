@@ -1,15 +1,14 @@
 """Messages of a bag as objects, columns and rows of points; `rosbags` decodes by the bag's types.
 
-`rosbags` makes code of a definition and trusts it, so a definition is checked before: names,
-numbers of fields, lengths of arrays, types within types (none within itself), and for each message
-how many objects it would become. Points of clouds are viewed, not decoded; no Python loop runs over
-them.
+`rosbags` makes code of a definition. Its grammar takes care of names; its sizes it trusts, so they
+are checked before: numbers of fields, lengths of arrays, types within types (none within itself),
+and for each message how many objects it would become. Points of clouds are viewed, not decoded; no
+Python loop runs over them.
 """
 
 from __future__ import annotations
 
 import functools
-import re
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
@@ -23,8 +22,6 @@ from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import BagError, InputError, closest
 from bouncing_disk_ros.units import NS
 
-_TYPE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*", re.ASCII)
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _BASE, _NESTED, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
 _SIZES = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
@@ -74,18 +71,9 @@ class MessageType:
                 name: (constants, [(one, _unsigned(form)) for one, form in members])
                 for name, (constants, members) in read.items()
             }
-            self._check_names()
             self._density = self._measure(kind, 0).density
         except BagError as error:
             raise BagError(f"definition of {kind}: {error}") from None
-
-    def _check_names(self) -> None:
-        for name, (constants, members) in self.types.items():
-            names = [row[0] for row in (*constants, *members)]
-            if not _TYPE_NAME.fullmatch(name) or "__" in name:
-                raise BagError(f"the name {name!r} cannot be one of a type")
-            if wrong := [one for one in names if not _NAME.fullmatch(one)]:
-                raise BagError(f"the name {wrong[0]!r} cannot be one of a field")
 
     # --- sizes ------------------------------------------------------------------------------------
     def _measure(self, name: str, depth: int) -> Measure:

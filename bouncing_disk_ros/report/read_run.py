@@ -26,7 +26,7 @@ from bouncing_disk_ros.report.run_record import (
     RunRecord,
     State,
 )
-from bouncing_disk_ros.report.run_record_builder import Count, RunRecordBuilder, record_of
+from bouncing_disk_ros.report.run_record_builder import Count, Parsed, RunRecordBuilder
 from bouncing_disk_ros.report.run_report import Source, TopicCount
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
@@ -362,7 +362,7 @@ class BagRun:
         self._builder = RunRecordBuilder(self._record, self.namespace)
         self.parts: dict[str, list[tuple[int, int]]] = {}
         self.ends: list[int] = []
-        self._waiting: list[tuple[str, Any]] = []  # topic and content; the next sign tells the run
+        self._waiting: list[tuple[str, Parsed | None]] = []  # until a sign tells the run
         self._bounded = self._bound()
 
     def _bound(self) -> Bounded:
@@ -434,13 +434,13 @@ class BagRun:
         if self._order.is_repeat(short, message):
             self._waiting.append((message.topic, None))
             return
-        record = record_of(content) if short == "disk/inputs" else None
-        is_numbered = 0 < message.sequence < UNKNOWN and short != "/diagnostics"
-        number = message.sequence if is_numbered else 0
-        found = self._builder.counts(short, content, record, is_numbered=is_numbered)
-        if found is None:  # of another node
+        parsed = self._builder.parse(short, content)
+        if parsed is None:  # of another node
             self._waiting.append((message.topic, None))
             return
+        is_numbered = 0 < message.sequence < UNKNOWN and short != "/diagnostics"
+        number = message.sequence if is_numbered else 0
+        found = self._builder.counts(short, parsed, is_numbered=is_numbered)
         shown = self._order.take(short, number, found)
         if shown is Sign.BEGINS:
             for topic, waits in self._waiting:
@@ -448,21 +448,18 @@ class BagRun:
                 self._note_part(topic, 0)
             self._waiting.clear()
             self._begin_run()
-        self._waiting.append((message.topic, content if record is None else record))
+        self._waiting.append((message.topic, parsed))
         if shown is not Sign.NOTHING or len(self._waiting) > MOST_WAITING:
             self._take_waiting()
 
     def _take_waiting(self) -> None:
         """Take the messages that wait into the run under way."""
-        for topic, content in self._waiting:
+        for topic, parsed in self._waiting:
             short = self._names[topic]
-            self._note_part(topic, 0 if content is None else self._order.run)
-            if content is None or (short == "disk/impacts" and not self._wish.most_rows):
+            self._note_part(topic, 0 if parsed is None else self._order.run)
+            if parsed is None or (short == "disk/impacts" and not self._wish.most_rows):
                 continue
-            if short == "disk/inputs":
-                self._builder.take_record(content)
-            else:
-                self._builder.handlers[short](content)
+            self._builder.take(short, parsed)
             if self._record is not self.record:
                 self._record.chunks.clear()
             elif short == "disk/impacts":

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import Disk, Energy, MotionInForce
-from bouncing_disk_ros.errors import InputError, shown
+from bouncing_disk_ros.errors import shown
 from bouncing_disk_ros.report.record_validation import (
+    Rows,
     checked_motion,
     checked_number,
     checked_numbers,
@@ -63,6 +65,47 @@ class Count(NamedTuple):
         return self.rises and self.first == before + 1.0
 
 
+class Impacts(NamedTuple):
+    """Rows of disk/impacts, and the fields that their message lacks."""
+
+    rows: Rows
+    lacking: tuple[str, ...]
+
+
+class Parsed(NamedTuple):
+    """A message of a simulator whose layout fits: its stamp, and what it says."""
+
+    stamp_ns: int
+    value: Any
+
+
+def parse(short: str, msg: Any, prefix: str = "") -> Parsed | None:
+    """A message of a topic of a simulator; None: it is of another node. InputError: of nobody's.
+
+    Only the layout is looked at: whether the values are plausible is checked where they count.
+    `prefix`: the namespace whose reports on /diagnostics are meant, without slashes.
+    """
+    value: Any = None
+    match short:
+        case "disk/inputs":
+            return Parsed(0, from_json(msg.data))
+        case "disk/phase":
+            return Parsed(0, msg.data)
+        case "platform/offset":
+            return Parsed(0, None)
+        case "platform/motion":
+            value = msg_to_motion(msg)
+        case "disk/impacts":
+            value = Impacts(impacts_from_msg(msg), lacking_fields(msg))
+        case "disk/rotor_speed":
+            value = msg_to_speed(msg)[1]
+        case "joint_states":
+            value = msg_to_joints(msg) if set(_JOINTS) <= set(msg.name) else None
+        case "/diagnostics":
+            value = _health_of(msg, prefix)
+    return None if value is None else Parsed(time_to_ns(msg.header.stamp), value)
+
+
 class RunRecordBuilder:
     """Takes messages by topic; times are simulated seconds.
 
@@ -82,41 +125,53 @@ class RunRecordBuilder:
         self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
         self._factor: float | None = None  # None: without inputs; then the impacts show it
         self._clock_is_simulated = False
-        self.handlers: Mapping[str, Callable[[Any], None]] = {
-            "disk/inputs": self._on_input,
-            "platform/motion": self._on_motion,
-            "platform/offset": self._on_offset,
-            "disk/phase": self._on_phase,
-            "disk/impacts": self._on_impacts,
-            "disk/rotor_speed": self._on_speed,
-            "joint_states": self._on_joints,
-            "/diagnostics": self._on_diagnostics,
+        self._takers: Mapping[str, Callable[[Parsed], None]] = {
+            "disk/inputs": lambda parsed: self._take_record(parsed.value),
+            "platform/motion": self._take_motion,
+            "platform/offset": lambda _: self._trajectories.note_offset(),
+            "disk/phase": self._take_phase,
+            "disk/impacts": self._take_impacts,
+            "disk/rotor_speed": self._take_speed,
+            "joint_states": self._take_joints,
+            "/diagnostics": self._take_health,
         }
 
-    def counts(
-        self, short: str, msg: Any, record: Record | None, *, is_numbered: bool
-    ) -> list[Count] | None:
-        """What of a message never falls within a run; None: it is of another node."""
+    @property
+    def handlers(self) -> dict[str, Callable[[Any], None]]:
+        """What takes a message of each topic, live."""
+        return {short: partial(self._on_message, short) for short in self._takers}
+
+    def _on_message(self, short: str, msg: Any) -> None:
+        if (parsed := self.parse(short, msg)) is not None:
+            self.take(short, parsed)
+
+    def parse(self, short: str, msg: Any) -> Parsed | None:
+        """`parse` for this simulator."""
+        return parse(short, msg, self._prefix)
+
+    def take(self, short: str, parsed: Parsed) -> None:
+        """Take what a message says, if it is plausible; InputError: it is not."""
+        self._takers[short](parsed)
+
+    def counts(self, short: str, parsed: Parsed, *, is_numbered: bool) -> list[Count]:
+        """What of a message never falls within a run."""
+        value = parsed.value
         match short:
-            case "disk/inputs" if record is not None:
-                index, time = record["index"], record["time_ns"]
+            case "disk/inputs":
+                index, time = value["index"], value["time_ns"]
                 return [Count(index, index, rises=True), Count(time, time)]
-            case "disk/impacts" if len(rows := impacts_from_msg(msg)):
-                first, last = rows[0], rows[-1]
+            case "disk/impacts" if len(value.rows):
+                first, last = value.rows[0], value.rows[-1]
                 return [
                     Count(float(first["index"]), float(last["index"]), rises=True),
                     Count(float(first["time"]), float(last["time"])),
                 ]
             case "platform/motion":
-                motion = msg_to_motion(msg)
                 # the same motion comes again with a new line of stamps; another one begins later
-                alone = not is_numbered and self._index < 0 and motion != self._heard
-                return [Count(motion.begin_ns, motion.begin_ns, rises=alone)]
+                alone = not is_numbered and self._index < 0 and value != self._heard
+                return [Count(value.begin_ns, value.begin_ns, rises=alone)]
             case "/diagnostics":
-                health = self._health_of(msg)
-                return None if health is None else [Count(health.simulated, health.simulated)]
-            case "joint_states":
-                return [] if set(_JOINTS) <= set(msg.name) else None
+                return [Count(value.simulated, value.simulated)]
         return []
 
     def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
@@ -126,39 +181,31 @@ class RunRecordBuilder:
         self.record.rounding = max(self.record.rounding, line.slope / NS)
         return line
 
-    def _time(self, msg: Any) -> float | None:
-        """Simulated time of a message's stamp, s; None where no line is known."""
+    def _time(self, stamp_ns: int) -> float | None:
+        """Simulated time of a stamp, s; None where no line is known."""
         if self._line is None:
             self.record.untimed += 1
             return None
-        now = self._line.to_simulated(time_to_ns(msg.header.stamp))
+        now = self._line.to_simulated(stamp_ns)
         self._motions.reach(now)
         return now / NS
 
-    def _on_motion(self, msg: Any) -> None:
-        for point in msg.points:
-            if len(point.positions) != len(msg.joint_names):
-                given = f"{len(point.positions)} positions"
-                raise InputError("platform/motion", given, f"{len(msg.joint_names)}, as names")
-            checked_numbers("platform/motion", point.positions)
-        motion = checked_motion(msg_to_motion(msg))
+    def _take_motion(self, parsed: Parsed) -> None:
+        motion: MotionInForce = checked_motion(parsed.value)
         self._heard = motion
-        self._anchor = motion.begin_ns, time_to_ns(msg.header.stamp)
+        self._anchor = motion.begin_ns, parsed.stamp_ns
         self._line = self._through(*self._anchor, self._factor)
         self._motions.reach(motion.begin_ns)
         motions = self.record.motions
         if not self.record.known and (not motions or motions[-1] != motion):
             motions.append(motion)  # else disk/inputs has all of them
 
-    def _on_offset(self, _: Any) -> None:
-        self._trajectories.note_offset()
+    def _take_phase(self, parsed: Parsed) -> None:
+        self.phase = parsed.value
 
-    def _on_phase(self, msg: Any) -> None:
-        self.phase = msg.data
-
-    def _on_impacts(self, msg: Any) -> None:
-        lacking = lacking_fields(msg)
-        rows = checked_rows(impacts_from_msg(msg), lacking)
+    def _take_impacts(self, parsed: Parsed) -> None:
+        lacking = parsed.value.lacking
+        rows = checked_rows(parsed.value.rows, lacking)
         if not len(rows):
             return
         first, last = (int(index) for index in rows["index"][[0, -1]])
@@ -166,7 +213,7 @@ class RunRecordBuilder:
         self.record.lost = self._index_gaps.lost
         self.record.lacking = lacking or self.record.lacking
         self.record.chunks.append(rows)
-        self._tie(round(float(rows["time"][-1]) * NS), time_to_ns(msg.header.stamp))
+        self._tie(round(float(rows["time"][-1]) * NS), parsed.stamp_ns)
 
     def _tie(self, last_ns: int, stamp_ns: int) -> None:
         """What the last impact of a message and its stamp say of the line between both times.
@@ -180,26 +227,21 @@ class RunRecordBuilder:
         elif self._factor is None and (passed := stamp_ns - self._anchor[1]) > 0:
             self._line = self._through(last_ns, stamp_ns, (last_ns - self._anchor[0]) / passed)
 
-    def _on_speed(self, msg: Any) -> None:
-        if (time := self._time(msg)) is not None:
-            speed = checked_number("disk/rotor_speed", msg_to_speed(msg)[1])
+    def _take_speed(self, parsed: Parsed) -> None:
+        if (time := self._time(parsed.stamp_ns)) is not None:
+            speed = checked_number("disk/rotor_speed", parsed.value)
             self.record.speeds.append((time, speed))
 
-    def _on_joints(self, msg: Any) -> None:
-        joints = msg_to_joints(msg)
-        if not set(_JOINTS) <= joints.keys() or (time := self._time(msg)) is None:
+    def _take_joints(self, parsed: Parsed) -> None:
+        if (time := self._time(parsed.stamp_ns)) is None:
             return
-        disk, platform, rotation = (joints[name] for name in _JOINTS)
+        disk, platform, rotation = (parsed.value[name] for name in _JOINTS)
         values = disk[0], platform[0], rotation[1], rotation[0]
         checked_numbers("joint_states", values)
         self.record.states.append(State(time, *values))
 
     # --- inputs -----------------------------------------------------------------------------------
-    def _on_input(self, msg: Any) -> None:
-        self.take_record(record_of(msg))
-
-    def take_record(self, record: Record) -> None:
-        """Take a checked record of disk/inputs."""
+    def _take_record(self, record: Record) -> None:
         kind, time = record["kind"], record["time_ns"] / NS
         if self._index >= 0 and record["index"] > self._index + 1:
             self._forget()
@@ -279,25 +321,20 @@ class RunRecordBuilder:
         return True
 
     # --- diagnostics ------------------------------------------------------------------------------
-    def _on_diagnostics(self, msg: Any) -> None:
-        if (health := self._health_of(msg)) is not None:
-            self._motions.reach(round(health.simulated * NS))
-            self.record.health.append(health)
-
-    def _health_of(self, msg: Any) -> Health | None:
-        """The report of the simulator in a message; None: there is none."""
-        tasks, words = {}, ""
-        for status in msg.status:
-            node, _, task = status.name.partition(": ")
-            if node.rpartition("/")[0] == self._prefix:
-                tasks[task] = {value.key: value.value for value in status.values}
-                words = status.message if task == "real time" else words
-        return _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
+    def _take_health(self, parsed: Parsed) -> None:
+        self._motions.reach(round(parsed.value.simulated * NS))
+        self.record.health.append(parsed.value)
 
 
-def record_of(msg: Any) -> Record:
-    """The checked record of a message of disk/inputs."""
-    return from_json(msg.data)
+def _health_of(msg: Any, prefix: str) -> Health | None:
+    """The report of the simulator in a message; None: there is none."""
+    tasks, words = {}, ""
+    for status in msg.status:
+        node, _, task = status.name.partition(": ")
+        if node.rpartition("/")[0] == prefix:
+            tasks[task] = {value.key: value.value for value in status.values}
+            words = status.message if task == "real time" else words
+    return _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
 
 
 def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health | None:

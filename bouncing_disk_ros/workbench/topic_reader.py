@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros.from_messages import (
-    impacts_from_msg,
-    msg_to_joints,
-    msg_to_motion,
-    msg_to_speed,
-    time_to_ns,
-)
-from bouncing_disk_ros.run.input_records import from_json
+from bouncing_disk_ros.report.record_validation import checked_number, checked_numbers, checked_rows
+from bouncing_disk_ros.report.run_record_builder import Parsed, parse
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
 
+_TOPICS = ("disk/inputs", "platform/motion", "disk/phase", "joint_states", "disk/impacts",
+           "disk/rotor_speed")  # fmt: skip
 _JOINTS = ("disk_axial", "platform_axial", "disk_rotation", "platform_rotation")
 
 
@@ -36,68 +32,41 @@ class TopicReader:
         self._factor, self._clock_is_simulated = 1.0, False
         self._complained: set[str] = set()
         self.handlers: Mapping[str, Callable[[Any], None]] = {
-            name: self._guarded(name, handler)
-            for name, handler in (
-                ("disk/inputs", self._on_input),
-                ("platform/motion", self._on_motion),
-                ("disk/phase", self._on_phase),
-                ("joint_states", self._on_joints),
-                ("disk/impacts", self._on_impacts),
-                ("disk/rotor_speed", self._on_speed),
-            )
+            name: partial(self._on_message, name) for name in _TOPICS
         }
 
-    def _guarded(self, name: str, handler: Callable[[Any], None]) -> Callable[[Any], None]:
-        def take(msg: Any) -> None:
-            try:
-                handler(msg)
-            except InputError as error:
-                if name not in self._complained:
-                    self._complained.add(name)
-                    self._history.note(f"{name}: {error.line}", is_refusal=True)
+    def _on_message(self, name: str, msg: Any) -> None:
+        try:
+            if (parsed := parse(name, msg)) is not None:
+                self._take(name, parsed)
+        except InputError as error:
+            if name not in self._complained:
+                self._complained.add(name)
+                self._history.note(f"{name}: {error.line}", is_refusal=True)
 
-        return take
-
-    def _time(self, msg: Any) -> float:
-        assert self._line is not None
-        return self._line.to_simulated(time_to_ns(msg.header.stamp)) / NS
-
-    def _on_motion(self, msg: Any) -> None:
-        motion = msg_to_motion(msg)
-        stamp = time_to_ns(msg.header.stamp)
-        self._line = TimeMap(motion.begin_ns, 0, stamp, self._factor, self._clock_is_simulated)
-        self._history.add_motion(motion)
-
-    def _on_phase(self, msg: Any) -> None:
-        self._history.phase = str(msg.data)[:20]
-
-    def _on_joints(self, msg: Any) -> None:
-        if self._line is None:
-            return
-        joints = msg_to_joints(msg)
-        if not joints.keys() >= set(_JOINTS):
-            return
-        disk, platform, rotation, turn = (joints[name] for name in _JOINTS)
-        row = (self._time(msg), disk[0], platform[0], rotation[0], turn[0], rotation[1])
-        if all(map(math.isfinite, row)):
-            self._history.add_samples(np.array([row], SAMPLE_DTYPE))
-
-    def _on_impacts(self, msg: Any) -> None:
-        rows = impacts_from_msg(msg)
-        if len(rows):
-            self._history.add_impacts(rows)
-
-    def _on_speed(self, msg: Any) -> None:
-        speed = msg_to_speed(msg)[1]
-        if self._line is not None and math.isfinite(speed):
-            self._history.add_speed(self._time(msg), speed)
-
-    def _on_input(self, msg: Any) -> None:
-        record = from_json(msg.data)
-        if record["kind"] in ("snapshot", "parameters"):
-            named = "parameters" if record["kind"] == "snapshot" else "values"
-            self._take_values(record[named])
-        self._history.add_record(record)
+    def _take(self, name: str, parsed: Parsed) -> None:
+        stamp, value, line = parsed.stamp_ns, parsed.value, self._line
+        match name:
+            case "disk/inputs":
+                self._take_values(value.get("parameters") or value.get("values") or {})
+                self._history.add_record(value)
+            case "platform/motion":
+                clock = self._clock_is_simulated
+                self._line = TimeMap(value.begin_ns, 0, stamp, self._factor, clock)
+                self._history.add_motion(value)
+            case "disk/phase":
+                self._history.phase = str(value)[:20]
+            case "disk/impacts" if len(value.rows):
+                self._history.add_impacts(checked_rows(*value))
+            case "disk/rotor_speed" if line is not None:
+                speed = checked_number(name, value)
+                self._history.add_speed(line.to_simulated(stamp) / NS, speed)
+            case "joint_states" if line is not None and value.keys() >= set(_JOINTS):
+                disk, platform, rotation, turn = (value[name] for name in _JOINTS)
+                numbers = disk[0], platform[0], rotation[0], turn[0], rotation[1]
+                checked_numbers(name, numbers)
+                row = (line.to_simulated(stamp) / NS, *numbers)
+                self._history.add_samples(np.array([row], SAMPLE_DTYPE))
 
     def _take_values(self, values: Mapping[str, Any]) -> None:
         self._factor = float(values.get("real_time_factor", self._factor))

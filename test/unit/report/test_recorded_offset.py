@@ -18,7 +18,7 @@ from bouncing_disk_ros.report.estimate import platform_velocities, restitution_o
 from bouncing_disk_ros.report.recorded_offset import axial_offset
 from bouncing_disk_ros.report.report_panels import height_panel
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
-from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
+from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
@@ -149,4 +149,4 @@ def test_a_snapshot_with_another_offset_is_refused(recorded: Recorded) -> None:
     snapshot = json.loads(json.dumps([r for r in recorded.records if r["kind"] == "snapshot"][-1]))
     snapshot["state"]["offset"]["axial"] = [[[0, 1]]]
     with pytest.raises(InputError, match="snapshot: got 'of no offset"):
-        RunRecordBuilder(RunRecord(UNKNOWN_DISK)).take_record(snapshot)
+        RunRecordBuilder(RunRecord(UNKNOWN_DISK)).take("disk/inputs", Parsed(0, snapshot))
