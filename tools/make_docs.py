@@ -32,6 +32,7 @@ TOP = {
 }
 GUIDES = {
     "Begin": ("readme", "installation", "commands", "workbench", "examples", "tutorial", "figures"),
+    "For you": ("for_dynamicists", "for_roboticists", "for_motor_designers", "for_teachers"),
     "Guides": (
         "studies",
         "motor",
