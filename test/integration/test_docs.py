@@ -194,8 +194,13 @@ PYTHON = {
 }
 
 
+#: the blocks of one page take 30 s; test_public_names.py computes each of its studies
+LONG = {"studies.md": pytest.mark.interop}
+RUN = [pytest.param(page, marks=LONG.get(page, ())) for page in sorted(PYTHON) if PYTHON[page]]
+
+
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("page", sorted(page for page, found in PYTHON.items() if found))
+@pytest.mark.parametrize("page", RUN)
 def test_python_runs(page: str, tmp_path: Path) -> None:
     """Each block by itself, in one process for those of a page: imports take most of the time."""
     home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])

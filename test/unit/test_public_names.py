@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import io
 import math
+import pickle
 import re
 import subprocess
 import sys
@@ -32,6 +33,7 @@ from bouncing_disk_ros import (
 from bouncing_disk_ros.parameters import listed_text, plain
 from bouncing_disk_ros.study import named
 from bouncing_disk_ros.study.store import DONE
+from bouncing_disk_ros.study.studies import definition_of
 
 SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
 
@@ -248,6 +250,9 @@ def test_every_variable_of_a_result_has_a_unit_and_a_name(name: str) -> None:
         assert variable.attrs["long_name"], key
         along = STUDIES[name].get("along", "axial_forcing")
         assert key in known or key == along, f"{key} is in no table"
+    assert definition_of(name).lines(result)
+    sent = pickle.loads(pickle.dumps(made))  # as to a worker
+    assert (sent.parameters, sent.sequential) == (made.parameters, made.sequential)
 
 
 def test_axes_are_called_by_their_parameter() -> None:

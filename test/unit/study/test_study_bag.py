@@ -1,4 +1,4 @@
-"""What a study takes from a bag: the paper's definitions, the last steady motion, refusals."""
+"""What a study takes from a bag or preset: definitions, the last steady motion, refusals."""
 
 from __future__ import annotations
 
@@ -6,14 +6,19 @@ import math
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.tool import DEFINITION
 from bouncing_disk_ros.study.from_bag import RECORDED, numbers, read_bag, wanted
 from bouncing_disk_ros.study.studies import definition_of
+from bouncing_disk_ros.study.study_work import run_study
 from support.recorded import NS, RecordedRun, period_one_bag
 
 WANTED = {name: DEFINITION.options[name] for name in MAP_PARAMETERS}
@@ -113,3 +118,60 @@ def test_what_a_study_cannot_use_is_said_with_the_way_out(tmp_path: Path) -> Non
     unknown = period_one_bag(tmp_path / "other", 1.0, without=("disk/inputs",))
     with pytest.raises(InputError, match="Give the options themselves instead"):
         read_bag(str(unknown), None, WANTED)
+
+
+def studied(name: str, folder: Path, **given: Value) -> xr.Dataset:
+    """The result of a study run as its executable runs it where there is no ROS."""
+    definition = definition_of(name)
+    defaults = {key: spec.default for key, spec in definition.table.items()}
+    where: dict[str, Value] = {"netcdf": False, "figures": "none", "output": str(folder)}
+    assert run_study(definition, {**defaults, **where, **given}, given.keys(), Stop()) == 0
+    return open_result(folder / "result.zarr")
+
+
+def test_a_study_is_that_of_the_recorded_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = str(period_one_bag(tmp_path / "run", 3.0, preload=0.5, load_torque=1e-4))
+    small: dict[str, Value] = {"width": 8, "height": 8, "angular_velocities": "0"}
+    for _ in range(2):  # what was resolved is what a store is known by
+        found = studied("basins", tmp_path / "b", bag=run, restitution=0.4, **small).attrs
+    said = capsys.readouterr()
+    # the preset has Γ = 0.45 at g = 10 m/s² and 0.25 kg: the preload adds 2 m/s²
+    assert "steady motion from 0.000 to 3.000 s: Γ = 0.375, θ = -0.7366" in said.out
+    assert said.err.count("the load torque of that run, 0.0001 N·m, is left out") == 2
+    assert found["parameter_restitution"] == 0.4
+    assert found["parameter_axial_forcing"] == pytest.approx(0.375, rel=1e-12)
+    assert "parameter_bag" not in found
+    with pytest.raises(InputError, match=r"There width is 8, not 9\. Choose another output"):
+        studied("basins", tmp_path / "b", **{**small, "bag": run, "restitution": 0.4, "width": 9})
+
+
+def test_a_motor_takes_a_preset_or_a_recorded_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small: dict[str, Value] = {
+        "x_axis": "brake_torque", "x_end": 0.001, "x_count": 2,
+        "y_axis": "phase_lag", "y_begin": -1.0, "y_end": 1.0, "y_count": 2,
+    }  # fmt: skip
+    preset = "pizza_multiple_toss"
+    of_preset = studied("motor", tmp_path / "p", preset=preset, friction=0.4, **small).attrs
+    assert of_preset["parameter_frequency"] == 3.0
+    assert of_preset["parameter_friction"] == 0.4, "what is given wins"
+    assert "parameter_preset" not in of_preset
+    run = str(period_one_bag(tmp_path / "run", 4.0, load_torque=1e-4))
+    capsys.readouterr()
+    of_bag = studied("motor", tmp_path / "b", bag=run, **small)
+    said = capsys.readouterr()
+    assert "T_L = 0.0001 N·m" in said.out
+    assert said.err == ""
+    assert of_bag.attrs["parameter_load_torque"] == 1e-4
+    assert (of_bag["kind"].values == 0).all()
+    with pytest.raises(InputError, match="preset: got 'swum', allowed: none with bag"):
+        studied("motor", tmp_path / "x", bag=run, preset="swum")
+    with pytest.raises(InputError, match="namespace: got '/left', allowed: none without bag"):
+        studied("motor", tmp_path / "x", namespace="/left")
+    with pytest.raises(InputError, match="hold: got True, allowed: false where ROS 2 is not"):
+        studied("motor", tmp_path / "x", hold=True)
+    with pytest.raises(InputError, match=r"scheduler: .* allowed: none for bifurcation"):
+        studied("bifurcation", tmp_path / "x", scheduler="tcp://127.0.0.1:9", count=2)
