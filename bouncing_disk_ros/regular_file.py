@@ -54,16 +54,24 @@ def open_regular(field: str, path: Path) -> tuple[int, int]:
     return number, status.st_size
 
 
-def read_text(field: str, path: Path, most: int) -> str:
-    """The text of a small file; InputError: no regular file, more than `most` bytes, not UTF-8."""
+def read_bytes(field: str, path: Path, most: int) -> bytes:
+    """The content of a small file; InputError: no regular file, or more than `most` bytes."""
     number, size = open_regular(field, path)
     with open(number, "rb") as file:  # noqa: PTH123 (a descriptor, which it closes)
         if size > most:
             raise InputError(field, f"{path} of {size} bytes", f"at most {most} bytes")
         try:
-            return file.read(most + 1).decode()
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
+            return file.read(most + 1)
+        except OSError as error:
+            raise InputError(field, str(path), "a readable file", _reason(error)) from None
+
+
+def read_text(field: str, path: Path, most: int) -> str:
+    """The text of a small file; InputError: as `read_bytes`, or not UTF-8."""
+    try:
+        return read_bytes(field, path, most).decode()
+    except UnicodeDecodeError as error:
+        raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
 
 
 def replaced(file: Path, write: Callable[[Path], object], field: str = "output") -> None:

@@ -50,7 +50,8 @@ def exclusive_lock(path: Path) -> Iterator[str]:
     """Hold the folder; InputError where another run, of this process or another one, holds it.
 
     The lock is on a hidden file beside the folder. The system drops it with the process, whatever
-    ends that. Gives the token that this run writes into the file.
+    ends that. Gives the token that this run writes into the file. (`filelock` follows links there,
+    and leaves its file.)
     """
     lock = _lock_of(path)
     try:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import platform
-import stat
 import time
 from array import array
 from collections.abc import Callable, Mapping, Sequence
@@ -29,6 +27,7 @@ from bouncing_disk_ros.limits import (
     REQUEST_ITEMS,
 )
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.regular_file import read_bytes
 from bouncing_disk_ros.run.command_validation import too_many
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 
@@ -208,25 +207,10 @@ def _size(content: Any) -> int:
 
 def preset_bytes(path: Path) -> bytes:
     """The content of a preset's file; InputError when it cannot be read or is no preset."""
-    try:
-        content = _read(path.expanduser())
-    except OSError as error:
-        raise InputError("preset", str(path), "a readable file", f"{error.strerror}.") from None
-    if content is None or len(content) > PRESET_BYTES:
-        raise InputError("preset", str(path), f"a regular file of at most {PRESET_BYTES} bytes")
-    load_preset(str(path.expanduser().absolute()))
+    path = path.expanduser()
+    content = read_bytes("preset", path, PRESET_BYTES)
+    load_preset(str(path.absolute()))
     return content
-
-
-def _read(path: Path) -> bytes | None:
-    """The beginning of a regular file; None for anything else (a device, a pipe), unread."""
-    if not path.is_file():  # follows links; and says no for what is not there
-        path.stat()
-        return None
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    with open(descriptor, "rb") as file:  # noqa: PTH123 (a descriptor, which it closes)
-        is_regular = stat.S_ISREG(os.fstat(descriptor).st_mode)  # it may have been exchanged
-        return file.read(PRESET_BYTES + 1) if is_regular else None
 
 
 def plain(value: Any) -> Any:
