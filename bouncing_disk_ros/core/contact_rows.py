@@ -12,7 +12,7 @@ sign that is 0 is that of the next derivative, and anything in [−1, 1] where a
 
 Events and inputs set the signs (0 where a slip ends, a disk stops, or the platform turns beneath a
 disk that sticks or is held); they are never read again from rounded numbers. All paths ask
-`what_holds`; what ends a row is found in `contact_event`. Equality holds: a tie rests. Without a
+`what_holds`; `next_event` finds what ends a row. Equality holds: a tie rests. Without a
 brake the sign of α̇ is not kept: it gives no torque.
 """
 

@@ -78,7 +78,7 @@ class Engine:
     ) -> None:
         """Start in an initial state at time_ns; cycles and row index go on, the ledger is reset.
 
-        `segments` are those of the offset.
+        `segments`: the offset's, axial and angular.
         """
         state = self.state
         tau = initial.forcing_phase % TWO_PI
@@ -351,9 +351,10 @@ def _load_offset_kernels() -> None:
 
 
 def _of_old_records(values: Any) -> Any:
-    """A state's record with what those of version 0.2.0 lack.
+    """A state's record as this version keeps it, from a record of this version or of 0.2.0.
 
-    It kept the signs as floats, and that of the last slip in sticking.
+    Version 0.2.0 had no `rows_entered`, kept the signs as floats, and in sticking kept the sign of
+    the last slip.
     """
     if not isinstance(values, Mapping) or "rows_entered" in values:
         return values

@@ -37,7 +37,7 @@ def take_to_input(state: Record, motion: Record, ns: int) -> bool:
     """Take an event within rounding of an input at ns to the input's instant: it goes first.
 
     Returns whether it did. The instant is made of a forcing phase and a delay, which are rounded.
-    What follows a state at the input's own instant stays: so time goes on.
+    An event after a state that is at the input's instant already keeps its own: so time goes on.
     """
     past = seconds_between(ns, 0.0, state.event_ns, state.event_sub)
     scale = elapsed(motion, state.ns, state.sub) + state.event_delay + 1.0 / motion.f
@@ -53,9 +53,13 @@ def take_to_input(state: Record, motion: Record, ns: int) -> bool:
 
 
 @rare_kernel
-def _see_platform_at_its_phase(state: Record, motion: Record, g: float, d: float) -> None:
-    """Take w_A of the stored impact, d seconds on, by the platform's speed at its stored phase."""
-    before = elapsed(motion, state.ns, state.sub)
+def _see_platform_at_its_phase(
+    state: Record, motion: Record, g: float, d: float, before: float
+) -> None:
+    """Compute w_A of the stored impact, d seconds on, with the platform's speed at its phase.
+
+    The state is `before` seconds after the motion's origin.
+    """
     then, tau = elapsed(motion, state.event_ns, state.event_sub), state.event_tau
     sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
     _, w = flown_far(motion, before, sine, cosine, gap, u, g, d, then, tau)
@@ -107,6 +111,7 @@ def store_event(
     state.event_tau = tau
     if boundary_ns != NEVER:
         take_to_input(state, motion, boundary_ns)
-    before = elapsed(motion, state.ns, state.sub)
-    if kind == IMPACT and flies_far(motion, before, disk.g, state.u, d):
-        _see_platform_at_its_phase(state, motion, disk.g, d)
+    if kind == IMPACT:
+        before = elapsed(motion, state.ns, state.sub)
+        if flies_far(motion, before, disk.g, state.u, d):
+            _see_platform_at_its_phase(state, motion, disk.g, d, before)

@@ -42,7 +42,7 @@ SEARCH_STEPS = 4096
 """Steps of one search: the work of a call is bounded whatever the motion."""
 MOST_GROWTH = 1024.0
 """Rounding may grow by so much, to 1e-13: over a flight of so many rad, or where the platform is so
-much faster than the disk. What is beyond is computed, and its scale counted, by itself."""
+much faster than the disk. `flown_far` computes what is beyond, `propagate` counts its scale."""
 _REGULAR_STEPS = 8  # Newton's steps have converged by then, if rounding lets them
 _BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 once the scale is right
 
@@ -80,7 +80,7 @@ def turned_gap(
 def fading_gap(
     motion: Record, elapsed: float, s: float, c: float, g: float, gap: float, u: float, d: float
 ) -> Jet:
-    """The same over a cross-fade that began `elapsed` seconds before the start."""
+    """`steady_gap` over a cross-fade that began `elapsed` seconds before the start."""
     t = motion.duration
     x = d / t
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
@@ -125,7 +125,7 @@ def offset_bends(_motion: Record) -> bool:
 
 @chosen_by_motion
 def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
-    """The jet of a gap d seconds after `elapsed`: that over the sinusoid, less the offset's."""
+    """Jet of a gap d seconds after `elapsed`: the gap over the sinusoid less the offset's part."""
     return jet
 
 
@@ -150,10 +150,10 @@ def gap_after(
 
 @kernel
 def flies_far(motion: Record, elapsed: float, g: float, u: float, d: float) -> bool:
-    """Whether d seconds of flight are left to `flown_far`.
+    """Whether `flown_far` computes a flight of d seconds.
 
-    Over many periods, and over a cross-fade on whose way the platform is faster by far than the
-    speeds at its ends: both are rounded on the scale of what the phase, or the blend, goes through.
+    It does so over many periods, and over a cross-fade in which the platform is much faster than
+    the disk at either end: `gap_after` would round on the scale of the phase, or of that speed.
     """
     if motion.omega_max * d > MOST_GROWTH and phase_advance(motion, elapsed, d) > MOST_GROWTH:
         return True
@@ -177,8 +177,8 @@ def flown_far(
 ) -> tuple[float, float]:
     """Gap and its velocity after a flight of many periods, or across a steep cross-fade.
 
-    The phase grown is rounded by 2⁻⁵³ of itself, and the platform's speed on the way with it; here
-    it is that of the phases at both ends, so that the disk's own speed changes by g d alone.
+    The growth of the phase is rounded by 2⁻⁵³ of itself, and so would be the platform's speed. Here
+    the platform is taken at the phases of both ends; the disk's own speed changes by g d alone.
     """
     s = axial_jet(motion, sine, cosine, elapsed)
     sine_end, cosine_end = sincos(tau_end)
@@ -192,7 +192,7 @@ def flown_far(
 def above_platform(top: float, x: float, v: float, g: float) -> tuple[float, float]:
     """Interval in which a thrown disk is above `top`, the bound of |s|; (0, 0) if there is none.
 
-    Downward from speeds beyond those of the fall, v + r cancels: there its conjugate stands.
+    For a disk thrown down faster than it would fall v + r cancels: its conjugate is used there.
     """
     q = v * v + 2.0 * g * (x - top)
     if q <= 0.0:
@@ -239,8 +239,8 @@ def search_impact(
     """Delay and w_A < 0 of the first impact later than `start`; (inf, 0) if none before `horizon`.
 
     s, c and jet are sin τ, cos τ and the platform's position with its derivatives at the start of
-    the flight. Steps are safe ones, but for the stretch above everything the platform can reach,
-    which is left out at once, and for the last, where the slope proves that one root lies ahead.
+    the flight. Steps are safe ones, except two: the stretch above everything that the platform can
+    reach is left out at once, and the last step begins where the slope proves one root ahead.
     At a graze the sign of the computed gap at its computed minimum decides: a gap below zero that
     already grows again is no impact. After SEARCH_STEPS steps (d, 1): no impact up to d, the search
     goes on from there. (d, nan): no convergence. The third value is the number of steps.
@@ -372,7 +372,7 @@ def _impact_ahead(
 
 @kernel
 def never_leaves(motion: Record, g: float) -> bool:
-    """Whether s̈ is that of a steady sinusoid with Γ ≤ 1/π, to rounding: the load may touch 0."""
+    """Whether the platform moves as a steady sinusoid with Γ ≤ 1/π, to rounding: a may touch 0."""
     steady = motion.da == 0.0 and motion.df == 0.0 and not offset_bends(motion)
     return steady and motion.a * motion.omega * motion.omega <= g * (1.0 + 8.0 * ROUNDING)
 

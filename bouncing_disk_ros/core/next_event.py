@@ -1,4 +1,4 @@
-"""The next event of a disk in flight: an impact, or a complete chatter."""
+"""The next event of a disk: in flight, in contact, and stored with its clock in the state."""
 
 from __future__ import annotations
 
@@ -193,9 +193,9 @@ def after_sliding(
 def after_held(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
-    """Next event of a disk that its brake holds, but for those of the brake."""
+    """Next event of a disk that its brake holds, without the events of the brake itself."""
     within = horizon
-    if motion.kind != STEADY:  # its energy takes quadrature, as that of a slide
+    if motion.kind != STEADY:  # its energy takes quadrature, as in a slide
         within = min(horizon, span_from(motion, since, motion.duration, SLIDE_PERIODS))
     leave = separation(motion, disk, since, state.tau, within)
     steps = leave.steps + (0 if motion.kind == STEADY else _QUADRATURE_STEPS)

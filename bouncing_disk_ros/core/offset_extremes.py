@@ -1,9 +1,9 @@
 """Largest position, velocity, acceleration and jump of velocity of an offset trajectory, compiled.
 
 Extremes lie at the ends of a segment and at the zeros of the next derivative, which are found
-between the zeros of the derivative after it. Values are those of a polynomial in the time from the
-nearer end, so that what is stated at an end comes out unchanged, to the bit. Elsewhere a value is
-one that the segment takes, but for the rounding of its terms.
+between the zeros of the derivative after it. A value is computed by a polynomial in the time from
+the nearer end, so that a value stated at an end comes out unchanged, to the bit. The segment takes
+each other value too, up to the rounding of the polynomial's terms.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _zero_between(
 def _zeros(
     c: NDArray[np.float64], degree: int, places: NDArray[np.float64], count: int, t: float
 ) -> int:
-    """Replace the zeros of a derivative in (0, t] by those of the polynomial; how many they are.
+    """Replace the zeros of a derivative in (0, t] by the polynomial's zeros; how many they are.
 
     `places` holds `count` numbers that do not fall. A zero at 0 is left out.
     """
