@@ -77,10 +77,10 @@ if TYPE_CHECKING:
         fatal_timing_errors,
         instants_of,
     )
-    from bouncing_disk_ros.resilience_studies.manifold_area import enclosed_share
     from bouncing_disk_ros.resilience_studies.manifold_growth import (
         GrowthRule,
         Manifold,
+        enclosed_share,
         saddle_manifolds,
     )
     from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
@@ -120,8 +120,7 @@ _PUBLIC = {
     "resilience_studies.curve_family": "curve_family",
     "resilience_studies.edge_states": "EdgeState edge_state saddle_of",
     "resilience_studies.fatal_changes": "FatalRule fatal_impulses fatal_timing_errors instants_of",
-    "resilience_studies.manifold_area": "enclosed_share",
-    "resilience_studies.manifold_growth": "GrowthRule Manifold saddle_manifolds",
+    "resilience_studies.manifold_growth": "GrowthRule Manifold enclosed_share saddle_manifolds",
     "maps.next_collision": "Impacts MapState NextCollisionMap spread_starts",
     "resilience_studies.orbit_branch": "orbit_curve",
     "resilience_studies.orbit_curves": "Curve Window",

@@ -1,10 +1,15 @@
-"""Angles and numbers as people write them: 0.25pi is π/4."""
+"""Angles: as people write them, 0.25pi is π/4, and the shortest way from one to another."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 def angle_of(text: str) -> float | None:
@@ -34,6 +39,11 @@ def numbers_of(field: str, text: str, allowed: str) -> list[float]:
 def angles_of(field: str, text: str) -> list[float]:
     """The angles (rad) of such a list."""
     return numbers_of(field, text, "angles in rad, such as '0 0.785 -0.25pi'")
+
+
+def wrap_to_pi(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same angle in [−π, π): the shortest way from one phase to another."""
+    return (angle + math.pi) % math.tau - math.pi
 
 
 def _finite(text: str) -> float | None:

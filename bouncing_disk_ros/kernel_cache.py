@@ -28,19 +28,19 @@ KERNEL_FOLDERS = ("core", "maps", "motor_study", "juggling/kernels")
 """The folders that hold all compiled functions."""
 UNUSED_DAYS = 30
 Shares = tuple[tuple[str, ...], ...]
-"""Modules whose kernels are compiled side by side, those of a share by one process. Shares take
-about the same time; modules that call the same inner functions are in one, for each process
-compiles these anew."""
+"""Modules whose kernels are compiled side by side, each share by one process: when the module is
+imported, or by a function of it (module:function). Shares take about the same time; modules that
+call the same inner functions are in one share, because each process compiles these anew."""
 _PHYSICS: tuple[Shares, ...] = (
     (
-        ("core.next_event", "core.next_event", "core.next_event"),
+        ("core.next_event",),
         ("core.event_store", "core.resolve_event", "core.input_kernels"),
     ),
     (("core.stepper",),),  # calls what the first two have compiled
 )
 _OFFSETS: tuple[Shares, ...] = (
-    (("core.offset_event_kernels",), ("core.offset_input_kernels", "core.offset_extremes")),
-    (("core.offset_kernels",),),
+    (("core.offset_kernels:searches",), ("core.offset_kernels:inputs", "core.offset_extremes")),
+    (("core.offset_kernels:everything",),),
 )
 _STUDIES: Shares = (
     (
@@ -53,9 +53,7 @@ _STUDIES: Shares = (
         "maps.lanes.toss_lanes",
         "maps.lyapunov_and_speed",
         "maps.map_tangent",
-        "maps.clearance",
-        "maps.contact_return",
-        "maps.inverse_map",
+        "maps.axial_flights",
         "motor_study.motor_cell",
     ),
 )
@@ -292,7 +290,10 @@ load_numba_alone()
 from bouncing_disk_ros.core.arithmetic import compile_parts
 for line in sys.stdin:
     for module in line.split():
-        importlib.import_module(f"bouncing_disk_ros.{module}")
+        module, _, function = module.partition(":")
+        loaded = importlib.import_module(f"bouncing_disk_ros.{module}")
+        if function:
+            getattr(loaded, function)()
         compile_parts()
     print("compiled", flush=True)
 os._exit(0)  # to free what has been compiled takes more than a second

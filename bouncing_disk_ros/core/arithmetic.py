@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, TypeAlias
 
 from numba import njit, types
@@ -114,19 +113,27 @@ OFFSET_FIELD = "axial_duration"
 """A field that only the record of a motion with an offset has (layout.OFFSET_DTYPE)."""
 
 
-def chosen_by_motion(function: Kernel) -> Kernel:
-    """Let compiled code call the function of this name in `offset_motion` for a motion with one.
+_WITH_OFFSET: dict[str, Kernel] = {}
+"""Functions that stand in place of those of the same name where the motion has an offset."""
 
-    The first argument is the motion. All others get the function itself: there an offset adds
-    nothing, and nothing is compiled for it.
+
+def for_offsets(function: Kernel) -> Kernel:
+    """Declare what compiled code calls for a motion with an offset (`chosen_by_motion`)."""
+    _WITH_OFFSET[function.__name__] = function
+    return function
+
+
+def chosen_by_motion(function: Kernel) -> Kernel:
+    """Let compiled code call another function of this name for a motion with an offset.
+
+    The first argument is the motion, the other function is declared with `for_offsets`. For a
+    motion without an offset the function itself is called: nothing is compiled for an offset.
     """
 
     def choose(motion: Any, *_: Any) -> Kernel:
-        if not (isinstance(motion, types.Record) and OFFSET_FIELD in motion.fields):
-            return function
-        offsets = import_module("bouncing_disk_ros.core.offset_motion")
-        found: Kernel = getattr(offsets, function.__name__)
-        return found
+        if isinstance(motion, types.Record) and OFFSET_FIELD in motion.fields:
+            return _WITH_OFFSET[function.__name__]
+        return function
 
     options = {"error_model": "numpy", "forceinline": True}
     overload(function, jit_options=options, strict=False)(choose)

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, wrapped
-from bouncing_disk_ros.core.bounds import Bounds, bounds_from
-from bouncing_disk_ros.core.brake import tie
+from bouncing_disk_ros.core.contact_rows import tie
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     gap_after,
@@ -23,7 +22,15 @@ from bouncing_disk_ros.core.flight import (
     separation_phase,
 )
 from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent
-from bouncing_disk_ros.core.platform import Jet, Record, angular_jet, axial_jet, phase_advance
+from bouncing_disk_ros.core.platform import (
+    Bounds,
+    Jet,
+    Record,
+    angular_jet,
+    axial_jet,
+    bounds_from,
+    phase_advance,
+)
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
 
 ONE_PERIOD = 1.0625  # and a bit: a steady motion that has no zero in it has none

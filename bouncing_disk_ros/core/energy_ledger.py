@@ -13,7 +13,6 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
-from bouncing_disk_ros.core.bounds import frequency_at
 from bouncing_disk_ros.core.flight import gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
@@ -30,6 +29,7 @@ from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
     axial_jet,
+    frequency_at,
     phase_advance,
     turning_phase,
     until_turning,

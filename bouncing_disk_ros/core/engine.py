@@ -347,7 +347,9 @@ class Engine:
 def _load_offset_kernels() -> None:
     """Compile what motions with an offset need, on all cores, or load it."""
     compile_offset_kernels()
-    from bouncing_disk_ros.core import offset_kernels  # noqa: F401
+    from bouncing_disk_ros.core import offset_kernels
+
+    offset_kernels.everything()
 
 
 def _of_old_records(values: Any) -> Any:

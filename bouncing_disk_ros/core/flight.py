@@ -18,13 +18,14 @@ from bouncing_disk_ros.core.arithmetic import (
     sincos,
     sincos_excess,
 )
-from bouncing_disk_ros.core.bounds import bounds_between, bounds_from
 from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import (
     Jet,
     Record,
     axial_jet,
     blend_jet,
+    bounds_between,
+    bounds_from,
     fade_time,
     phase_advance,
     relative_blend,

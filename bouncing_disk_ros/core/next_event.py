@@ -7,8 +7,6 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.bounds import span_from
-from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.contact import (
     HOLD,
     ONE_PERIOD,
@@ -24,6 +22,7 @@ from bouncing_disk_ros.core.contact import (
     stick_fails,
     stopped,
 )
+from bouncing_disk_ros.core.contact_rows import tie
 from bouncing_disk_ros.core.event_store import store_event
 from bouncing_disk_ros.core.flight import search_impact
 from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
@@ -60,6 +59,7 @@ from bouncing_disk_ros.core.platform import (
     angular_jet,
     axial_jet,
     fade_end,
+    span_from,
     turns_next,
     turns_not,
     until_turning,

@@ -10,7 +10,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bouncing_disk_ros.core.arithmetic import kernel, pair_sum, rare_kernel, two_product
+from bouncing_disk_ros.core.arithmetic import (
+    for_offsets,
+    kernel,
+    pair_sum,
+    rare_kernel,
+    two_product,
+)
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
 
 Record = Any
@@ -103,51 +109,60 @@ def offset_bounds(
 
 
 # --- in place of what adds nothing (see arithmetic.chosen_by_motion) ------------------------------
+@for_offsets
 def with_axial_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
     """See `platform`."""
     return added(jet, offset_at(motion.axial, motion.axial_duration, elapsed + motion.axial_lead))
 
 
+@for_offsets
 def with_angular_offset(motion: Record, elapsed: float, jet: Jet) -> Jet:
     """See `platform`."""
     time = elapsed + motion.angular_lead
     return added(jet, offset_at(motion.angular, motion.angular_duration, time))
 
 
+@for_offsets
 def fifth_of_angular_offset(motion: Record) -> float:
     """See `platform`."""
     fifth: float = motion.angular[5, 0, 0]
     return fifth
 
 
+@for_offsets
 def offset_turns(motion: Record) -> bool:
     """See `platform`."""
     return bool(motion.turning != 0)
 
 
+@for_offsets
 def offset_bends(motion: Record) -> bool:
     """See `flight`."""
     return bool(motion.bending != 0)
 
 
+@for_offsets
 def gap_with_offset(motion: Record, elapsed: float, d: float, jet: Jet) -> Jet:
     """See `flight`."""
     p = offset_at(motion.axial, motion.axial_duration, elapsed + motion.axial_lead)
     return gap_less(jet, p, d)
 
 
+@for_offsets
 def fade_time(motion: Record, elapsed: float) -> float:
     """See `platform`."""
     return float(elapsed + motion.fade_lead)
 
 
+@for_offsets
 def fade_end(motion: Record) -> float:
     """See `platform`."""
     return float(motion.fade_end)
 
 
+@for_offsets
 def bounds_of_offset(motion: Record, begin: float, end: float) -> Six:
-    """See `bounds`."""
+    """See `platform`."""
     lead = motion.axial_lead
     s2, s3, s4 = offset_bounds(motion.axial, motion.axial_duration, begin + lead, end + lead)
     lead = motion.angular_lead
@@ -155,11 +170,13 @@ def bounds_of_offset(motion: Record, begin: float, end: float) -> Six:
     return s2, s3, s4, b2, b3, b4
 
 
+@for_offsets
 def span_within_offset(motion: Record, span: float) -> float:
-    """See `bounds`."""
+    """See `platform`."""
     return min(span, motion.span)
 
 
+@for_offsets
 def origin_of(motion: Record) -> int:
     """See `forcing_clock`."""
     return motion.origin_ns

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos
-from bouncing_disk_ros.core.brake import braked_spin, sign_of
 from bouncing_disk_ros.core.contact import load, slide
-from bouncing_disk_ros.core.contact_rows import enter_what_holds
+from bouncing_disk_ros.core.contact_rows import braked_spin, enter_what_holds, sign_of
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_axial_work,

@@ -5,8 +5,14 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of, stopped_tail
-from bouncing_disk_ros.core.contact_rows import enter, row_bit
+from bouncing_disk_ros.core.contact_rows import (
+    STOPPED_TAIL,
+    chatter_drag,
+    enter,
+    row_bit,
+    sign_of,
+    stopped_tail,
+)
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_brake_loss,

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import checkpoint, offset_checkpoint, platform
+from bouncing_disk_ros.core import checkpoint, platform
 from bouncing_disk_ros.core.engine import Engine, Rows
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
@@ -341,7 +341,7 @@ class Simulation:
         offset = self._offset.trimmed(self._time_ns)
         moved = self._offset_index or offset != Offset()
         more = {
-            "offset": offset_checkpoint.plain(offset, self._engine.segments, self._offset_index)
+            "offset": checkpoint.plain_offset(offset, self._engine.segments, self._offset_index)
         }
         return {
             "format": checkpoint.FORMAT,
@@ -387,7 +387,7 @@ class Simulation:
         run._unreported_rows = checkpoint.items(
             "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
         )
-        run._offset, segments, run._offset_index = offset_checkpoint.offset(snapshot.get("offset"))
+        run._offset, segments, run._offset_index = checkpoint.offset(snapshot.get("offset"))
         engine = snapshot["engine"]
         run._engine = Engine.restore(run._disk, run._report_speed, engine, segments)
         run._find_offset_boundary()

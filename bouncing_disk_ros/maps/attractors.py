@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
@@ -25,8 +26,7 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.phases import wrap_to_pi
-from bouncing_disk_ros.maps.rounding import LARGEST_ERROR, largest_error
+from bouncing_disk_ros.maps.map_tangent import LARGEST_ERROR, largest_error
 
 Floats = NDArray[np.float64]
 

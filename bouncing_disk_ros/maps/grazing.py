@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.clearance import clearance_of, impacts_before_contact
+from bouncing_disk_ros.maps.axial_flights import clearance_of, impacts_before_contact
 from bouncing_disk_ros.maps.continuation import check_axis, moved, without_rotation
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit

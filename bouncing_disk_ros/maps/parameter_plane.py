@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.maps.attractor_search import CLEARLY, LONGEST
 from bouncing_disk_ros.maps.attractors import (
@@ -34,7 +35,6 @@ from bouncing_disk_ros.maps.lyapunov_and_speed import (
     MEAN_PER_TIME,
     MEASURED,
 )
-from bouncing_disk_ros.maps.phases import wrap_to_pi
 from bouncing_disk_ros.maps.rotation_map import ORBIT_TURNED
 
 Floats = NDArray[np.float64]

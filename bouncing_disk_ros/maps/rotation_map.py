@@ -15,9 +15,8 @@ from typing import NamedTuple
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
-from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.contact import load, slide
-from bouncing_disk_ros.core.contact_rows import what_holds
+from bouncing_disk_ros.core.contact_rows import sign_of, what_holds
 from bouncing_disk_ros.core.flight import gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import (

@@ -13,9 +13,9 @@ from bouncing_disk_ros.maps.attractor_search import (
     missed_attractors,
 )
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.maps.axial_flights import iterate_forwards
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
 from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, Basins, label_starts
-from bouncing_disk_ros.maps.inverse_map import iterate_forwards
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 Array = NDArray[np.float64]

@@ -48,11 +48,11 @@ from bouncing_disk_ros.core.next_event import find_next
 from bouncing_disk_ros.core.platform import Record
 from bouncing_disk_ros.core.propagate import classify_contact, propagate
 from bouncing_disk_ros.core.resolve_event import resolve
-from bouncing_disk_ros.maps.map_tangent import flight_tangent
-from bouncing_disk_ros.maps.rounding import (
+from bouncing_disk_ros.maps.map_tangent import (
     LARGEST_ERROR,
     carried,
     error_size,
+    flight_tangent,
     rounded,
 )
 

@@ -17,7 +17,7 @@ from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
-    from bouncing_disk_ros.proof.verdict import ProofCount
+    from bouncing_disk_ros.proof.exact_records import ProofCount
 
 
 def prove_bag(given: argparse.Namespace) -> int:
@@ -29,7 +29,7 @@ def prove_bag(given: argparse.Namespace) -> int:
         raise InputError(field, value, "a whole number > 0")
     from tqdm import tqdm
 
-    from bouncing_disk_ros.proof.verdict import Outcome
+    from bouncing_disk_ros.proof.exact_records import Outcome
 
     interrupted = False
     with bag.open(given.bag) as opened:
@@ -51,7 +51,7 @@ class BagProver:
     """Replays the runs of a simulator in a bag and proves their events."""
 
     def __init__(self, opened: bag.Bag, given: argparse.Namespace) -> None:
-        from bouncing_disk_ros.proof.verdict import ProofCount
+        from bouncing_disk_ros.proof.exact_records import ProofCount
 
         self.tally: ProofCount = ProofCount()
         self._bag, self._given = opened, given

@@ -21,7 +21,7 @@ from collections.abc import Callable
 from flint import arb
 
 from bouncing_disk_ros.proof.exact_records import DiskRecord, State
-from bouncing_disk_ros.proof.interval_platform import Oscillation, Platform, interval
+from bouncing_disk_ros.proof.platforms import Oscillation, Platform, interval
 
 ROUNDINGS = 8.0
 HALF_ULP = 2.0**-53

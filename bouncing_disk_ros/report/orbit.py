@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
-from bouncing_disk_ros.maps.phases import wrap_to_pi
 from bouncing_disk_ros.report.estimate import Estimate
 
 if TYPE_CHECKING:

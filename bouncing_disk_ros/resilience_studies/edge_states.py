@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import SAME, Attractors, distance
+from bouncing_disk_ros.maps.axial_flights import iterate_forwards
 from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, LabelRule, label_starts
-from bouncing_disk_ros.maps.inverse_map import iterate_forwards
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.maps.phases import wrap_to_pi
 
 Array = NDArray[np.float64]
 

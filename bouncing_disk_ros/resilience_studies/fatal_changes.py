@@ -1,4 +1,4 @@
-"""Instants of an attractor: where disk and platform are at given times of one repetition.
+"""How safe an attractor of the next-collision map is: its instants, fatal changes, all measures.
 
 Units of the next-collision map: time is phase (rad), lengths are in πg/ω², velocities in πg/ω.
 """
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.maps.axial_flights import land_from_height
 from bouncing_disk_ros.maps.basin_labels import (
     LONGER,
     MOST,
@@ -26,8 +27,10 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_followed,
     label_starts,
 )
-from bouncing_disk_ros.maps.inverse_map import land_from_height
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.start_window import (
+    Labelled,
+)
 
 Array = NDArray[np.float64]
 
@@ -131,10 +134,10 @@ def _after_separation(section: NextCollisionMap, phases: Array) -> tuple[Array, 
 # The smallest impulse, and the smallest error in time, after which an orbit is not reached again.
 #
 # The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
-# reached again where its attractor is, within a number of periods (a chaotic one: unless another
-# is reached). The sizes that are fatal are intervals: the line is looked at in steps of a part of
-# the size, and the edge of the first interval found is halved to rounding (of a chaotic attractor
-# to 1e-6 of it). Intervals narrower than a step may be missed.
+# reached again where its attractor is, within a number of periods (a chaotic one: unless another is
+# reached). The sizes that are fatal are intervals: the line is looked at in steps of a part of the
+# size, and the edge of the first interval found is halved to rounding (of a chaotic attractor to
+# 1e-6 of it). Intervals narrower than a step may be missed.
 
 
 Flights = Callable[[NDArray[np.intp], Array], Array]
@@ -341,3 +344,72 @@ def _scan(
         open_ = open_[~hit]
         begin += length
     return low, high, unknown
+
+
+# ------------------------------------------------------------------------------------------------
+# How safe each attractor of the next-collision map is: all its measures at one Γ and ε.
+
+
+class Resilience(NamedTuple):
+    """Measures of one attractor."""
+
+    share: float  # of the window
+    share_error: float  # standard error
+    share_without_contact: float  # of starts that reach it and do not come to contact before
+    share_in_time: Array  # (k,) of starts that are on it after so many periods; nan: chaotic
+    convergence_time: float  # time constant near it, periods; 0 with contact; nan: chaotic
+    median_time: float  # of starts of its basin, until it is clear that they are on it, periods
+    slow_time: float  # 95 % of them are faster
+    impulses: Array  # (2, m) fatal impulse at each instant, upwards and downwards, m·πg/ω
+    least_impulses: Array  # (2,) least over all instants and both limits at impacts
+    timing_errors: Array  # (2,) least fatal timing error, late and early, rad
+
+
+def measure(
+    section: NextCollisionMap, window: Labelled, label: int, instants: int,
+    after: Array, rule: FatalRule,
+) -> Resilience:  # fmt: skip
+    """All measures of one attractor; `after` (k,): numbers of periods of the shares in time."""
+    known = window.known
+    attractor = known.found[label]
+    own = window.ends() == label
+    n = own.size
+    grid = own.reshape(window.side, window.side)
+    cut = np.zeros(grid.shape, bool)
+    cut[1:] = grid[1:] != grid[:-1]
+    cut |= grid != np.roll(grid, 1, axis=1)
+    time = window.labels.time / math.tau
+    direct = window.labels.label == label
+    mine = time[own & np.isfinite(time)]
+    sizes = fatal_impulses(section, known, label, instants_of(attractor, section, instants), rule)
+    least = sizes
+    if len(attractor.forcing_phases):
+        limits = impact_limits(attractor, section)
+        least = np.concatenate((sizes, fatal_impulses(section, known, label, limits, rule)), axis=1)
+        errors = fatal_timing_errors(section, known, label, rule).min(axis=1)
+    else:
+        errors = np.full(2, math.nan)
+    return Resilience(
+        float(own.mean()), 0.5 * math.sqrt(float(cut.sum())) / n, float(direct.mean()),
+        _share_in_time(attractor, mine, after, n),
+        convergence_time(attractor),
+        float(np.median(mine)) if len(mine) else math.nan,
+        float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
+        sizes, least.min(axis=1), errors,
+    )  # fmt: skip
+
+
+def _share_in_time(attractor: Attractor, times: Array, after: Array, starts: int) -> Array:
+    """Share of so many starts whose time is up after so many periods (k,)."""
+    if attractor.kind is AttractorKind.CHAOTIC:
+        return np.full(len(after), math.nan)
+    return np.array([np.count_nonzero(times <= limit) / starts for limit in after])
+
+
+def convergence_time(attractor: Attractor) -> float:
+    """Periods in which a small distance shrinks to 1/e; 0 with contact, nan of chaos."""
+    if attractor.kind is AttractorKind.CHAOTIC:
+        return math.nan
+    if attractor.kind is not AttractorKind.PERIODIC or attractor.multiplier == 0.0:
+        return 0.0
+    return -attractor.cycles / math.log(attractor.multiplier)

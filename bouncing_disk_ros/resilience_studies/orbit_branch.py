@@ -10,22 +10,20 @@ import numpy as np
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
-from bouncing_disk_ros.resilience_studies.impact_equations import (
-    PARAMETERS,
-    Array,
-    CurveKind,
-    OrbitSystem,
-    admissible,
-    clearances,
-    flights,
-)
 from bouncing_disk_ros.resilience_studies.orbit_curves import (
     LARGEST_STEP,
+    PARAMETERS,
+    Array,
     Curve,
+    CurveKind,
+    OrbitSystem,
     Point,
     Window,
+    admissible,
+    clearances,
     continued,
     corrected,
+    flights,
     tangent_at,
     traced_curve,
 )

@@ -78,7 +78,7 @@ def _steady(at_ns: int, motion: Motion) -> MotionInForce:
 
 def _of_state(state: Record) -> tuple[MotionInForce, list[Fade], list[Impulse]]:
     """The motion in force in the state of a snapshot; fades and impulses that lie ahead."""
-    from bouncing_disk_ros.core import checkpoint  # loads kernels
+    from bouncing_disk_ros.core import checkpoint
     from bouncing_disk_ros.core.layout import FADE
 
     start, target = (checkpoint.motion(name, state[name]) for name in ("start", "target"))
@@ -123,10 +123,10 @@ class RecordedTrajectories:
             if known is None:
                 self._entries.append((now if self._entries else 0, Offset()))
             return
-        from bouncing_disk_ros.core import offset_checkpoint  # loads kernels
+        from bouncing_disk_ros.core import checkpoint
 
         try:
-            found, _, _ = offset_checkpoint.offset(plain)
+            found, _, _ = checkpoint.offset(plain)
         except ValueError as error:
             given = f"of no offset ({error})"
             raise InputError("snapshot", given, "offset trajectories of a run") from None

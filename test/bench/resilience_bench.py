@@ -14,7 +14,7 @@ from bouncing_disk_ros.maps.start_window import (
     window_starts,
 )
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
-from bouncing_disk_ros.resilience_studies.measures import (
+from bouncing_disk_ros.resilience_studies.fatal_changes import (
     measure as measure_attractor,
 )
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve

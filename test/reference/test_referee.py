@@ -10,12 +10,12 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 
-from bouncing_disk_ros.proof.map_proof import prove_collision
-from bouncing_disk_ros.proof.toss_proof import prove_toss
-from bouncing_disk_ros.proof.verdict import Outcome
+from bouncing_disk_ros.proof.exact_records import Outcome
 from reference.cases import examples
+from support.map_proof import prove_collision
 from support.random_maps import random_collisions, random_tosses
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
+from support.toss_proof import prove_toss
 
 MANY_FLIGHTS, COLLISIONS, TOSSES = examples(5_000), examples(3_000), 1_000
 PINNED = (639,)

@@ -21,11 +21,11 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.proof.map_proof import prove_collision
-from bouncing_disk_ros.proof.toss_proof import prove_toss
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict
+from bouncing_disk_ros.proof.exact_records import Outcome, Verdict
+from support.map_proof import prove_collision
 from support.random_maps import random_collisions, random_tosses
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
+from support.toss_proof import prove_toss
 
 ROOT = Path(__file__).resolve().parents[2]
 MANY_FLIGHTS = int(os.environ.get("BOUNCING_DISK_REFEREE_FLIGHTS", "1000000"))

@@ -35,7 +35,7 @@ from bouncing_disk_ros.maps.lanes.basin_kernel import (
     known_points,
     label_lanes,
 )
-from bouncing_disk_ros.maps.lanes.lane_arithmetic import fused
+from bouncing_disk_ros.maps.lanes.lane_table import fused
 from bouncing_disk_ros.maps.lanes.rotation_lanes import iterate_rotation
 from bouncing_disk_ros.maps.lyapunov_and_speed import measure_attractor
 from bouncing_disk_ros.maps.map_tangent import axial_tangent

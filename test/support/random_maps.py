@@ -17,9 +17,9 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import (
 from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
 from bouncing_disk_ros.proof.event_trace import disk_of
 from bouncing_disk_ros.proof.exact_records import MotionRecord
-from bouncing_disk_ros.proof.map_proof import Collision, MapKind
-from bouncing_disk_ros.proof.toss_proof import Toss
+from support.map_proof import Collision, MapKind
 from support.random_runs import GRAVITY, log_uniform
+from support.toss_proof import Toss
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps import axial_map
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
-from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.lanes.lane_table import (
     DELAY,
     IMPACTS_LEFT,
@@ -32,24 +32,21 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     scratch,
     set_impact,
 )
-from bouncing_disk_ros.maps.lanes.lane_tangent import (
+from bouncing_disk_ros.maps.lanes.rotation_lanes import (
+    DISK_SPEED,
     TANGENT_FIELDS,
     TANGENT_POWER,
     TANGENT_X,
     TANGENT_Y,
-    grow_tangent,
-    grow_tangents,
-    normalise,
-)
-from bouncing_disk_ros.maps.lanes.rotation_lanes import (
-    DISK_SPEED,
     TIME_SUM,
     TURNED_SUM,
     collide_scalar,
+    grow_tangent,
+    grow_tangents,
+    normalise,
     rotate_lanes,
     start_rotation,
 )
-from bouncing_disk_ros.maps.lanes.scheduler import run_lanes
 from bouncing_disk_ros.maps.lyapunov_and_speed import (
     AT_REST,
     CONTACT_COUNT,

@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.lanes.lane_table import (
     FIELDS,
     FORCING,
@@ -25,7 +25,6 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     scratch,
     set_impact,
 )
-from bouncing_disk_ros.maps.lanes.scheduler import run_lanes
 
 COUNT_CONTACTS, COUNT_RESTS = 0, 1
 """Columns of the counts of events."""

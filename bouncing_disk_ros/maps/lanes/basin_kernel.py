@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.maps.lanes.lane_arithmetic import chosen
-from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.lanes.lane_table import (
     DELAY,
     FIELDS,
@@ -27,13 +26,13 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     W,
     assign_lane,
     chatter_outcome,
+    chosen,
     in_slices,
     lane,
     lane_entry,
     scratch,
     set_impact,
 )
-from bouncing_disk_ros.maps.lanes.scheduler import run_lanes
 
 UNDECIDED = -1
 """Label of a start that has not been decided within the cap."""

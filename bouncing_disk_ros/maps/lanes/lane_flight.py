@@ -9,23 +9,16 @@ AVX-512 have to do lane by lane.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from bouncing_disk_ros.core import flight, impact_law, roots
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING
 from bouncing_disk_ros.maps.axial_map import GRAVITY
-from bouncing_disk_ros.maps.lanes.lane_arithmetic import (
-    COARSE,
-    chosen,
-    coarse_turn,
-    fused,
-    lane_excesses,
-    lane_phase_after,
-    lane_turn,
-)
 from bouncing_disk_ros.maps.lanes.lane_table import (
     BEGIN,
     CHATTER,
+    COARSE,
     COSINE,
     CURVATURE,
     DELAY,
@@ -49,9 +42,17 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     T2,
     T3,
     TAU,
+    TRAJECTORY,
     Scratch,
     W,
+    chosen,
+    coarse_turn,
+    fused,
     lane,
+    lane_excesses,
+    lane_phase_after,
+    lane_turn,
+    park_lane,
     rebound,
 )
 
@@ -222,3 +223,39 @@ def land_lanes(z: Scratch) -> None:
         z[IMPACTS_LEFT + i] = left
         z[SEARCHES + i] = looks
         z[NEEDS_SCALAR + i] = chosen((left <= 0.0) | (looks > MANY_SEARCHES), 1.0, 0.0)
+
+
+# ------------------------------------------------------------------------------------------------
+# The scheduler of the lanes: those that need the scalar map get it, all others fly on.
+
+
+@lane
+def run_lanes(z: Scratch, n: int, service: Any, assign: Any, on_landing: Any, data: Any) -> None:
+    """Run n trajectories in the lanes; when one is done its lane gets the next.
+
+    Compiled for the three functions that it is given: service(z, i, data) does by the scalar map
+    what a lane needs and returns whether its trajectory is done; assign(z, i, job, data) gives it
+    the next one; on_landing(z, data) is the impact of the lanes that have landed, and what is
+    summed up there.
+    """
+    todo = done = 0
+    for i in range(LANES):
+        park_lane(z, i)
+        z[NEEDS_SCALAR + i] = 1.0
+    while done < n:
+        if todo == 0 or launch_lanes(z) > 0:
+            for i in range(LANES):
+                if z[NEEDS_SCALAR + i] <= 0.0:
+                    continue
+                if z[TRAJECTORY + i] >= 0.0:
+                    if not service(z, i, data):
+                        continue
+                    done += 1
+                if todo == n:
+                    park_lane(z, i)
+                    continue
+                assign(z, i, todo, data)
+                todo += 1
+        search_step(z)
+        refine_roots(z)
+        on_landing(z, data)

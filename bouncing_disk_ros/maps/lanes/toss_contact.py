@@ -12,14 +12,7 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import ROUNDER, TWO_PI
-from bouncing_disk_ros.maps.lanes.lane_arithmetic import lane_turn
-from bouncing_disk_ros.maps.lanes.lane_table import LANES, lane
-from bouncing_disk_ros.maps.lanes.toss_slip import (
-    bent_step,
-    first_guess,
-    last_step,
-    turned_by,
-)
+from bouncing_disk_ros.maps.lanes.lane_table import LANES, lane, lane_turn
 from bouncing_disk_ros.maps.lanes.toss_table import (
     CLOSE,
     NARROW,
@@ -56,7 +49,11 @@ from bouncing_disk_ros.maps.lanes.toss_table import (
     TOSS_TURNING,
     TOSS_WORK,
     TOSS_X,
+    bent_step,
     drive_field,
+    first_guess,
+    last_step,
+    turned_by,
 )
 
 # A slip out of sticking begins, to rounding, where a falling piece ends. Taking so much (in turns)

@@ -15,17 +15,15 @@ from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, label_starts
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.edge_states import boundary_pairs, edge_states
-from bouncing_disk_ros.resilience_studies.manifold_area import (
-    Window,
-    enclosed_part,
-    sides,
-    why_open,
-)
 from bouncing_disk_ros.resilience_studies.manifold_growth import (
     GrowthRule,
     Manifold,
     Stability,
+    Window,
+    enclosed_part,
     saddle_manifolds,
+    sides,
+    why_open,
 )
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.definition import Arrays

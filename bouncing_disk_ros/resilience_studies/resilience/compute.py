@@ -15,8 +15,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.start_window import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
-from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
-from bouncing_disk_ros.resilience_studies.measures import measure
+from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule, measure
 from bouncing_disk_ros.study.attractor_lines import (
     FLAGS,
     LINES,

@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.phases import wrap_to_pi
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.report.style import (
     BLACK,

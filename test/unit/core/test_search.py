@@ -12,8 +12,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core import bounds as bounds_kernels
 from bouncing_disk_ros.core import flight as flight_kernels
+from bouncing_disk_ros.core import platform as bounds_kernels
 from bouncing_disk_ros.core import platform as platform_kernels
 from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
 from bouncing_disk_ros.core.model import (

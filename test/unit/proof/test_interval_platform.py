@@ -9,8 +9,7 @@ from flint import arb, ctx
 
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.exact_records import MotionRecord, State
-from bouncing_disk_ros.proof.interval_platform import interval
-from bouncing_disk_ros.proof.offset_platform import platform_of
+from bouncing_disk_ros.proof.platforms import interval, platform_of
 
 BEGUN_NS = 300_000_000
 STATE = State(BEGUN_NS, 0.0, 0, 1.0, Phase.FLIGHT, 0.0, 0.0, 0.0, 0.0)

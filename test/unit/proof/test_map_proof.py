@@ -12,8 +12,8 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import (
     COUNT_RESTS,
     iterate_axial,
 )
-from bouncing_disk_ros.proof.map_proof import Collision, MapKind, prove_collision
-from bouncing_disk_ros.proof.verdict import Outcome
+from bouncing_disk_ros.proof.exact_records import Outcome
+from support.map_proof import Collision, MapKind, prove_collision
 
 PERIOD_ONE = 0.4, 0.5  # Γ, ε
 

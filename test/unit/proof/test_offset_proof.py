@@ -16,10 +16,10 @@ from bouncing_disk_ros.proof.exact_records import (
     Kind,
     MotionRecord,
     OffsetPiece,
+    Outcome,
     State,
 )
-from bouncing_disk_ros.proof.offset_platform import platform_of
-from bouncing_disk_ros.proof.verdict import Outcome
+from bouncing_disk_ros.proof.platforms import platform_of
 from reference.offset_path import Piece
 from support.offset_runs import random_run
 

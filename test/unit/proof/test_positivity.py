@@ -12,6 +12,7 @@ from flint import arb, ctx
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.event_functions import Watched, gap_of
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
+from bouncing_disk_ros.proof.platforms import SteadyPlatform
 from bouncing_disk_ros.proof.positivity import (
     Found,
     Sign,
@@ -19,7 +20,6 @@ from bouncing_disk_ros.proof.positivity import (
     positive_from_start,
     positive_on,
 )
-from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
 
 POINTS = 20_001
 

@@ -11,9 +11,8 @@ from bouncing_disk_ros.core.layout import disk_record
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
 from bouncing_disk_ros.proof.event_trace import disk_of
-from bouncing_disk_ros.proof.exact_records import MotionRecord
-from bouncing_disk_ros.proof.toss_proof import NONE, SLID, STAYS, STUCK, Toss, prove_toss
-from bouncing_disk_ros.proof.verdict import Outcome
+from bouncing_disk_ros.proof.exact_records import MotionRecord, Outcome
+from support.toss_proof import NONE, SLID, STAYS, STUCK, Toss, prove_toss
 
 #: the toss of the paper's Fig. 2
 DISK = Disk(0.3, 0.5, 0.6, 0.12, 0.3 / (2.0 * math.sqrt(2.0)), 10.0)

@@ -9,18 +9,15 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.contact_return import contact_return
+from bouncing_disk_ros.maps.axial_flights import contact_return
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.resilience_studies import curve_family as curve_family_module
-from bouncing_disk_ros.resilience_studies.contact_curves import MOST_IMPACTS, contact_curves
-from bouncing_disk_ros.resilience_studies.curve_family import curve_family
-from bouncing_disk_ros.resilience_studies.impact_equations import (
-    CurveKind,
-    clearances,
-    flights,
-    trace,
+from bouncing_disk_ros.resilience_studies.curve_family import (
+    MOST_IMPACTS,
+    contact_curves,
+    curve_family,
 )
 from bouncing_disk_ros.resilience_studies.orbit_branch import (
     add_curves,
@@ -28,7 +25,15 @@ from bouncing_disk_ros.resilience_studies.orbit_branch import (
     orbit_curve,
     orbit_curves,
 )
-from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
+from bouncing_disk_ros.resilience_studies.orbit_curves import (
+    Curve,
+    CurveKind,
+    SpecialKind,
+    Window,
+    clearances,
+    flights,
+    trace,
+)
 
 WIDE = Window((0.05, 1.2), (0.02, 0.98))
 ROUNDING = 1e-12

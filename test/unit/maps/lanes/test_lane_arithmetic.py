@@ -10,7 +10,13 @@ import numpy as np
 from numba import njit
 
 from bouncing_disk_ros.core.arithmetic import sincos_excess as sincos_excess_kernel
-from bouncing_disk_ros.maps.lanes.lane_arithmetic import (
+from bouncing_disk_ros.maps.lanes.lane_flight import (
+    land_lanes,
+    launch_lanes,
+    refine_roots,
+    search_step,
+)
+from bouncing_disk_ros.maps.lanes.lane_table import (
     COARSE,
     bits_of,
     chosen,
@@ -19,12 +25,6 @@ from bouncing_disk_ros.maps.lanes.lane_arithmetic import (
     lane_phase_after,
     lane_turn,
     number_of,
-)
-from bouncing_disk_ros.maps.lanes.lane_flight import (
-    land_lanes,
-    launch_lanes,
-    refine_roots,
-    search_step,
 )
 from support.kernels import from_python
 

@@ -14,7 +14,7 @@ from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_recor
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps import single_toss
 from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
-from bouncing_disk_ros.maps.lanes.toss_slip import lane_angle
+from bouncing_disk_ros.maps.lanes.toss_table import lane_angle
 
 DOUGH = Disk(0.3, 0.5, 0.6, 0.12, 0.3 / math.sqrt(8.0), 10.0)
 FREQUENCY = 3.0

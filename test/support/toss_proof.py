@@ -21,10 +21,16 @@ from bouncing_disk_ros.proof.event_functions import (
     margin_of,
     slip_from,
 )
-from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
+from bouncing_disk_ros.proof.exact_records import (
+    DiskRecord,
+    MotionRecord,
+    Outcome,
+    State,
+    Verdict,
+    compared,
+)
+from bouncing_disk_ros.proof.platforms import SteadyPlatform
 from bouncing_disk_ros.proof.positivity import Found, Zero, first_zero, opens
-from bouncing_disk_ros.proof.steady_platform import SteadyPlatform
-from bouncing_disk_ros.proof.verdict import Outcome, Verdict, compared
 
 SLID, STUCK, NONE, STAYS = 0, 1, 2, 3
 """How a toss ended: separation while sliding, while sticking, at once; not at all."""
