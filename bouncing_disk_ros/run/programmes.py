@@ -36,8 +36,11 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.presets import named_file, read_yaml
 from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
-from bouncing_disk_ros.run.trajectory_rows import trajectory_of
-from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest, validate_trajectory
+from bouncing_disk_ros.run.trajectory_validation import (
+    TrajectoryRequest,
+    trajectory_of,
+    validate_trajectory,
+)
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 

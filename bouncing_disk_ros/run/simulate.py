@@ -29,8 +29,11 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
-from bouncing_disk_ros.run.trajectory_rows import trajectory_of
-from bouncing_disk_ros.run.trajectory_validation import schedule_trajectory, validate_trajectory
+from bouncing_disk_ros.run.trajectory_validation import (
+    schedule_trajectory,
+    trajectory_of,
+    validate_trajectory,
+)
 from bouncing_disk_ros.units import NS
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}

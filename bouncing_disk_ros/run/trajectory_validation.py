@@ -1,13 +1,10 @@
-"""Validation of offset trajectories: a request becomes knots of the core, or an InputError.
-
-Pure functions: nothing changes here. Times are whole nanoseconds; a stamp of 0 means now.
-"""
+"""Offset trajectories: validation of requests, and requests from rows of Python and YAML."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bouncing_disk_ros.core.offset import (
     CUBIC,
@@ -22,9 +19,9 @@ from bouncing_disk_ros.core.offset import (
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS, KNOTS_AHEAD
-from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.parameters import TABLE, Value, plain
 from bouncing_disk_ros.run.command_validation import Instant, too_many, too_old
-from bouncing_disk_ros.run.time_map import FAR_NS
+from bouncing_disk_ros.run.time_map import FAR_NS, nanoseconds
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 
@@ -269,3 +266,59 @@ def as_record(splice: Splice) -> dict[str, list[list[float | int]]]:
         for name, knots in zip(OFFSET_JOINTS, splice[1:], strict=True)
         if knots is not None
     }
+
+
+# ------------------------------------------------------------------------------------------------
+# Offset trajectories as Python and YAML give them: rows of a time and values by joint.
+
+
+_MOST = 3  # position, velocity, acceleration
+
+
+def trajectory_of(
+    rows: Sequence[tuple[Any, Mapping[str, Any]]], field: str = "trajectory"
+) -> TrajectoryRequest:
+    """The request that (time in s, {joint: values}) stand for; not validated yet.
+
+    Values are a position, or a list of position, velocity and acceleration as far as given. The
+    first row's joints are those of all.
+    """
+    for i, row in enumerate(rows):
+        fits = isinstance(row, (list, tuple)) and len(row) == 2 and isinstance(row[1], Mapping)
+        if not fits:
+            raise InputError(f"{field}[{i}]", row, "(time in s, {joint: values})")
+    names = tuple(rows[0][1]) if rows else ()
+    points = []
+    for i, (time, values) in enumerate(rows):
+        where = f"{field}[{i}]"
+        for name in values:
+            if name not in OFFSET_JOINTS:
+                hint = closest(str(name), OFFSET_JOINTS)
+                raise InputError(where, name, " and ".join(OFFSET_JOINTS), hint)
+        if set(values) != set(names):
+            raise InputError(where, ", ".join(values), ", ".join(names) + ", as in the first point")
+        stated = [_numbers(f"{where} {name}", values[name]) for name in names]
+        if len({len(one) for one in stated}) > 1:
+            raise InputError(where, values, "as many values for each joint")
+        columns = [tuple(column) for column in zip(*stated, strict=True)]
+        positions, velocities, accelerations = [*columns, (), (), ()][:_MOST]
+        after = _time(f"{where} time", time)
+        points.append(TrajectoryPoint(positions, velocities, accelerations, after_ns=after))
+    return TrajectoryRequest(names, tuple(points), field=field)
+
+
+def _numbers(field: str, given: Any) -> list[float]:
+    value = plain(given)
+    values = list(value) if isinstance(value, (list, tuple)) else [value]
+    numbers = [plain(one) for one in values]
+    if not 1 <= len(numbers) <= _MOST or not all(type(one) in (int, float) for one in numbers):
+        raise InputError(field, given, "a position, or position, velocity and acceleration")
+    return [float(one) for one in numbers]  # type: ignore[arg-type]
+
+
+def _time(field: str, given: Any) -> int:
+    seconds = plain(given)
+    number = seconds if isinstance(seconds, (int, float)) else -1.0
+    if isinstance(number, bool) or not 0.0 <= number <= FAR_NS / NS:
+        raise InputError(field, given, "seconds >= 0")
+    return nanoseconds(number)

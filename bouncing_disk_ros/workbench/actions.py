@@ -1,6 +1,6 @@
 """What a control does to a run: the command of ROS that a user would send, as data.
 
-`lines(action, names)` are the command lines; a link to a run (`run_link`) sends actions.
+`lines(action, names)` are the command lines; a link to a run (`run_history.RunLink`) sends actions.
 """
 
 from __future__ import annotations

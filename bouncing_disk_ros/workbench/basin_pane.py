@@ -1,4 +1,4 @@
-"""The basin pane of the workbench: zoom into the plane of starts, click a start, send the disk."""
+"""Basins of the map in the page: what is in view, its figures, and the pane."""
 
 from __future__ import annotations
 
@@ -6,18 +6,391 @@ import html
 import math
 import time
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from bokeh.events import MouseMove, Tap
 from bokeh.layouts import column, row
-from bokeh.models import Button, Div
+from bokeh.models import (
+    BasicTicker,
+    Button,
+    ColumnDataSource,
+    Div,
+    FixedTicker,
+    HoverTool,
+    LinearColorMapper,
+    Range1d,
+)
+from bokeh.plotting import figure
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.workbench.basin_figures import WIDE, MapFigure, PathFigure, legend
-from bouncing_disk_ros.workbench.basin_view import COARSE, FULL, label_of, view
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import (
+    Attractor,
+    AttractorKind,
+    Attractors,
+    numbered,
+)
+from bouncing_disk_ros.maps.basin_labels import UNRESOLVED as UNDECIDED
+from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.report.style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
+from bouncing_disk_ros.study.basins.picture import colors_of
+from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
+from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
-from bouncing_disk_ros.workbench.start_orbit import Orbit, Start, orbit_of, start_at
-from bouncing_disk_ros.workbench.start_plane import Section, View, Window, pixel_centre, section_of
+from bouncing_disk_ros.workbench.start_plane import (
+    NOT_DECIDED,
+    Orbit,
+    Section,
+    Start,
+    View,
+    Window,
+    centres,
+    described,
+    is_distinct,
+    orbit_of,
+    pixel_centre,
+    points_of,
+    section_of,
+    start_at,
+    whole_window,
+)
+
+COARSE, FULL = 128, 512
+"""Pixels along each side of a view: what is shown at first, and in the end."""
+SEARCHED = 24
+"""Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
+EARLY = 64, 256
+"""Impacts after which starts are looked for in a region about a chaotic attractor."""
+_ROWS = 128
+"""Rows labelled between two questions whether the view is still wanted: 20 to 150 ms."""
+_KEPT = 12
+"""Values of Γ and ε whose attractors are kept: a chaotic one has 1 MB."""
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int32]
+States = tuple[Floats, Floats]
+Regions = dict[int, AbsorbingRegion]
+
+
+def view(
+    axial_forcing: float,
+    restitution: float,
+    window: Window,
+    side: int,
+    is_obsolete: Callable[[], bool] = lambda: False,
+) -> View | None:
+    """Labels of side × side starts of a window; None if it becomes obsolete meanwhile.
+
+    The labels are those of the study `basins` over this window where that finds the same
+    attractors: here they are looked for once at each Γ and ε, over the whole window, so that a
+    label means the same in every zoom. Raises InputError.
+    """
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    # looking for them takes longer than a coarse view
+    regions = _regions(axial_forcing, restitution) if side > COARSE else {}
+    speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
+    labels = np.empty((side, side), np.int32)
+    for first in range(0, side, _ROWS):
+        if is_obsolete():
+            return None
+        rows = slice(first, first + _ROWS)
+        w, tau = np.meshgrid(speeds[rows], phases, indexing="ij")
+        labels[rows] = _labels(found, regions, section, tau.ravel(), w.ravel()).reshape(w.shape)
+    names = tuple(numbered([one.name for one in found.found]))
+    return View(window, labels, found.found, names, is_distinct(window, side))
+
+
+def _labels(
+    found: Attractors, regions: Regions, section: NextCollisionMap, tau: Floats, w: Floats
+) -> Labels:
+    """Labels (n,) of starts, those of the study; whoever is in a region about chaos is known.
+
+    The study follows these for hundreds of impacts more, to see that they do not leave. Each start
+    is followed from its beginning, as in the study: in pieces it would have other roundings, and
+    where it comes near to contact it might end elsewhere.
+    """
+    labels = np.full(len(tau), UNDECIDED, np.int32)
+    # chaotic attractors are the last: without them all other labels are the same
+    others = tuple(one for one in found.found if one.kind is not AttractorKind.CHAOTIC)
+    left = np.arange(len(tau))
+    for impacts in EARLY if regions else ():
+        rule = _rule()._replace(cap=impacts)
+        early = label_starts(found._replace(found=others), section, tau[left], w[left], rule)
+        labels[left] = early.label
+        left = left[early.label == UNDECIDED]
+        states = _iterated(section, tau[left], w[left], impacts)
+        for label, region in regions.items():
+            labels[left[region.hold(*states)]] = label
+        left = left[labels[left] == UNDECIDED]
+    labels[left] = label_starts(found, section, tau[left], w[left], _rule()).label
+    return labels
+
+
+def _iterated(section: NextCollisionMap, tau: Floats, w: Floats, impacts: int) -> States:
+    """States after some impacts."""
+    states = tau.copy(), w.copy()
+    forcings, restitutions = (
+        np.full(len(tau), float(value)) for value in (section.axial_forcing, section.restitution)
+    )
+    iterate_axial(*states, forcings, restitutions, impacts, np.zeros((len(tau), 2), np.int64))
+    return states
+
+
+def attractors_at(axial_forcing: float, restitution: float) -> tuple[Attractor, ...]:
+    """The attractors that labels of views stand for, in their order. Raises InputError."""
+    return found_attractors(axial_forcing, restitution).found
+
+
+def label_of(axial_forcing: float, restitution: float, phase: float, velocity: float) -> str:
+    """Name of the attractor that one start goes to."""
+    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    start = np.array([phase % math.tau]), np.array([velocity])
+    label = int(label_starts(found, section, *start, _rule()).label[0])
+    return numbered([one.name for one in found.found])[label] if label >= 0 else NOT_DECIDED
+
+
+def _map(axial_forcing: float, restitution: float) -> NextCollisionMap:
+    return NextCollisionMap(axial_forcing, restitution)
+
+
+def _rule() -> LabelRule:
+    """That of the study by default."""
+    return LabelRule(float(BASINS.options["tolerance"].default))
+
+
+@lru_cache(maxsize=_KEPT)
+def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
+    """The attractors at Γ and ε, looked for once for all sessions and zooms."""
+    table = BASINS.options
+    phases, speeds = (
+        _some(centres(*ends, int(table[count].default)))
+        for ends, count in zip(
+            (whole_window()[:2], whole_window()[2:]), ("width", "height"), strict=True
+        )
+    )
+    starts = [(float(tau), float(w)) for w in speeds for tau in phases]
+    return find_attractors(_map(axial_forcing, restitution), starts)
+
+
+@lru_cache(maxsize=_KEPT // 4)
+def _regions(axial_forcing: float, restitution: float) -> Regions:
+    section = _map(axial_forcing, restitution)
+    return absorbing_regions(section, found_attractors(axial_forcing, restitution))
+
+
+def _some(values: Floats) -> Floats:
+    return values[np.unique(np.linspace(0, len(values) - 1, SEARCHED).astype(int))]
+
+
+# ------------------------------------------------------------------------------------------------
+# The figures of the basin pane: a map with attractors and an orbit on it, and the orbit's path.
+
+
+FINEST = 2e-13
+"""Least width of a window: there a browser's own arithmetic ends too."""
+WIDEST_PHASE, FASTEST = 4.0 * math.pi, 100.0
+"""Bounds of what can be shown: forcing phase to both sides of 0, and w_A."""
+WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 400, "max_width": 760}
+"""How figures and texts take the room that the page has."""
+NUMBERED = 4
+"""Impacts of an orbit after its start that show their number."""
+_LONG_LABELS = 1e-4
+"""In a window narrower than this part of π the numbers at its ticks are long."""
+_POINTS = ("x", "y", "name", "fill", "size")
+_CLOUD = 100
+"""An attractor of more points is drawn by small ones."""
+
+
+class MapFigure:
+    """The plane of starts: labels as colours, points of the attractors, one orbit.
+
+    Attribute: `figure`, whose ranges are the window.
+    """
+
+    def __init__(self) -> None:
+        whole = whole_window()
+        self.figure = figure(
+            height=520, **WIDE, tools="pan,wheel_zoom,box_zoom,reset",
+            active_scroll="wheel_zoom", toolbar_location="right",
+            x_range=Range1d(*whole[:2], bounds=(-WIDEST_PHASE, WIDEST_PHASE), min_interval=FINEST),
+            y_range=Range1d(*whole[2:], bounds=(-FASTEST, 0.0), min_interval=FINEST),
+            x_axis_label="forcing phase at the first impact τ (rad)",
+            y_axis_label="relative velocity before it w_A (πg/ω)",
+        )  # fmt: skip
+        self.figure.toolbar.logo = None
+        self.figure.background_fill_color = UNRESOLVED
+        self.figure.grid.visible = False
+        self._labels = ColumnDataSource(data={"image": [], "x": [], "y": [], "dw": [], "dh": []})
+        self._mapper = LinearColorMapper(palette=[UNRESOLVED], low=-0.5, high=0.5)
+        self._points = ColumnDataSource(data={name: [] for name in _POINTS})
+        self._names = ColumnDataSource(data={"x": [], "y": [], "text": []})
+        self._impacts = ColumnDataSource(data={"x": [], "y": []})
+        self._numbers = ColumnDataSource(data={"x": [], "y": [], "text": []})
+        self._start = ColumnDataSource(data={"x": [], "y": []})
+        self._draw()
+        self.set_ticks(whole)
+
+    def _draw(self) -> None:
+        at = self.figure
+        at.image("image", "x", "y", "dw", "dh", source=self._labels, color_mapper=self._mapper,
+                 level="image")  # fmt: skip
+        points = at.scatter("x", "y", size="size", fill_color="fill", line_color=BLACK,
+                            line_width=0.6, source=self._points)  # fmt: skip
+        at.add_tools(HoverTool(renderers=[points], tooltips=[("attractor", "@name")]))
+        words = {
+            "text_font_size": "11px", "background_fill_color": "white",
+            "background_fill_alpha": 0.75, "padding": 1, "x_offset": 8,
+        }  # fmt: skip
+        at.scatter("x", "y", size=7, fill_color=YELLOW, line_color=BLACK, line_width=0.8,
+                   source=self._impacts)  # fmt: skip
+        at.text("x", "y", "text", source=self._numbers, y_offset=6, **words)
+        at.text("x", "y", "text", source=self._names, y_offset=-4, text_font_style="bold", **words)
+        at.scatter("x", "y", size=18, marker="cross", color=BLACK, line_width=4, source=self._start)
+        at.scatter("x", "y", size=15, marker="cross", color=YELLOW, line_width=2,
+                   source=self._start)  # fmt: skip
+
+    @property
+    def window(self) -> Window:
+        """What is shown."""
+        across, up = self.figure.x_range, self.figure.y_range
+        return Window(across.start, across.end, up.start, min(up.end, 0.0))
+
+    def show(self, view: View) -> None:
+        """Draw the labels of a window and the attractors in it."""
+        window = view.window
+        self._mapper.update(
+            palette=[UNRESOLVED, *colors_of(list(view.names))], low=-0.5,
+            high=len(view.names) + 0.5,
+        )  # fmt: skip
+        self._labels.data = {
+            "image": [(view.labels + 1).astype(np.uint8)],
+            "x": [window.phase_begin], "y": [window.velocity_begin],
+            "dw": [window.phase_end - window.phase_begin],
+            "dh": [window.velocity_end - window.velocity_begin],
+        }  # fmt: skip
+        self._show_points(view)
+
+    def hide(self) -> None:
+        """Take labels and attractors away."""
+        for source in (self._labels, self._points, self._names):
+            source.data = {name: [] for name in source.data}
+
+    def _show_points(self, view: View) -> None:
+        columns: dict[str, list[object]] = {name: [] for name in self._points.data}
+        names: dict[str, list[object]] = {name: [] for name in self._names.data}
+        for one, name in zip(view.attractors, view.names, strict=True):
+            points = points_of(one)
+            if not len(points):
+                continue
+            phases = into(points[:, 0], view.window)
+            contact = one.kind is AttractorKind.CHATTERING
+            small = len(points) > _CLOUD
+            columns["x"] += phases.tolist()
+            columns["y"] += points[:, 1].tolist()
+            columns["name"] += [described(one, name)] * len(points)
+            columns["fill"] += [VERMILION if contact else "white"] * len(points)
+            columns["size"] += [2 if small else 5 if contact else 9] * len(points)
+            if one.kind is AttractorKind.PERIODIC:
+                names["x"].append(phases[0])
+                names["y"].append(points[0, 1])
+                names["text"].append(name)
+        self._points.data = columns
+        self._names.data = names
+
+    def show_orbit(self, orbit: Orbit | None) -> None:
+        """Draw the impacts of an orbit; None: take them away."""
+        empty = np.empty(0)
+        phases = into(orbit.forcing_phase, self.window) if orbit else empty
+        speeds = orbit.velocity if orbit else empty
+        # the start has a mark of its own
+        self._start.data = {"x": phases[:1], "y": speeds[:1]}
+        self._impacts.data = {"x": phases[1:], "y": speeds[1:]}
+        few = slice(1, 1 + NUMBERED)
+        numbers = [str(k) for k in range(1, len(phases))][:NUMBERED]
+        self._numbers.data = {"x": phases[few], "y": speeds[few], "text": numbers}
+
+    def set_ticks(self, window: Window) -> None:
+        """Parts of π where a window is wide, decimals where it is not."""
+        axis = self.figure.xaxis[0]
+        low, high = window.phase_begin / math.pi, window.phase_end / math.pi
+        if high - low < 1.0:
+            count = 5 if high - low > _LONG_LABELS else 2
+            axis.update(ticker=BasicTicker(desired_num_ticks=count), major_label_overrides={})
+            return
+        step = 0.5 if high - low <= 4.0 else 1.0
+        ticks = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        axis.update(
+            ticker=FixedTicker(ticks=[math.pi * tick for tick in ticks]),
+            major_label_overrides={math.pi * tick: in_pi(tick) for tick in ticks},
+        )
+
+
+class PathFigure:
+    """Height of the disk and of the platform over the first periods of an orbit."""
+
+    def __init__(self) -> None:
+        self.figure = figure(
+            height=280, **WIDE, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
+            x_axis_label="time from the first impact (s)", y_axis_label="height (m)",
+            x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), title="Path of an orbit",
+        )  # fmt: skip
+        self.figure.toolbar.logo = None
+        self._path = ColumnDataSource(data={"time": [], "height": [], "platform": []})
+        self.figure.line("time", "platform", color=BLACK, source=self._path,
+                         legend_label="platform")  # fmt: skip
+        self.figure.line("time", "height", color=BLUE, line_width=2, source=self._path,
+                         legend_label="disk")  # fmt: skip
+        legend = self.figure.legend[0]
+        legend.update(orientation="horizontal", background_fill_alpha=0.6, padding=2, margin=4,
+                      label_text_font_size="11px")  # fmt: skip
+
+    def show(self, orbit: Orbit | None) -> None:
+        """Draw a path; None: take it away."""
+        if orbit is None:
+            self._path.data = {name: [] for name in self._path.data}
+            return
+        self._path.data = {
+            "time": orbit.time, "height": orbit.height, "platform": orbit.platform,
+        }  # fmt: skip
+        low, high = float(orbit.platform.min()), float(orbit.height.max())
+        span = max(high - low, 1e-12)
+        end = float(orbit.time[-1])
+        for axis, first, last in (
+            (self.figure.x_range, 0.0, end),
+            (self.figure.y_range, low - 0.05 * span, high + 0.2 * span),  # room for the legend
+        ):
+            axis.update(start=first, end=last, reset_start=first, reset_end=last)
+
+
+def into(phases: np.ndarray, window: Window) -> np.ndarray:
+    """Forcing phases moved by whole periods to the first place in a window."""
+    return window.phase_begin + np.mod(phases - window.phase_begin, math.tau)
+
+
+def legend(view: View) -> str:
+    """The colours with what they stand for and their share of the window, as HTML."""
+    names = [*map(described, view.attractors, view.names), "unresolved"]
+    colors = [*colors_of(list(view.names)), UNRESOLVED]
+    rows = []
+    for name, color, share in zip(names, colors, view.shares, strict=True):
+        if name == "unresolved" and share == 0.0:
+            continue
+        square = (
+            f'<span style="display:inline-block;width:12px;height:12px;border:1px solid {BLACK};'
+            f'background:{color}"></span>'
+        )
+        rows.append(f"{square} {html.escape(name)}: {100.0 * share:.2f} %")
+    return "<br>".join(rows)
+
+
+# ------------------------------------------------------------------------------------------------
+# The basin pane of the workbench: zoom into the plane of starts, click a start, send the disk.
+
 
 SAME_START = 0.012
 """A click so near the one before, as a part of the window, is on the same start."""

@@ -17,7 +17,7 @@ from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
-from bouncing_disk_ros.workbench.run_link import RunLink, numbers
+from bouncing_disk_ros.workbench.run_history import RunLink, numbers
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
 

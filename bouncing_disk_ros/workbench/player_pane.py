@@ -12,8 +12,8 @@ from bokeh.models import Button, Div, RadioButtonGroup, Slider
 
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.workbench.actions import Action, Sequel
-from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
-from bouncing_disk_ros.workbench.run_link import RunLink, numbers
+from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, FORCING, MOTION_CONTROLS
+from bouncing_disk_ros.workbench.run_history import RunLink, numbers
 
 WIDTH = 320
 SPEEDS = (0.02, 0.1, 0.5, 1.0, 5.0)

@@ -13,8 +13,8 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Action, Lifecycle, Perform, Sequel, Set
-from bouncing_disk_ros.workbench.control_table import amplitude_of
-from bouncing_disk_ros.workbench.run_link import numbers
+from bouncing_disk_ros.workbench.control_pane import amplitude_of
+from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 PIZZA, MOTOR = "pizza_multiple_toss", "swum"

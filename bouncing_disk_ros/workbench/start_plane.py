@@ -1,4 +1,4 @@
-"""The plane of starts at the parameters in force: windows, units, what a view of it holds."""
+"""Starts of the disk in the plane of a map: their coordinates, and the orbit from one."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
+from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
     refuse_conservative,
 )
 from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
-from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.run.session import motion_of
+from bouncing_disk_ros.parameters import DEFAULTS, Value, complete
+from bouncing_disk_ros.run.session import Session, motion_of
+from bouncing_disk_ros.run.time_map import Grid, nanoseconds
 from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 
-UNRESOLVED = "unresolved"
+NOT_DECIDED = "unresolved"
 """Name of the label −1."""
 MOST_POINTS = 1500
 """Points of an attractor that are drawn; a chaotic one has more."""
@@ -123,3 +125,125 @@ def described(one: Attractor, name: str) -> str:
     if one.kind is AttractorKind.CHAOTIC:
         return f"{name}, Lyapunov exponent {math.log(one.multiplier):.4g} per impact"
     return name
+
+
+# ------------------------------------------------------------------------------------------------
+# The orbit of one start of the plane (τ, w_A), as the simulator itself computes it.
+
+
+PATH_PERIODS, SAMPLES = 10, 48
+"""Periods of the platform that the path is sampled over, and samples of each."""
+IMPACT_PERIODS = 60
+"""Periods over which impacts are gathered."""
+_ROUNDINGS = 4
+"""Velocities so many roundings up and down are tried, for the one that meets the start best."""
+_KEPT = ("initial_angular_velocity", "initial_angle", "chatter_report_speed")
+"""Parameters of a run besides its motion and disk that a start leaves as they are."""
+
+Floats = NDArray[np.float64]
+
+
+class Start(NamedTuple):
+    """A state just before a first impact, with the parameters that begin a run there."""
+
+    forcing_phase: float  # τ, rad, in [0, 2π)
+    velocity: float  # w_A, πg/ω
+    impact_velocity: float  # the same in m/s, to the bit as the run has it
+    parameters: Mapping[str, Value]  # for the node: initial state, and the motion to begin with
+
+
+class Orbit(NamedTuple):
+    """What becomes of a start; arrays of times count from it."""
+
+    start: Start
+    impacts: NDArray[np.void]  # rows of IMPACT_DTYPE
+    forcing_phase: Floats  # τ of the impacts, rad
+    velocity: Floats  # w_A of the impacts, πg/ω
+    time: Floats  # s, of the path
+    height: Floats  # x, m
+    platform: Floats  # s, m
+
+
+def start_at(values: Mapping[str, float], forcing_phase: float, velocity: float) -> Start:
+    """The start (τ in rad, w_A < 0 in πg/ω) at the parameters in force. Raises InputError.
+
+    The run begins at the impact: on the platform, with the velocity of the platform there and
+    w_A. Their sum is rounded, so w_A is met to about its last digit; `Start` has what is met. A w_A
+    within the roundings of the platform's velocity begins in contact.
+    """
+    whole = complete(_in_force(values))
+    scale = velocity_scale(motion_of(whole), Disk.of(whole))
+    phase = forcing_phase % math.tau
+    phase = phase if phase < math.tau else 0.0
+    motion, still = motion_of(whole), InitialState(axial_velocity=0.0, forcing_phase=phase)
+    platform = Simulation(motion, Disk.of(whole), still).sample().platform_velocity
+    wanted = velocity * scale
+    axial = min(_around(platform + wanted), key=lambda v: _miss(v - platform, wanted))
+    parameters: dict[str, Value] = {
+        "initial_height": 0.0,
+        "initial_with_platform": False,
+        "initial_axial_velocity": axial,
+        "initial_forcing_phase": phase,
+        **{name: whole[name] for name in Motion._fields},  # a reset goes back to these
+    }
+    impact = axial - platform
+    return Start(phase, impact / scale, impact, parameters)
+
+
+def orbit_of(values: Mapping[str, float], start: Start) -> Orbit:
+    """Path and impacts of a start: bit by bit what `simulate` gives with the same parameters.
+
+    Raises InputError, and FailedError where the state leaves the range of numbers.
+    """
+    whole = complete({**_in_force(values), **start.parameters})
+    session = Session(whole, lambda _: None, paused=True)
+    frequency = float(whole["frequency"])
+    rows = [_sampled(session, ns) for ns in sample_instants(frequency)]
+    _advance(session, nanoseconds(IMPACT_PERIODS / frequency))
+    impacts = join_rows(session.take_rows())
+    scale = velocity_scale(motion_of(whole), Disk.of(whole))
+    time, height, platform = np.array(rows).T
+    velocity = impacts["axial_impact_velocity"] / scale
+    return Orbit(start, impacts, impacts["forcing_phase"], velocity, time, height, platform)
+
+
+def sample_instants(frequency: float) -> list[int]:
+    """Instants (ns) of the path: those of a run that is sampled SAMPLES times a period."""
+    grid = Grid(SAMPLES * frequency, -1)
+    found = []
+    for _ in range(PATH_PERIODS * SAMPLES + 1):
+        found.append(grid.next_ns)
+        grid.advance()
+    return found
+
+
+def _in_force(values: Mapping[str, float]) -> dict[str, Value]:
+    """Parameters that decide a run, of those given; its begin is the start."""
+    names = (*Motion._fields, *Disk._fields, *_KEPT)
+    return {name: values[name] for name in names if name in values}
+
+
+def _around(value: float) -> list[float]:
+    """A double and its neighbours, itself first."""
+    found, low, high = [value], value, value
+    for _ in range(_ROUNDINGS):
+        low, high = math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
+        found += [low, high]
+    return found
+
+
+def _miss(met: float, wanted: float) -> float:
+    """How far a relative velocity is from the one wanted; it must be an impact."""
+    return abs(met - wanted) if met < 0.0 else math.inf
+
+
+def _sampled(session: Session, until_ns: int) -> tuple[float, float, float]:
+    _advance(session, until_ns)
+    sample = session.simulation.sample()
+    return until_ns * 1e-9, sample.axial_position, sample.platform_position
+
+
+def _advance(session: Session, until_ns: int) -> None:
+    while session.advance(until_ns):
+        if session.fault:
+            raise FailedError(session.fault)

@@ -14,7 +14,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.workbench.run_link import RunLink
+    from bouncing_disk_ros.workbench.run_history import RunLink
 
 NAME = "workbench"
 _ABOUT = """Serve a page on which a run is seen and touched: platform and disk, path, rotor speed
@@ -50,13 +50,13 @@ def _serve(start: Start) -> int:
     bag, here = str(values["bag"]), environment.ros_is_here()
     with start.stop.importing():
         announce_compilation(NAME)
-        from bouncing_disk_ros.workbench import page_loop
+        from bouncing_disk_ros.workbench.page_server import serve
     if bag or not here:
         with start.stop.importing():
             link = _recorded(values) if bag else _local(values)
         start.stop.running = True
         try:
-            return page_loop.serve(values, link, start.stop)
+            return serve(values, link, start.stop)
         finally:
             link.close()
     with start.stop.importing():

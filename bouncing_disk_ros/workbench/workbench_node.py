@@ -33,7 +33,7 @@ class WorkbenchNode(Node):
 
     def serve(self, stop: Stop) -> int:
         """Serve until a signal; the exit code."""
-        from bouncing_disk_ros.workbench.page_loop import serve
+        from bouncing_disk_ros.workbench.page_server import serve
 
         ended = threading.Event()
         link = RosLink(self, DEFAULT_NAME)

@@ -11,8 +11,7 @@ from bokeh.events import Tap
 
 from bench.table import Aim, Row, row
 from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.workbench.basin_pane import BasinPane
-from bouncing_disk_ros.workbench.basin_view import FULL, view
+from bouncing_disk_ros.workbench.basin_pane import FULL, BasinPane, view
 from bouncing_disk_ros.workbench.start_plane import Window, whole_window
 from support.bokeh_page import BokehPage
 

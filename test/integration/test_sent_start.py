@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.workbench.basin_pane import BasinPane
-from bouncing_disk_ros.workbench.start_orbit import orbit_of, start_at
+from bouncing_disk_ros.workbench.start_plane import orbit_of, start_at
 from support.bokeh_page import BokehPage
 from support.ros_peer import Peer
 

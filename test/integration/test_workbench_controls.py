@@ -15,7 +15,7 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Lifecycle
-from bouncing_disk_ros.workbench.control_table import DISK_CONTROLS, FORCING, MOTION_CONTROLS
+from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, FORCING, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
 from bouncing_disk_ros.workbench.ros_link import RosLink
 from support.page_link import change, click, model

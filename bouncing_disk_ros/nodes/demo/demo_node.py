@@ -1,4 +1,4 @@
-"""The node of `demo`: starts simulator, performer and recorder, prints what happens, and draws."""
+"""The demonstration's node, and what it watches."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
@@ -23,14 +30,50 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
     start_values,
     verdict,
 )
-from bouncing_disk_ros.nodes.demo.watcher import DemoWatcher
 from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.report.run_record import RunRecord
+from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.node_tool import options, wait_for
+from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
+from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
+
+_TYPES = {
+    kind.__name__: kind
+    for kind in (DiagnosticArray, JointState, JointTrajectory, PointCloud2, String, TwistStamped)
+}
+
+
+class DemoWatcher(Node):
+    """Builds `record` from what arrives; times are simulated seconds."""
+
+    def __init__(self, name: str, disk: Disk) -> None:
+        super().__init__(name)
+        self.record = RunRecord(disk)
+        self._builder = RunRecordBuilder(self.record, self.get_namespace())
+        for topic, callback in self._builder.handlers.items():
+            row = TOPICS[topic]
+            kind = _TYPES[row.type.rpartition("/")[2]]
+            self.create_subscription(kind, topic, callback, profile_of(row))
+
+    @property
+    def phase(self) -> str:
+        """Phase of motion of the disk, or paused."""
+        return self._builder.phase
+
+    @property
+    def time(self) -> float:
+        """Simulated time of the newest sample, s."""
+        return self.record.states[-1].time if self.record.states else 0.0
+
+
+# ------------------------------------------------------------------------------------------------
+# The node of `demo`: starts simulator, performer and recorder, prints what happens, and draws.
+
 
 START_SECONDS = 120.0
 """Patience with the start: the first one compiles the kernels."""

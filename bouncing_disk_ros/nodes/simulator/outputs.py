@@ -1,4 +1,4 @@
-"""Everything the simulator publishes: the sink of the loop, as publishers of one node."""
+"""What the simulator's node publishes: the topics of one run, and its diagnostics."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.clocks import ClockClaim
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
+from bouncing_disk_ros.ros.conversions import named_numbers_to_msg
+from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.transforms import Frames, TransformPublisher
-from bouncing_disk_ros.run.clock_claim import ClockClaim
+from bouncing_disk_ros.run.health import Health, Level, Reading, run_values
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.throttled_log import RefusalLog, ThrottledLog
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
 from bouncing_disk_ros.units import NS
@@ -185,3 +189,62 @@ class Outputs:
     def other_publishers(self) -> int:
         """How many other publishers platform/motion has."""
         return max(0, self._node.count_publishers(self._motion.topic_name) - 1)
+
+
+# ------------------------------------------------------------------------------------------------
+# /diagnostics of the simulator: the health report once a second; refusals, counted and logged.
+
+
+class Diagnostics:
+    """Publishes the health report of a run, and logs what has changed in it."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._health = Health()
+        logger = node.get_logger()
+        self._refusals = RefusalLog(logger.warning)
+        # rclpy wants a line of source of its own for each severity
+        self._accepted = ThrottledLog(lambda line: logger.info(line))
+        self._remarks = ThrottledLog(lambda line: logger.warning(line))
+        self._levels: dict[str, Level] = {}
+        self._publisher = DiagnosticsPublisher(node)
+        topic = TOPICS["disk/run_state"]
+        self._run_state = node.create_publisher(JointState, topic.name, profile_of(topic))
+
+    def refuse(self, error: InputError) -> None:
+        """Count a refused input; log it unless its reason was on the log a moment ago."""
+        self._health.refuse(error)
+        self._refusals.note(error)
+
+    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
+        """Log an accepted input unless one of its kind was on the log a moment ago."""
+        if remark:
+            self._remarks.note(field, lambda: f"accepted: {field}: {line}; {remark}")
+        else:
+            self._accepted.note(field, lambda: f"accepted: {field}: {line}")
+
+    def publish(
+        self, reading: Reading, lateness: Mapping[str, float], stamp_ns: int | None = None
+    ) -> None:
+        """Publish the report on a reading, and log each task whose level has changed.
+
+        `stamp_ns`: of disk/run_state where time is simulated; None: now.
+        """
+        for lines in (self._refusals, self._accepted, self._remarks):
+            lines.flush()
+        report = self._health.report(reading, lateness)
+        self._publisher.publish(report)
+        stamp = self._node.get_clock().now().nanoseconds if stamp_ns is None else stamp_ns
+        values = run_values(reading, self._health.refused)
+        self._run_state.publish(named_numbers_to_msg(values, stamp))
+        for status in report:
+            if self._levels.get(status.task, Level.OK) == status.level:
+                continue
+            self._levels[status.task] = status.level
+            line = f"{status.task}: {status.message}"
+            if status.level == Level.OK:  # rclpy wants a line of its own for each severity
+                self._node.get_logger().info(line)
+            elif status.level == Level.WARN:
+                self._node.get_logger().warning(line)
+            else:
+                self._node.get_logger().error(line)

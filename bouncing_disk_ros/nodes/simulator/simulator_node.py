@@ -15,12 +15,10 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.commands import Commands
-from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
-from bouncing_disk_ros.nodes.simulator.outputs import Outputs, second_clock
-from bouncing_disk_ros.nodes.simulator.simulator_diagnostics import Diagnostics
+from bouncing_disk_ros.nodes.simulator.clocks import TickTimer
+from bouncing_disk_ros.nodes.simulator.commands import Commands, GateTopics
+from bouncing_disk_ros.nodes.simulator.outputs import Diagnostics, Outputs, second_clock
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
-from bouncing_disk_ros.nodes.simulator.tick_timer import TickTimer
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.transforms import tf_message

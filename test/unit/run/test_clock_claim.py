@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from bouncing_disk_ros.run.clock_claim import TURN_NS, YOUNG_NS, ClockClaim
+from bouncing_disk_ros.nodes.simulator.clocks import TURN_NS, YOUNG_NS, ClockClaim
 from bouncing_disk_ros.units import NS
 
 STEP_NS = NS // 10

@@ -11,7 +11,7 @@ from bouncing_disk_ros.maps.attractors import AttractorKind
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.workbench.absorbing_region import absorbing_regions
-from bouncing_disk_ros.workbench.basin_view import found_attractors
+from bouncing_disk_ros.workbench.basin_pane import found_attractors
 
 
 def drawn(region_of: object, count: int) -> tuple[np.ndarray, np.ndarray]:

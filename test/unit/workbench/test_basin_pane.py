@@ -16,10 +16,8 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.workbench import basin_pane
-from bouncing_disk_ros.workbench.basin_pane import BasinPane
-from bouncing_disk_ros.workbench.basin_view import view
-from bouncing_disk_ros.workbench.start_orbit import PATH_PERIODS, SAMPLES
-from bouncing_disk_ros.workbench.start_plane import Window, whole_window
+from bouncing_disk_ros.workbench.basin_pane import BasinPane, view
+from bouncing_disk_ros.workbench.start_plane import PATH_PERIODS, SAMPLES, Window, whole_window
 from support.bokeh_page import BokehPage
 
 FULL = 96  # pixels of a view here: a quick one

@@ -12,10 +12,10 @@ from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
-from bouncing_disk_ros.workbench import basin_view
-from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of, view
+from bouncing_disk_ros.workbench import basin_pane
+from bouncing_disk_ros.workbench.basin_pane import attractors_at, label_of, view
 from bouncing_disk_ros.workbench.start_plane import (
-    UNRESOLVED,
+    NOT_DECIDED,
     Window,
     is_distinct,
     pixel_centre,
@@ -53,7 +53,7 @@ def boundary(axial_forcing: float, phase: float) -> float:
 @pytest.fixture
 def regions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Views as small as these are labelled as fine ones are."""
-    monkeypatch.setattr(basin_view, "COARSE", 1)
+    monkeypatch.setattr(basin_pane, "COARSE", 1)
 
 
 @pytest.mark.usefixtures("regions")
@@ -78,14 +78,14 @@ def compare(axial_forcing: float, window: Window) -> None:
     """Bit by bit, names of attractors in place of their numbers: the study may find them anew."""
     study = study_of(axial_forcing, window)
     context = study.context()
-    names = np.array([*numbered([a.name for a in from_arrays(context).found]), UNRESOLVED])
+    names = np.array([*numbered([a.name for a in from_arrays(context).found]), NOT_DECIDED])
     expected = np.empty((SIDE, SIDE), np.int32)
     for region in study.regions():
         part = study.compute(region, context, None)["label"]
         expected[region.select(("velocity", "forcing_phase"))] = part
     found = view(axial_forcing, 0.5, window, SIDE)
     assert found is not None
-    own = np.array([*found.names, UNRESOLVED])
+    own = np.array([*found.names, NOT_DECIDED])
     np.testing.assert_array_equal(own[found.labels], names[expected])
     assert sum(found.shares) == pytest.approx(1.0, abs=1e-12)
 
@@ -101,7 +101,7 @@ def test_a_boundary_is_in_view_at_every_zoom() -> None:
 def test_fine_views_have_the_labels_of_coarse_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a region about chaos, and by following every start."""
     followed = view(0.5526, 0.5, whole_window(), 96)
-    monkeypatch.setattr(basin_view, "COARSE", 1)
+    monkeypatch.setattr(basin_pane, "COARSE", 1)
     known = view(0.5526, 0.5, whole_window(), 96)
     assert followed is not None
     assert known is not None

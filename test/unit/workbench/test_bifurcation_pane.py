@@ -16,12 +16,12 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_start
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.workbench import bifurcation_pane
-from bouncing_disk_ros.workbench.bifurcation_pane import BifurcationPane
-from bouncing_disk_ros.workbench.bifurcation_view import (
+from bouncing_disk_ros.workbench.bifurcation_pane import (
     KEPT,
     ROWS,
     SETTLING,
     STARTS,
+    BifurcationPane,
     diagram,
     images,
 )

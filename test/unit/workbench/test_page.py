@@ -34,17 +34,16 @@ from bouncing_disk_ros.workbench.actions import (
     lines,
 )
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
-from bouncing_disk_ros.workbench.control_table import (
+from bouncing_disk_ros.workbench.control_pane import (
     DISK_CONTROLS,
     FORCING,
     MOTION_CONTROLS,
+    STRATEGIES,
     forcing_of,
     shown_unit,
 )
-from bouncing_disk_ros.workbench.juggling_controls import STRATEGIES
 from bouncing_disk_ros.workbench.page import TABS, Page, Pages, TabRow
-from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE
-from bouncing_disk_ros.workbench.run_link import numbers
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from support.page_link import ListLink, change, click, model
 

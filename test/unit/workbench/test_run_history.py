@@ -16,9 +16,9 @@ from bouncing_disk_ros.workbench.run_history import (
     SAMPLE_DTYPE,
     RowBuffer,
     RunHistory,
+    RunView,
     Timeline,
 )
-from bouncing_disk_ros.workbench.run_link import RunView
 
 STILL, FAST = Motion(0.0, 0.0, 3.0, 0.0), Motion(0.1, 0.5, 4.0, 0.2)
 DTYPE = np.dtype([("time", "f8")])

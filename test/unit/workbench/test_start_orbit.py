@@ -12,15 +12,15 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
-from bouncing_disk_ros.workbench.basin_view import attractors_at, label_of
-from bouncing_disk_ros.workbench.start_orbit import (
+from bouncing_disk_ros.workbench.basin_pane import attractors_at, label_of
+from bouncing_disk_ros.workbench.start_plane import (
     IMPACT_PERIODS,
     PATH_PERIODS,
     SAMPLES,
     orbit_of,
+    section_of,
     start_at,
 )
-from bouncing_disk_ros.workbench.start_plane import section_of
 
 VALUES = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
 LOADED = {**VALUES, "load_torque": 0.003, "brake_torque": 0.001, "phase_lag": -0.6,
