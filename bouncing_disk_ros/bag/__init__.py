@@ -20,9 +20,12 @@ __all__ = [
 
 
 def open(path: str | Path, watch: Watch = nothing) -> Bag:  # noqa: A001 (as gzip.open)
-    """Open a bag for reading: its folder, or one .mcap file.
+    """Bag opened for reading: its folder, or one .mcap file.
 
     `watch` is called now and then with the bytes passed and the bytes of the file, while a file
-    without an index is walked through. Raises InputError, BagError when the bag cannot be read.
+    without an index is read through. Raises InputError, BagError when the bag cannot be read.
+
+    >>> with bag.open("run_1") as run:
+    ...     print(run.info())
     """
     return Bag(path, watch)

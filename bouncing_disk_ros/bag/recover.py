@@ -107,11 +107,13 @@ _TIMES = struct.Struct("<QQ")
 
 
 def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = nothing) -> Report:
-    """Repair a bag: copy all that can be read into a new one (default: its name with `_recovered`).
+    """Repaired copy of a bag with all that can be read (default: its name with `_recovered`).
 
     `watch` is called now and then with the bytes passed and the bytes of the file. Raises
-    InputError when there is no such bag or the new folder cannot be made, BagError when a file of
-    the bag is none (nothing is left behind then), OSError when the disk is full.
+    InputError when there is no such bag or the new folder cannot be made, BagError when a file is
+    not a bag (nothing is left behind then), OSError when the disk is full.
+
+    >>> bag.recover("run_1")
     """
     path = Path(bag)
     found = files_of(path)

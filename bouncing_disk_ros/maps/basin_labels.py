@@ -67,16 +67,17 @@ def label_starts(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule | None = None,
 ) -> Basins:  # fmt: skip
-    """Label starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,) of one length.
+    """Labels of starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,).
 
     1. A start that comes to contact belongs to the attractor of the orbit that leaves contact.
-    2. One whose impacts stay within `tolerance` of the points of a periodic attractor, in their
+    2. A start whose impacts stay within `tolerance` of the points of a periodic attractor, in their
        order, for `repetitions` rounds, and at least REACHED impacts, belongs to it.
     3. After `cap` impacts it belongs to a chaotic attractor if its next WATCHED impacts all lie on
        cells that this attractor visits and no other one does; else it is unresolved.
 
     Each label depends on its own start alone, so the arrays may be cut anywhere.
 
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> tau, w = np.linspace(0.0, 6.0, 50), np.full(50, -1.3)
     >>> label_starts(find_attractors(section, [(1.0, -1.3)]), section, tau, w).label
     """

@@ -53,7 +53,11 @@ class PowerLaw(NamedTuple):
 
 
 def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
-    """Basin entropy of a map, from squares of `size` pixels; pixels left at the edges are cut."""
+    """Basin entropy of a map, from squares of `size` pixels; pixels left at the edges are cut.
+
+    >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
+    >>> basin_entropy(labels)
+    """
     rows, _ = _checked(labels, size).shape
     total, squares, boundary_squares = 0.0, 0, 0
     for part in row_blocks(labels, 0, rows // size * size, size):
@@ -84,6 +88,9 @@ def uncertainty_exponent(
     to either side, along rows or columns, has another label: then an error of d can change the
     final state. The boundary has the dimension 2 − α: α = 1 for a smooth line.
     `periodic`: the columns close to a ring (the forcing phase). Exponent nan: no boundary.
+
+    >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
+    >>> uncertainty_exponent(labels).exponent
     """
     sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
     _checked(labels, int(sizes.max()))
@@ -123,6 +130,9 @@ def box_dimension(
     A square holds a part when its four corners do not all have one label. N(d) is the share of such
     squares, of all positions of their centres where the largest fits, over d². `periodic`:
     the columns close to a ring. The exponent given is D itself: 1 for a smooth line. nan: none.
+
+    >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
+    >>> box_dimension(labels).exponent
     """
     chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)
     most = int(chosen.max())

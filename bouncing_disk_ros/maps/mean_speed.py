@@ -134,7 +134,7 @@ class BestLag(NamedTuple):
 
 
 def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
-    """The phase lag with the largest mean speed: a search around the circle, then a golden section.
+    """Phase lag with the largest mean speed: a search around the circle, then a golden section.
 
     A change of θ by half a turn changes the sign of the speed, so the largest and the most negative
     speed have the same magnitude. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.

@@ -89,7 +89,7 @@ def fixed_point(
     angular_forcing: float = math.inf,
     cycles: int = 1,
 ) -> PeriodicOrbit:
-    """The orbit with one impact in `cycles` periods: cos τ = k(1−ε)/((1+ε)Γ), w_A = −2k/(1+ε).
+    """Orbit with one impact in `cycles` periods: cos τ = k(1−ε)/((1+ε)Γ), w_A = −2k/(1+ε).
 
     Raises InputError where there is none: below Γ = k(1−ε)/(1+ε), or where the disk of this orbit
     would pass through the platform between impacts.
@@ -113,7 +113,7 @@ def fixed_point(
 
 
 def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> PeriodicOrbit:
-    """The orbit of `impacts` impacts near `guess`, by Newton's method with the exact derivatives.
+    """Periodic orbit of `impacts` impacts near `guess`, by Newton's method with exact derivatives.
 
     It may repeat sooner: a fixed point also closes after two impacts. Raises InputError where the
     method does not converge, or the disk comes to rest.

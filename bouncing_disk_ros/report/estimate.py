@@ -213,8 +213,9 @@ class Estimate(NamedTuple):
 def platform_velocities(rows: NDArray[np.void], motion: Motion, offsets: Offsets = ()) -> Column:
     """Velocity ṡ (m/s) of the platform in steady motion at each row of IMPACT_DTYPE, shape (n,).
 
-    `offsets`: of the run, on top of that motion; nan where it is not known, or where it jumps.
+    `offsets`: of the run, on top of that motion. nan where the velocity is not known, or jumps.
 
+    >>> record = read_run("run_1")
     >>> platform_velocities(record.rows, record.motion, record.offsets)
     """
     omega = math.tau * motion.frequency
@@ -234,6 +235,7 @@ def restitution_of(
     ValueError unless exactly one is given. Rows that sum several impacts are left out; the `note`
     says so, and also where ε seems to have changed: then the interval spans the parts.
 
+    >>> record = read_run("run_1")
     >>> restitution_of(record.rows, mass=record.disk.mass)
     """
     if (platform_velocity is None) == (mass is None):
@@ -262,6 +264,7 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     margin for noise (`SURELY`), and μ by their impulses: so the choice does not bias the estimate.
     Where (almost) every impact sticks there is only a lower bound: value nan, high inf.
 
+    >>> record = read_run("run_1")
     >>> friction_of(record.rows, record.disk)
     """
     use = single_impacts(rows)

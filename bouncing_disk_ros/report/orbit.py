@@ -76,7 +76,7 @@ def orbit_of(
     motion: Motion | None = None,
     disk: Disk | None = None,
 ) -> Orbit:
-    """The orbit at the end of a run, from its impacts under one steady platform motion.
+    """Orbit at the end of a run, from its impacts under one steady platform motion.
 
     `rows`: IMPACT_DTYPE in the order of their index. The shortest number of rows (up to `longest`)
     after which forcing phase (to `tolerance` rad), impact velocity (to `tolerance` of the largest

@@ -305,12 +305,12 @@ class ReadOptions(NamedTuple):
 
 
 def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> RunRecord:
-    """A recorded run from its bag: impacts, states, speeds, motions, inputs.
+    """Record of a run from its bag: impacts, states, speeds, motions, inputs.
 
     `namespace` and `run` (from 1; 0: the last) choose where a bag holds several. Raises InputError,
     BagError where it cannot be read.
 
-    >>> read_run("output/demo_bag").rows["axial_impact_velocity"]
+    >>> read_run("run_1").rows["axial_impact_velocity"]
     """
     with open_bag(path) as opened:
         reader = BagRun(opened, ReadOptions(namespace, run))

@@ -25,7 +25,10 @@ NUMBERED = 6
 
 
 def run_picture(record: RunRecord, title: str) -> Figure:
-    """Figure of a run in four panels, with the theory of the period-1 orbit of its last motion."""
+    """Figure of a run in four panels, with the theory of the period-1 orbit of its last motion.
+
+    >>> run_picture(read_run("run_1"), "run 1")
+    """
     figure = new_figure(11.0, 10.0)
     heights, speeds, section, phases = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "speeds"], ["section", "phases"]],
@@ -45,7 +48,10 @@ def run_picture(record: RunRecord, title: str) -> Figure:
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Save a figure; the file's name decides the kind. Raises OSError, ValueError."""
+    """File with a figure, written to `path`; its ending decides the kind. OSError, ValueError.
+
+    >>> save_picture(run_picture(read_run("run_1"), "run 1"), Path("run_1.pdf"))
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
 

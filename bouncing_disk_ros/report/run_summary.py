@@ -40,7 +40,7 @@ class Summary(NamedTuple):
 def summary_of(record: RunRecord) -> Summary:
     """Summary of a run: orbit, rotor speed, theory, energy, lateness.
 
-    >>> summary_of(read_run("output/demo_bag")).orbit.name
+    >>> summary_of(read_run("run_1")).orbit.name
     """
     motion = record.motion
     expected = period_one(motion, record.disk) if motion else None

@@ -211,10 +211,10 @@ def curve_family(
 ) -> list[Curve]:
     """Curves of every attractor that the map has at its Γ and ε, within a window.
 
-    Of a periodic one: fold, doubling and graze, and those of the orbits that it doubles into along
-    Γ, `doublings` times. Of the one with contact: the onset of contact. An orbit that cannot be
-    followed is in `lost`, and the others are not disturbed. Raises InputError for a
-    window that is none, or a point outside it.
+    A periodic attractor has fold, doubling and graze. Its orbits after each doubling along Γ have
+    them too, `doublings` times. The attractor with contact has the onset of contact. An orbit that
+    cannot be followed is in `lost`, and the others are computed all the same. Raises InputError for
+    an empty window, or a point outside it.
 
     >>> curve_family(NextCollisionMap(0.45, 0.5))
     """

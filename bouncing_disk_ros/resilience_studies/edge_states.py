@@ -45,11 +45,13 @@ class EdgeState(NamedTuple):
 def edge_state(
     section: NextCollisionMap, known: Attractors, first: MapState, second: MapState
 ) -> EdgeState:
-    """The state on the boundary between the basins of two starts, by edge tracking.
+    """State on the boundary between the basins of two starts, by edge tracking.
 
-    Raises InputError where both starts have one end, or that of one is not known.
+    Raises InputError where both starts have one end, or the end of one start is not known.
 
-    >>> edge_state(section, find_attractors(section, starts), MapState(1.0, -1.3), MapState(3, -1))
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    >>> known = find_attractors(section, [(0.7, -1.3)])
+    >>> edge_state(section, known, MapState(0.7, -1.3), MapState(3.0, -1.0))
     """
     pair = np.array([section.checked(first)[:2], section.checked(second)[:2]])
     labels = _labels(section, known, pair)
@@ -182,7 +184,7 @@ def boundary_pairs(
 
 
 def saddle_of(orbit: PeriodicOrbit) -> PeriodicOrbit:
-    """The saddle that an orbit of one impact meets at its fold: cos τ the same, sin τ opposite.
+    """Saddle that an orbit of one impact meets at its fold: cos τ the same, sin τ opposite.
 
     Raises InputError for other orbits, or where a flight of the saddle is cut short.
 

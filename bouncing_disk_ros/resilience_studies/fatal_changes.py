@@ -54,12 +54,14 @@ class Instants(NamedTuple):
 
 
 def instants_of(attractor: Attractor, section: NextCollisionMap, count: int) -> Instants:
-    """`count` instants of an attractor, at the middles of equal parts of a repetition.
+    """Instants of an attractor, `count` of them, at the middles of equal parts of a repetition.
 
-    Of a chaotic attractor, of MOST_IMPACTS of its flights. Of one with contact, the repetition
-    begins at separation, and the last impacts of a chatter, which the map does not resolve, count
-    as contact. Of rest, one period of the platform.
+    A chaotic attractor has MOST_IMPACTS of its flights for a repetition, rest has one period of the
+    platform. With contact, the repetition begins at separation, and the last impacts of a chatter,
+    which the map does not resolve, count as contact.
 
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    >>> known = find_attractors(section, [(0.7, -1.3)])
     >>> instants_of(known.found[1], section, 32).gap
     """
     part = (np.arange(count) + 0.5) / count
@@ -190,7 +192,9 @@ def fatal_impulses(
     follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. nan: MOST_FOLLOWED
     impacts after one of the sizes did not decide. Raises InputError for a rule out of range.
 
-    >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 64)).min(axis=1)
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    >>> known = find_attractors(section, [(0.7, -1.3)])
+    >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 8)).min(axis=1)
     """
     rule = (rule or FatalRule()).checked()
     found = []
@@ -213,9 +217,11 @@ def fatal_timing_errors(
 ) -> Array:
     """Smallest fatal timing errors (2, m) at the impacts of an attractor, late first, rad.
 
-    The impact comes at the phase τ + δ or τ − δ with the velocity of the disk it would have had.
-    m: its impacts in one repetition, `most` at most. inf: none up to π. Raises as `fatal_impulses`.
+    The impact comes at the phase τ + δ or τ − δ, with the velocity that the disk would have had.
+    m: impacts in one repetition, `most` at most. inf: none up to π. Raises as `fatal_impulses`.
 
+    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
+    >>> known = find_attractors(section, [(0.7, -1.3)])
     >>> fatal_timing_errors(section, known, label=1).min(axis=1)
     """
     rule = (rule or FatalRule()).checked()._replace(largest=math.pi)

@@ -90,12 +90,11 @@ class GrowthRule(NamedTuple):
 def saddle_manifolds(
     saddle: PeriodicOrbit, stability: Stability | str, rule: GrowthRule | None = None
 ) -> list[Manifold]:
-    """Both branches at each point of an unstable orbit, the stable or the unstable manifold.
+    """Branches of the stable or the unstable manifold at each point of an unstable orbit.
 
     Raises InputError for an orbit that is no saddle (one multiplier outside the unit circle, one
-    inside), holds contact, or at ε = 0, where no state has a past.
+    inside), an orbit with contact, and at ε = 0, where no state has a past.
 
-    >>> from bouncing_disk_ros import saddle_of, saddle_manifolds, fixed_point
     >>> saddle_manifolds(saddle_of(fixed_point(0.45, 0.5)), "stable")
     """
     rule = rule or GrowthRule()
@@ -336,11 +335,12 @@ class Enclosed(NamedTuple):
 def enclosed_share(branches: Sequence[Manifold], lowest: float = -5.0) -> float:
     """Share of the window τ ∈ [0, 2π), w_A ∈ (lowest, 0) between the branches of a saddle.
 
-    `branches`: those of the stable manifold of one saddle, in the order of `saddle_manifolds`
-    (pairs of opposite senses), grown to below `lowest`. Raises InputError where a branch is not
-    complete, or is cut inside the window: then it alone encloses nothing. It is the share of a
-    basin where these branches are the whole boundary of one; `sides` tells.
+    `branches`: the stable manifold of one saddle, in the order of `saddle_manifolds` (pairs of
+    opposite senses), grown to below `lowest`. Raises InputError where a branch is not complete, or
+    is cut inside the window: then it alone encloses nothing. It is the share of a basin where these
+    branches are the whole boundary of the basin; `sides` decides this.
 
+    >>> saddle = saddle_of(fixed_point(0.45, 0.5))
     >>> enclosed_share(saddle_manifolds(saddle, "stable", GrowthRule(distance=0.01)))
     """
     return enclosed_part(branches, Window(lowest)).share

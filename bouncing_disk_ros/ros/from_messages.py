@@ -51,7 +51,7 @@ def time_to_ns(time: Time | Duration) -> int:
 
 
 def impacts_from_msg(cloud: PointCloud2) -> NDArray[np.void]:
-    """The rows of a message of disk/impacts as IMPACT_DTYPE, read-only.
+    """Rows of a message of disk/impacts as IMPACT_DTYPE, read-only.
 
     Fields are found by their names: another version may have more, which are ignored, or fewer,
     which are nan here (`lacking_fields`). Of this version's layout it is a view without a copy.

@@ -60,7 +60,7 @@ def preset_names() -> list[str]:
 
 
 def load_preset(name: str) -> dict[str, Value]:
-    """The values of a preset, all checked: a name in share/config, or the path of a YAML file.
+    """Values of a preset, all checked: a name in share/config, or the path of a YAML file.
 
     >>> load_preset("pizza_multiple_toss")["axial_amplitude"]
     """

@@ -94,7 +94,7 @@ def programme_names() -> list[str]:
 
 
 def load_programme(name: str) -> Programme:
-    """A programme, checked: a name in share/config/programmes, or the path of a YAML file.
+    """Programme of platform motions, checked: a name in share/config/programmes, or a YAML file.
 
     >>> load_programme("first_toss_to_period_1").description
     """

@@ -121,20 +121,27 @@ def simulate(
     axial_forcing: SupportsFloat | None = None,
     **values: object,
 ) -> Result:
-    """Simulate for `duration` seconds from the initial state of the parameters.
+    """Run of the disk for `duration` seconds, without ROS: impacts, samples, energy.
 
-    `programme`: (time in s, {name: value}) in increasing time, as on platform/command; names left
-    out keep the value of the point before; or the name or path of a programme as for `perform`.
-    `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
-    of version 0.1.0. `trajectory`: offsets on top of the motion from t = 0 on, (time in s, {joint:
-    position, or (position, velocity), or with acceleration}), joints platform_axial (m) and
-    platform_rotation (rad), as on platform/joint_trajectory. `sample_rate` in Hz; None takes no
-    samples, and more than MOST_SAMPLES are refused. `preset` and further keywords are
-    parameters of the table (see docs/parameters.md). `axial_forcing`, Γ = Aω²/(π(g + P/m)), stands
-    for the axial amplitude that gives it at the frequency, gravity and preload of the run.
+    Parameters of docs/parameters.md are keywords (SI units, rad); `preset` names their defaults.
 
-    Raises InputError on anything that the simulator node would refuse, FailedError where the state
-    leaves the range of numbers, time does not go on, or the energy ledger does not close.
+    - Motion: `axial_amplitude` or `axial_forcing` (Γ = Aω²/(π(g + P/m)), in place of it),
+      `angular_amplitude`, `frequency`, `phase_lag`.
+    - Disk: `mass`, `restitution`, `friction`, `friction_radius`, `gyration_radius`, `gravity`,
+      `preload`, `load_torque`, `brake_torque`, `load_inertia`.
+    - Start: `initial_height`, `initial_with_platform`, `initial_axial_velocity`,
+      `initial_angular_velocity`, `initial_angle`, `initial_forcing_phase`.
+    - Inputs: `programme`: (time in s, {name: value}) in increasing time, as on platform/command;
+      names left out keep the value of the point before; or the name or path of a programme.
+      `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
+      of version 0.1.0. `trajectory`: offsets on top of the motion from t = 0 on, (time in s,
+      {joint: position, or (position, velocity), or with acceleration}), joints platform_axial (m)
+      and platform_rotation (rad), as on platform/joint_trajectory.
+    - Output: `sample_rate` in Hz; None takes no samples, and more than MOST_SAMPLES are refused.
+      `chatter_report_speed`: slower impacts of a chatter share a row.
+
+    Raises InputError for values that the simulator node would refuse. Raises FailedError where the
+    state leaves the range of numbers, time does not advance, or the energy ledger does not close.
 
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]

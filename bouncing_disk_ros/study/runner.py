@@ -59,15 +59,15 @@ def run(
     stopped: Callable[[], bool] = never,
     **parameters: object,
 ) -> xr.Dataset | None:
-    """Compute a study into the Zarr store at `path`, or continue a result that is there.
+    """Result of a study, computed into the Zarr store at `path`; a result there is continued.
 
-    `study`: a study, or the name of one with its `parameters`, as `named` takes them. `path` None:
-    the result is kept nowhere but in memory. `workers` threads compute (the kernels release the
-    GIL), 0 for one on each core; with `scheduler` (tcp://host:port) the workers of that Dask
-    cluster do; those that see the folder store what they compute, the others send it back.
-    `progress`: whether a bar shows on stderr; None where that is a terminal or a notebook, unless
-    `on_progress` is told instead. Returns the whole result, or None when `stopped` said so: then
-    the store holds every finished region, and the same call goes on from there.
+    `study`: a study, or the name of a study with its `parameters`, as `named` takes them. `path`
+    None: the result is kept in memory alone. `workers`: threads (the kernels release the GIL), 0:
+    one on each core. `scheduler` (tcp://host:port): the workers of this Dask cluster compute
+    instead; a worker that sees the folder stores its parts, another one sends them back.
+    `progress`: whether to show a bar on stderr; None: where stderr is a terminal or a notebook, and
+    `on_progress` is not given. Returns the whole result, or None when `stopped` said so: then the
+    store holds every finished region, and the same call continues from there.
     Raises InputError for a study or parameters that cannot be used, a path that holds something
     else, is at work in another run or cannot be written, or a scheduler that does not answer;
     OSError for a disk or a cluster that fails in mid-work.

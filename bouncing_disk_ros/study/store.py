@@ -373,12 +373,13 @@ def _listed(damaged: Sequence[str]) -> str:
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """Open a stored result, complete or not: all is checked now, arrays are read when used.
+    """Stored result of a study, complete or not: all is checked now, arrays are read when used.
 
     `path`: a store that `run` made, or the output folder of a command. Raises InputError where
-    there is none, or a damaged one; the study's own run computes damaged parts anew.
+    there is no result, or a damaged one; the study's own run computes damaged parts again.
 
-    >>> open_result("output/small.zarr")["label"]
+    >>> basins("small.zarr", axial_forcing=0.34, width=24, height=24)
+    >>> open_result("small.zarr")["label"]
     """
     store = Path(path)
     if os.path.lexists(store / RESULT):
@@ -426,10 +427,12 @@ def require_netcdf() -> None:
 
 
 def export(result: xr.Dataset, path: Path) -> None:
-    """Write a result as NetCDF; nested attributes become JSON texts. Raises OSError.
+    """NetCDF file of a result, written to `path`; nested attributes become JSON. Raises OSError.
 
     Arrays too large for memory are read and written some rows at a time. Raises InputError where
     netCDF4 is not installed.
+
+    >>> export(open_result("small.zarr"), Path("small.nc"))
     """
     require_netcdf()
     plain = result.drop_vars(DONE, errors="ignore")

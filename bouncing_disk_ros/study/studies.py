@@ -24,7 +24,7 @@ def definition_of(name: str) -> StudyDefinition:
 
 
 def named(name: str, **given: object) -> Study:
-    """The study called `name` with the parameters given and the defaults of docs/parameters.md.
+    """Study called `name`, with the parameters given and the defaults of docs/parameters.md.
 
     Numbers of NumPy are numbers; where a list of numbers is a text, a sequence is taken too.
     Raises InputError for an unknown name, or a value that cannot be used.
@@ -44,7 +44,7 @@ def named(name: str, **given: object) -> Study:
 
 
 def figures(result: xr.Dataset) -> dict[str, Figure]:
-    """Figures of a study's result by name: those that the study's command stores.
+    """Figures of a study's result by name, as the study's command stores them.
 
     `result` comes from a study (`basins`, `bifurcation` ...) or from its result.nc; its attributes
     say which study it is. Raises InputError where they do not.

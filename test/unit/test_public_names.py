@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import inspect
 import io
 import math
@@ -23,6 +24,7 @@ from bouncing_disk_ros import (
     InputError,
     MapState,
     NextCollisionMap,
+    bag,
     find_attractors,
     fixed_point,
     plots,
@@ -30,7 +32,7 @@ from bouncing_disk_ros import (
     simulate,
     study,
 )
-from bouncing_disk_ros.parameters import listed_text, plain
+from bouncing_disk_ros.parameters import TABLE, listed_text, plain
 from bouncing_disk_ros.study import named
 from bouncing_disk_ros.study.store import DONE
 from bouncing_disk_ros.study.studies import definition_of
@@ -58,15 +60,24 @@ def test_public_names_say_what_they_are(name: str) -> None:
 
 def test_public_functions_show_an_example() -> None:
     shown = []
-    for name in bouncing_disk_ros.__all__:
-        one = getattr(bouncing_disk_ros, name)
-        if inspect.isfunction(one) and not one.__module__.endswith(".boundary"):
-            examples = re.findall(">>> (.*)", str(one.__doc__))
-            assert examples, name
-            for line in examples:
-                compile(line, name, "exec")
-            shown.append(name)
-    assert len(shown) > 15
+    for module in (bouncing_disk_ros, plots, study, bag):
+        for name in module.__all__:
+            if inspect.isfunction(one := getattr(module, name)):
+                examples = doctest.DocTestParser().get_examples(str(one.__doc__))
+                assert examples, name
+                for example in examples:
+                    compile(example.source, name, "single")
+                shown.append(name)
+    assert len(shown) > 50
+
+
+def test_the_docstring_of_simulate_names_each_parameter_in_its_group() -> None:
+    text = str(simulate.__doc__)
+    parts = dict(re.findall(r"- (Motion|Disk|Start): (.*?)(?=\n    - )", text, re.DOTALL))
+    assert len(parts) == 3
+    for group, part in parts.items():
+        names = [spec.name for spec in TABLE.values() if spec.group == group.lower()]
+        assert [name for name in re.findall(r"`(\w+)`", part) if name in TABLE] == names
 
 
 def test_the_page_of_the_api_has_a_place_for_each_name(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,10 @@ MARKERS = {
 
 
 def curves_picture(result: xr.Dataset) -> Figure:
-    """One panel: periods of the attractors as colours, curves and special points on them."""
+    """Figure of the curves and their special points, over the periods of the attractors.
+
+    >>> curves_picture(curves(axial_forcing_count=8, restitution_count=6, doublings=0))
+    """
     figure = new_figure(9.5, 7.2)
     axes = figure.subplots()
     draw_periods(axes, result)

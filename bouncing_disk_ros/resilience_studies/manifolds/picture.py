@@ -21,7 +21,10 @@ _COLORS = (BLUE, VERMILION)
 
 
 def manifolds_picture(result: xr.Dataset) -> Figure:
-    """One panel: basins pale, stable manifolds blue, unstable ones red, saddles as stars."""
+    """Figure of basins (pale), stable manifolds (blue), unstable ones (red) and saddles (stars).
+
+    >>> manifolds_picture(manifolds(axial_forcing=0.45, width=24, height=24))
+    """
     figure = new_figure(9.5, 7.0)
     axes = figure.subplots()
     labels = downsample(result["label"], MOST_PIXELS)

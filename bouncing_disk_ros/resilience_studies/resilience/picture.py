@@ -23,7 +23,10 @@ _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
 
 
 def resilience_picture(result: xr.Dataset) -> Figure:
-    """Four panels: shares, fatal impulses, fatal timing errors, times; one line an attractor."""
+    """Figure of shares, fatal impulses, fatal timing errors and times, a line for an attractor.
+
+    >>> resilience_picture(resilience(begin=0.4, end=0.45, count=2, samples=40, instants=8))
+    """
     figure = new_figure(8.5, 11.0)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.2, 1.2, 1.0, 1.0])
     x = result["value"].values
@@ -94,7 +97,10 @@ def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
 
 
 def impulse_picture(result: xr.Dataset) -> Figure:
-    """Fatal impulses over the instant and the parameter, of the largest line without contact."""
+    """Figure of fatal impulses over instant and parameter, of the largest line without contact.
+
+    >>> impulse_picture(resilience(begin=0.4, end=0.45, count=2, samples=40, instants=8))
+    """
     figure = new_figure(10.0, 4.6)
     panels = figure.subplots(1, 2, sharey=True)
     colors = line_colors(result)

@@ -19,7 +19,10 @@ from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_
 
 
 def basin_shares_picture(result: xr.Dataset) -> Figure:
-    """Figure of the shares of basins as lines, with the best phase lag and its mean speed below."""
+    """Figure of the shares of basins as lines, with the best phase lag and its mean speed below.
+
+    >>> basin_shares_picture(basin_shares(begin=0.4, end=0.5, count=3, samples=24))
+    """
     figure = new_figure(8.0, 8.2)
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[2.0, 1.0, 1.0])
     x = result["value"].values

@@ -38,7 +38,10 @@ CONTACT_POINTS = "impacts on the attractor with contact"
 
 
 def basins_picture(result: xr.Dataset) -> Figure:
-    """Figure of a map of labels with the attractors, and of the time that each start takes."""
+    """Figure of a map of labels with the attractors, and of the time that each start takes.
+
+    >>> basins_picture(basins(axial_forcing=0.34, width=60, height=60))
+    """
     figure = new_figure(11.5, 5.4)
     left, right = figure.subplots(1, 2, sharey=True)
     draw_labels(left, result)
@@ -166,7 +169,10 @@ COLUMNS = 3
 
 
 def start_speeds_picture(result: xr.Dataset) -> Figure:
-    """Figure of the mean speed over the starts of a result of the study `basins`."""
+    """Figure of the mean speed over the starts of a result of the study `basins`.
+
+    >>> start_speeds_picture(basins(width=60, height=60, angular_velocities=[0.0]))
+    """
     speeds = [downsample(one, MOST_PIXELS) for one in result["mean_speed"]]
     columns = min(COLUMNS, len(speeds))
     rows = math.ceil(len(speeds) / columns)

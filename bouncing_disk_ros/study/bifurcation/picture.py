@@ -64,8 +64,13 @@ def bifurcation_figure(
     `branch` is what `follow` or `from_starts` gave for `section` along `axis`. `doublings` are
     marked; `phases` is the range of τ shown, rad (default: what the impacts cover, cut where the
     circle is emptiest). A branch that was not `followed` (default: one of several starts) is drawn
-    as points, those of starts that end with contact in another colour. `onset` is where what is
-    followed first comes to contact (nan: nowhere).
+    as points; starts that end with contact have another colour. `onset` is the value at which the
+    attractor followed first comes to contact (nan: nowhere).
+
+    >>> from bouncing_disk_ros.maps.bifurcation_diagram import follow
+    >>> section, values = NextCollisionMap(0.34, 0.5), np.linspace(0.34, 0.56, 20)
+    >>> branch = follow(section, "axial_forcing", values, settling=200, measured=100, kept=50)
+    >>> bifurcation_figure(branch, section, "axial_forcing")
     """
     followed = branch.mean_speed.shape[1] == 1 if followed is None else followed
     figure = new_figure(9.0, 11.0)

@@ -42,7 +42,10 @@ _QUANTILE = 0.99
 
 
 def parameter_map_picture(result: xr.Dataset) -> Figure:
-    """Figure of period and Lyapunov exponent over two parameters, with the fixed values."""
+    """Figure of period and Lyapunov exponent over two parameters, with the fixed values.
+
+    >>> parameter_map_picture(parameter_map(x_count=12, y_count=8))
+    """
     figure = new_figure(12.0, 6.0)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     draw_periods(left, result)
@@ -53,7 +56,10 @@ def parameter_map_picture(result: xr.Dataset) -> Figure:
 
 
 def mean_speed_picture(result: xr.Dataset) -> Figure:
-    """Figure of the mean speed of the disk over two parameters."""
+    """Figure of the mean speed of the disk over two parameters.
+
+    >>> mean_speed_picture(parameter_map(x_count=12, y_count=8))
+    """
     figure = new_figure(7.5, 6.0)
     axes = figure.subplots()
     speed = downsample(result["mean_speed"], MOST_PIXELS)

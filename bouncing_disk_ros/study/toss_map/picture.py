@@ -44,6 +44,9 @@ def maps_figure(
 
     `tosses` has the shape (n, m). Each extreme is marked on its own map, with its mirror image at
     θ ± π; the ridge on the map of the speed ratio.
+
+    >>> lag, angle = np.linspace(-3.0, 3.0, 31), np.linspace(0.1, 1.5, 21)
+    >>> maps_figure(lag, angle, toss(lag[:, None], angle))
     """
     figure = new_figure(7.0, 9.6, DPI)
     panels = figure.subplots(3, 1, sharex=True, sharey=True)

@@ -35,6 +35,9 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
     """Figure of paths of the hand, one panel each, with start, direction and point of separation.
 
     `paths` has one leading axis, as long as `titles`.
+
+    >>> from bouncing_disk_ros.maps.toss_path import toss_paths
+    >>> paths_figure(toss_paths(np.array([0.0, -0.7]), np.array([0.8, 0.8])), ["a", "b"])
     """
     rows = -(-len(titles) // columns)
     figure = new_figure(3.1 * columns, 3.25 * rows + 0.5, DPI)
@@ -77,7 +80,11 @@ def _path(axes: Any, paths: TossPaths, i: int) -> None:
 def trajectories_figure(
     tosses: Sequence[TossTrajectory], titles: Sequence[str], heights: str = "height"
 ) -> Figure:
-    """Figure of tosses in time: height of the first (title `heights`), angular velocity of each."""
+    """Figure of tosses in time: height of the first (title `heights`), angular velocity of each.
+
+    >>> from bouncing_disk_ros.maps.toss_path import toss_trajectory
+    >>> trajectories_figure([toss_trajectory(0.0, 0.78)], ["θ = 0"])
+    """
     figure = new_figure(7.0, 2.3 * (len(tosses) + 1) + 0.4, DPI)
     panels = figure.subplots(len(tosses) + 1, 1, sharex=True, squeeze=False).ravel()
     first = tosses[0]
