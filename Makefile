@@ -60,7 +60,7 @@ soak: test-environment   ## run for long: memory, lateness, lost rows, hostile c
 		test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py
 
 interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions
-	$(BIN)/pytest -m interop test/interop test/integration/test_packaging.py
+	$(BIN)/pytest -m interop test/interop test/integration
 
 fresh: test-environment   ## try make demo and make test on a fresh Debian 12 (root, debootstrap, some ten minutes)
 	tools/fresh_machine.sh
