@@ -14,18 +14,17 @@ from bokeh.resources import Resources
 
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import panels
-from bouncing_disk_ros.report.report_style import (
+from bouncing_disk_ros.report.report_panels import (
     COLOURS,
     INDEXED,
     PHASE_TEXTS,
     PHASE_TICKS,
     absent,
     headline,
+    panels,
     value_range,
 )
-from bouncing_disk_ros.report.report_tables import tables
-from bouncing_disk_ros.report.report_text import segment_rows
+from bouncing_disk_ros.report.report_text import segment_rows, tables
 from bouncing_disk_ros.report.run_report import Report
 
 MOST_POINTS = 5000

@@ -12,14 +12,14 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import panels
-from bouncing_disk_ros.report.report_style import (
+from bouncing_disk_ros.report.report_panels import (
     COLOURS,
     INDEXED,
     PHASE_TEXTS,
     PHASE_TICKS,
     absent,
     headline,
+    panels,
     value_range,
 )
 from bouncing_disk_ros.report.run_report import Report

@@ -24,7 +24,7 @@ from bouncing_disk_ros.report.read_run import (
     Sign,
     in_order_of_sending,
 )
-from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.report.run_report import report_of
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice

@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.nodes.replay.replay import main as replay
 from bouncing_disk_ros.report.impact_text import csv_line
-from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, lacking_fields
 from bouncing_disk_ros.topics import IMPACT_REQUIRED
 from support import pinned_results

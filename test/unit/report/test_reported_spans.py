@@ -19,7 +19,7 @@ from bouncing_disk_ros.proof.bag_proof import BagProver
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.recorded_runs import RecordedRuns
 from bouncing_disk_ros.report.report_panels import energy_panel, panels
-from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.report.run_comparison import Shown
 from bouncing_disk_ros.report.run_report import Report, report_of
 from bouncing_disk_ros.run.run_pair import changes_of, what_if

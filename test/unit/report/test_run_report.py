@@ -15,8 +15,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.report_panels import panels
-from bouncing_disk_ros.report.report_tables import path_text, tables, transient_text
-from bouncing_disk_ros.report.report_text import lines
+from bouncing_disk_ros.report.report_text import lines, path_text, tables, transient_text
+from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
     Change,
@@ -26,7 +26,6 @@ from bouncing_disk_ros.report.run_record import (
 )
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.report.spans import time_decimals
-from bouncing_disk_ros.report.transient import Transient, TransientKind
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 

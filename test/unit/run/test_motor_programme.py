@@ -14,7 +14,7 @@ from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.maps.scales import acceleration
 from bouncing_disk_ros.report.panel import SeriesStyle
 from bouncing_disk_ros.report.report_panels import PERIODS, height_panel
-from bouncing_disk_ros.report.report_tables import tables
+from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.run.presets import load_preset
