@@ -17,11 +17,12 @@ from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sinco
 from bouncing_disk_ros.core.contact_rows import tie
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
+    Launch,
     gap_after,
     never_leaves,
     separation_phase,
 )
-from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent
+from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent, Slide
 from bouncing_disk_ros.core.platform import (
     Bounds,
     Jet,
@@ -85,7 +86,7 @@ def watched(
     if which == SPIN_DRIVE:
         return -spin * disk.grip * a - sign * drag, -spin * disk.grip * s3
     if which == SPINNING:
-        pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
+        pushed = -gap_after(motion, Launch(elapsed, s, c, disk.g, 0.0, 0.0), d)[1]
         slowed = spin * disk.grip * a + sign * drag
         return w - spin * disk.grip * pushed - sign * drag * d, -slowed
     _, b1, b2, b3, _ = angular_jet(motion, sine, cosine, elapsed + d)
@@ -97,7 +98,7 @@ def watched(
     if which == DRIVE:
         return -disk.grip * a - sign * rho, -disk.grip * s3 - sign * b3
     # ∫a dt as the slope of a gap: a strong grip must not magnify the rounding of ṡ
-    pushed = -gap_after(motion, elapsed, s, c, disk.g, 0.0, 0.0, d)[1]
+    pushed = -gap_after(motion, Launch(elapsed, s, c, disk.g, 0.0, 0.0), d)[1]
     return w - disk.grip * pushed - sign * (b1 - spin + drag * d), -disk.grip * a - sign * rho
 
 
@@ -310,21 +311,14 @@ def _periods_without_root(
 
 @kernel
 def slide(
-    motion: Record,
-    disk: Record,
-    drag: float,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    sign: float,
-    omega: float,
-    d: float,
+    motion: Record, disk: Record, begin: Slide, omega: float, d: float
 ) -> tuple[float, float, float, float]:
     """Angle turned and α̇ after d seconds of sliding; ∫∫(g + s̈)dt dt and ∫(g + s̈)dt (phase 4).
 
-    s, c are sin τ, cos τ at the start; the integrals keep all their digits.
+    The integrals keep all their digits.
     """
-    fall = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, d)
+    elapsed, _, sine, cosine, sign, drag = begin
+    fall = gap_after(motion, Launch(elapsed, sine, cosine, disk.g, 0.0, 0.0), d)
     pushed, q = -fall[0], -fall[1]
     turned = (omega - 0.5 * drag * d) * d - sign * disk.grip * pushed
     return turned, omega - (sign * disk.grip * q + drag * d), pushed, q

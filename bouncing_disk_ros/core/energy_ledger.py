@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
-from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_BRAKE,
@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.layout import (
     THROUGHPUT,
     W_ANGULAR,
     W_AXIAL,
+    Slide,
 )
 from bouncing_disk_ros.core.platform import (
     Jet,
@@ -129,11 +130,8 @@ def add_sliding_work(
     ledger: Ledger,
     motion: Record,
     disk: Record,
-    drag: float,
-    sign: float,
+    begin: Slide,
     slip: float,
-    elapsed: float,
-    tau: float,
     t: float,
     q: float,
     pushed: float,
@@ -147,6 +145,7 @@ def add_sliding_work(
     """
     if disk.grip == 0.0:
         return
+    elapsed, tau, _, _, sign, drag = begin
     drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
     scale = disk.inertia * disk.grip
     add_entry(ledger, W_ANGULAR, -sign * scale * (b[1] * q + drift))
@@ -171,7 +170,7 @@ def rubbing(motion: Record, disk: Record, elapsed: float, tau: float, t: float) 
     sine_end, cosine_end = sincos(tau + phase_advance(motion, elapsed, t))
     b = angular_jet(motion, sine, cosine, elapsed)
     b_end = angular_jet(motion, sine_end, cosine_end, elapsed + t)
-    q = -gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, 0.0, t)[1]
+    q = -gap_after(motion, Launch(elapsed, sine, cosine, disk.g, 0.0, 0.0), t)[1]
     drift = _power_beyond(motion, disk.g, elapsed, tau, t, q, b, b_end)
     return disk.inertia * disk.grip * (b[1] * q + drift)
 

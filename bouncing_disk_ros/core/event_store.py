@@ -8,8 +8,9 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.flight import flies_far, flown_far, separation_phase
+from bouncing_disk_ros.core.flight import Launch, flies_far, flown_far, separation_phase
 from bouncing_disk_ros.core.forcing_clock import (
+    Clock,
     clock_after,
     elapsed,
     instant_of,
@@ -53,16 +54,10 @@ def take_to_input(state: Record, motion: Record, ns: int) -> bool:
 
 
 @rare_kernel
-def _see_platform_at_its_phase(
-    state: Record, motion: Record, g: float, d: float, before: float
-) -> None:
-    """Compute w_A of the stored impact, d seconds on, with the platform's speed at its phase.
-
-    The state is `before` seconds after the motion's origin.
-    """
+def _see_platform_at_its_phase(state: Record, motion: Record, launch: Launch, d: float) -> None:
+    """Compute w_A of the stored impact, d seconds on, with the platform's speed at its phase."""
     then, tau = elapsed(motion, state.event_ns, state.event_sub), state.event_tau
-    sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
-    _, w = flown_far(motion, before, sine, cosine, gap, u, g, d, then, tau)
+    _, w = flown_far(motion, launch, d, then, tau)
     if w < 0.0:  # else the rounding of a graze
         state.event_value = w
 
@@ -95,9 +90,10 @@ def store_event(
     if kind == NOTHING or d > 30.0 * LONGEST:  # a century is never
         state.event = NOTHING
         return
-    ns, sub, cycles, tau = state.ns, state.sub, state.cycles, state.tau
+    clock = Clock(state.ns, state.sub, state.cycles, state.tau)
     if d > 0.0:  # else it is at the state's own instant, which for an input is a whole nanosecond
-        ns, sub, cycles, tau = clock_after(motion, ns, sub, cycles, tau, d)
+        clock = clock_after(motion, clock, d)
+    ns, sub, cycles, tau = clock
     if motion.kind == STEADY and kind in (SKIP, SEPARATION) and d > 0.0:
         if kind == SKIP:  # whole periods: the phase is the same to the bit
             cycles, tau = state.cycles + int(value), state.tau
@@ -113,5 +109,6 @@ def store_event(
         take_to_input(state, motion, boundary_ns)
     if kind == IMPACT:
         before = elapsed(motion, state.ns, state.sub)
-        if flies_far(motion, before, disk.g, state.u, d):
-            _see_platform_at_its_phase(state, motion, disk.g, d, before)
+        launch = Launch(before, state.sine, state.cosine, disk.g, state.gap, state.u)
+        if flies_far(motion, launch, d):
+            _see_platform_at_its_phase(state, motion, launch, d)

@@ -8,6 +8,7 @@ its digits: subtracting absolute positions would lose those of a tiny bounce.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
@@ -48,6 +49,17 @@ _REGULAR_STEPS = 8  # Newton's steps have converged by then, if rounding lets th
 _BRACKET_STEPS = 128  # Newton's steps double their digits; halving takes 53 once the scale is right
 
 
+class Launch(NamedTuple):
+    """The state in which a flight begins."""
+
+    elapsed: float  # s since the motion's origin
+    sine: float  # of the forcing phase
+    cosine: float
+    g: float  # m/s²
+    gap: float  # m
+    u: float  # its velocity, m/s
+
+
 @kernel
 def steady_gap(
     amplitude: float, w: float, sine: float, cosine: float, g: float, gap: float, u: float, d: float
@@ -78,10 +90,9 @@ def turned_gap(
 
 
 @rare_kernel
-def fading_gap(
-    motion: Record, elapsed: float, s: float, c: float, g: float, gap: float, u: float, d: float
-) -> Jet:
-    """`steady_gap` over a cross-fade that began `elapsed` seconds before the start."""
+def fading_gap(motion: Record, launch: Launch, d: float) -> Jet:
+    """`steady_gap` over a cross-fade."""
+    elapsed, s, c, g, gap, u = launch
     t = motion.duration
     x = d / t
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
@@ -131,56 +142,45 @@ def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Je
 
 
 @kernel
-def gap_after(
-    motion: Record,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    g: float,
-    gap: float,
-    u: float,
-    d: float,
-) -> Jet:
-    """Gap and its first four derivatives d seconds after sin τ = s, cos τ = c."""
+def gap_after(motion: Record, launch: Launch, d: float) -> Jet:
+    """Gap and its first four derivatives d seconds after the launch."""
+    elapsed, sine, cosine, g, gap, u = launch
     if motion.kind != FADE:
         jet = steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
     else:
-        jet = fading_gap(motion, elapsed, sine, cosine, g, gap, u, d)
+        jet = fading_gap(motion, launch, d)
     return gap_with_offset(motion, elapsed, d, jet)
 
 
 @kernel
-def flies_far(motion: Record, elapsed: float, g: float, u: float, d: float) -> bool:
+def flies_far(motion: Record, launch: Launch, d: float) -> bool:
     """Whether `flown_far` computes a flight of d seconds.
 
     It does so over many periods, and over a cross-fade in which the platform is much faster than
     the disk at either end: `gap_after` would round on the scale of the phase, or of that speed.
     """
-    if motion.omega_max * d > MOST_GROWTH and phase_advance(motion, elapsed, d) > MOST_GROWTH:
+    if (
+        motion.omega_max * d > MOST_GROWTH
+        and phase_advance(motion, launch.elapsed, d) > MOST_GROWTH
+    ):
         return True
     if motion.kind != FADE or 2.0 * d <= motion.duration:
         return False
-    return motion.s2 * d > MOST_GROWTH * MOST_GROWTH * (abs(u) + g * d)  # rounded by 1e-10
+    return motion.s2 * d > MOST_GROWTH * MOST_GROWTH * (
+        abs(launch.u) + launch.g * d
+    )  # rounded by 1e-10
 
 
 @rare_kernel
 def flown_far(
-    motion: Record,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    gap: float,
-    u: float,
-    g: float,
-    d: float,
-    elapsed_end: float,
-    tau_end: float,
+    motion: Record, launch: Launch, d: float, elapsed_end: float, tau_end: float
 ) -> tuple[float, float]:
     """Gap and its velocity after a flight of many periods, or across a steep cross-fade.
 
     The growth of the phase is rounded by 2⁻⁵³ of itself, and so would be the platform's speed. Here
     the platform is taken at the phases of both ends; the disk's own speed changes by g d alone.
     """
+    elapsed, sine, cosine, g, gap, u = launch
     s = axial_jet(motion, sine, cosine, elapsed)
     sine_end, cosine_end = sincos(tau_end)
     s_end = axial_jet(motion, sine_end, cosine_end, elapsed_end)
@@ -208,44 +208,27 @@ def above_platform(top: float, x: float, v: float, g: float) -> tuple[float, flo
 
 @kernel
 def first_impact(
-    motion: Record,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    jet: Jet,
-    g: float,
-    gap: float,
-    u: float,
-    start: float,
-    horizon: float,
+    motion: Record, launch: Launch, jet: Jet, start: float, horizon: float
 ) -> tuple[float, float]:
     """`search_impact` without the number of its steps."""
-    d, w, _ = search_impact(motion, elapsed, sine, cosine, jet, g, gap, u, start, horizon)
+    d, w, _ = search_impact(motion, launch, jet, start, horizon)
     return d, w
 
 
 @kernel
 def search_impact(
-    motion: Record,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    jet: Jet,
-    g: float,
-    gap: float,
-    u: float,
-    start: float,
-    horizon: float,
+    motion: Record, launch: Launch, jet: Jet, start: float, horizon: float
 ) -> tuple[float, float, int]:
     """Delay and w_A < 0 of the first impact later than `start`; (inf, 0) if none before `horizon`.
 
-    s, c and jet are sin τ, cos τ and the platform's position with its derivatives at the start of
-    the flight. Steps are safe ones, except two: the stretch above everything that the platform can
-    reach is left out at once, and the last step begins where the slope proves one root ahead.
+    `jet` is the platform's position with its derivatives at the launch. Steps are safe ones, except
+    two: the stretch above everything that the platform can reach is left out at once, and the last
+    step begins where the slope proves one root ahead.
     At a graze the sign of the computed gap at its computed minimum decides: a gap below zero that
     already grows again is no impact. After SEARCH_STEPS steps (d, 1): no impact up to d, the search
     goes on from there. (d, nan): no convergence. The third value is the number of steps.
     """
+    elapsed, g, gap, u = launch.elapsed, launch.g, launch.gap, launch.u
     begin, end = above_platform(motion.top, jet[0] + gap, jet[1] + u, g)
     d = start
     over = bounds_from(motion, elapsed, d)
@@ -259,7 +242,7 @@ def search_impact(
         d = end  # a safe step already ends above the platform
     h, h1, h2, h3, h4 = gap, u, -(g + jet[2]), -jet[3], -jet[4]
     if d > 0.0:
-        h, h1, h2, h3, h4 = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
+        h, h1, h2, h3, h4 = gap_after(motion, launch, d)
     for i in range(SEARCH_STEPS):
         if d > horizon:
             return math.inf, 0.0, i
@@ -271,7 +254,7 @@ def search_impact(
             curvature = g + over.s2
         if _proven(motion, elapsed, g, d, h, h1, curvature, over.until):
             jet = (h, h1, h2, h3, h4)
-            d, w = _impact_ahead(motion, elapsed, sine, cosine, g, gap, u, d, jet, horizon)
+            d, w = _impact_ahead(motion, launch, d, jet, horizon)
             return d, w, i
         step = 1e-9 / motion.omega_max
         if h != 0.0 or h1 != 0.0:
@@ -280,7 +263,7 @@ def search_impact(
             return d + step, h1, i
         d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)
         d = end if begin <= d < end else d
-        h, h1, h2, h3, h4 = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
+        h, h1, h2, h3, h4 = gap_after(motion, launch, d)
     return d, 1.0, SEARCH_STEPS
 
 
@@ -319,16 +302,7 @@ def _step_within(jet: Jet, d: float, low: float, high: float) -> tuple[float, fl
 
 @kernel
 def _impact_ahead(
-    motion: Record,
-    elapsed: float,
-    sine: float,
-    cosine: float,
-    g: float,
-    gap: float,
-    u: float,
-    d: float,
-    jet: Jet,
-    horizon: float,
+    motion: Record, launch: Launch, d: float, jet: Jet, horizon: float
 ) -> tuple[float, float]:
     """The root that is proven to lie ahead, by steps of fifth order, and the slope there.
 
@@ -347,7 +321,7 @@ def _impact_ahead(
         step, slope = _step_within(jet, d, low, high)
         d += step
         if d > horizon:
-            jet = gap_after(motion, elapsed, sine, cosine, g, gap, u, horizon)
+            jet = gap_after(motion, launch, horizon)
             if jet[0] > 0.0:
                 return math.inf, 0.0
             d = high = horizon
@@ -358,14 +332,15 @@ def _impact_ahead(
         short = abs(jet[2] * step) < 1e-4 * fall and abs(jet[3]) * x < 2e-8 * fall
         if short and bound * x * x < 16.0 * ROUNDING * abs(slope):
             return d, slope
-        jet = gap_after(motion, elapsed, sine, cosine, g, gap, u, d)
+        jet = gap_after(motion, launch, d)
         if jet[0] > 0.0:
             low = max(low, d)
         else:
             high = min(high, d)
         least = 2.0 * ROUNDING * d
         if i >= _REGULAR_STEPS:  # of a flight of days the gap itself is rounded by more than that
-            least += 4.0 * ROUNDING * (gap + (abs(u) + g * d) * d) / abs(jet[1])
+            fallen = (abs(launch.u) + launch.g * d) * d
+            least += 4.0 * ROUNDING * (launch.gap + fallen) / abs(jet[1])
         if high - low <= 2.0 * least or abs(step) <= least:
             return d, jet[1]
     return d, math.nan

@@ -9,6 +9,7 @@ directions go through double-double numbers, so after centuries at 100 kHz a pha
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
@@ -143,16 +144,24 @@ def phase_after(tau: float, advance: float) -> tuple[float, float]:
     return turns, grown
 
 
+class Clock(NamedTuple):
+    """An instant and the forcing phase at it."""
+
+    ns: int
+    sub: float  # ns besides, in [0, 1)
+    cycles: int
+    tau: float
+
+
 @kernel
-def clock_after(
-    motion: Record, ns: int, sub: float, cycles: int, tau: float, d: float
-) -> tuple[int, float, int, float]:
-    """(ns, sub, cycles, τ) d seconds on; steady: the phase leads, in a fade: the time leads."""
+def clock_after(motion: Record, clock: Clock, d: float) -> Clock:
+    """The clock d seconds on; steady: the phase leads, in a fade: the time leads."""
+    ns, sub, cycles, tau = clock
     if motion.kind != STEADY:
         ns1, sub1 = later(ns, sub, d)
         cycles1, tau1 = phase_of(motion, ns1, sub1)
-        return ns1, sub1, cycles1, tau1
+        return Clock(ns1, sub1, cycles1, tau1)
     turns, grown = phase_after(tau, phase_advance(motion, 0.0, d))
     cycles1 = cycles + int(turns)
     ns1, sub1 = instant_of(motion, cycles1, grown)
-    return ns1, sub1, cycles1, grown
+    return Clock(ns1, sub1, cycles1, grown)

@@ -10,7 +10,7 @@ import math
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.contact_rows import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
-from bouncing_disk_ros.core.flight import gap_after
+from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.platform import (
     Jet,
     Record,
@@ -145,8 +145,9 @@ def first_of_chatter(
     """w_A and w_T of the first impact of a complete chatter, whose flight begins with u."""
     s = axial_jet(motion, sine, cosine, elapsed)
     d, w = 2.0 * u / (disk.g + s[2]), -u
+    launch = Launch(elapsed, sine, cosine, disk.g, 0.0, u)
     for _ in range(3):  # the first guess is good to 1e-3, each step doubles its digits
-        jet = gap_after(motion, elapsed, sine, cosine, disk.g, 0.0, u, d)
+        jet = gap_after(motion, launch, d)
         w = jet[1]
         d -= jet[0] / w
     b = angular_jet(motion, sine, cosine, elapsed)

@@ -9,7 +9,7 @@ from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.contact_rows import sign_of
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
 from bouncing_disk_ros.core.event_store import take_to_input
-from bouncing_disk_ros.core.forcing_clock import elapsed, phase_of, seconds_between
+from bouncing_disk_ros.core.forcing_clock import Clock, elapsed, phase_of, seconds_between
 from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
 from bouncing_disk_ros.core.layout import (
     DISK,
@@ -54,7 +54,7 @@ def advance_to(
     if seconds_between(state.ns, state.sub, ns, 0.0) > 0.0:
         d = seconds_between(state.ns, state.sub, ns, 0.0)
         cycles, tau = phase_of(motion[0], ns, 0.0)
-        propagate(state, motion[0], disk[0], ledger, d, ns, 0.0, cycles, tau)
+        propagate(state, motion[0], disk[0], ledger, d, Clock(ns, 0.0, cycles, tau))
     state.event = UNKNOWN
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # rounding: an impact has just been or is just to come

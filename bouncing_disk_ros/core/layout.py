@@ -168,6 +168,17 @@ PAST_BOUNDARY = 2e-9
 instant."""
 
 
+class Slide(NamedTuple):
+    """Where a slide begins, and what acts in it."""
+
+    elapsed: float  # s since the motion's origin
+    tau: float
+    sine: float  # of τ
+    cosine: float
+    sign: float  # of the slip
+    drag: float  # rad/s²
+
+
 class NextEvent(NamedTuple):
     """An event: its kind, when it comes (s), its value, and the steps that its search took."""
 

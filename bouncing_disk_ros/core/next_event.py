@@ -24,7 +24,7 @@ from bouncing_disk_ros.core.contact import (
 )
 from bouncing_disk_ros.core.contact_rows import tie
 from bouncing_disk_ros.core.event_store import store_event
-from bouncing_disk_ros.core.flight import search_impact
+from bouncing_disk_ros.core.flight import Launch, search_impact
 from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
 from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.layout import (
@@ -106,9 +106,8 @@ def after_flight(
             if chatter.kind != NOTHING:
                 return chatter
     within = min(horizon, start + LONGEST)
-    d, w, more = search_impact(
-        motion, since, sine, cosine, jet, disk.g, state.gap, state.u, start, within
-    )
+    launch = Launch(since, sine, cosine, disk.g, state.gap, state.u)
+    d, w, more = search_impact(motion, launch, jet, start, within)
     if w > 0.0:
         return stopped(d, horizon, steps + more)
     if d > within or d == math.inf:

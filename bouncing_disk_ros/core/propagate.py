@@ -15,9 +15,9 @@ from bouncing_disk_ros.core.energy_ledger import (
     add_sliding_work,
     add_sticking_work,
 )
-from bouncing_disk_ros.core.flight import MOST_GROWTH, flies_far, flown_far, gap_after
-from bouncing_disk_ros.core.forcing_clock import elapsed
-from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, THROUGHPUT, UNKNOWN
+from bouncing_disk_ros.core.flight import MOST_GROWTH, Launch, flies_far, flown_far, gap_after
+from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
+from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, THROUGHPUT, UNKNOWN, Slide
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, turns_next
 from bouncing_disk_ros.core.roots import ROUNDING
 
@@ -50,13 +50,10 @@ def spin(state: Record, disk: Record, ledger: Ledger, d: float) -> None:
 
 
 @kernel
-def set_clock(state: Record, ns: int, sub: float, cycles: int, tau: float) -> None:
+def set_clock(state: Record, clock: Clock) -> None:
     """Move the clock of a state; what is known of the next event is forgotten."""
-    state.ns = ns
-    state.sub = sub
-    state.cycles = cycles
-    state.tau = tau
-    state.sine, state.cosine = sincos(tau)
+    state.ns, state.sub, state.cycles, state.tau = clock
+    state.sine, state.cosine = sincos(clock.tau)
     state.event = UNKNOWN
 
 
@@ -77,10 +74,11 @@ def _fly(
     platform's is the larger one by far, the energy of that scale enters the throughput.
     """
     sine, cosine, gap, u = state.sine, state.cosine, state.gap, state.u
-    if flies_far(motion, before, disk.g, u, d):
-        state.gap, state.u = flown_far(motion, before, sine, cosine, gap, u, disk.g, d, after, tau)
+    launch = Launch(before, sine, cosine, disk.g, gap, u)
+    if flies_far(motion, launch, d):
+        state.gap, state.u = flown_far(motion, launch, d, after, tau)
     else:
-        state.gap, state.u, _, _, _ = gap_after(motion, before, sine, cosine, disk.g, gap, u, d)
+        state.gap, state.u, _, _, _ = gap_after(motion, launch, d)
     s = axial_jet(motion, sine, cosine, before)
     v = s[1] + u - disk.g * d
     x = s[0] + gap + (v + 0.5 * disk.g * d) * d
@@ -98,18 +96,15 @@ def propagate(
     disk: Record,
     ledger: Ledger,
     d: float,
-    ns: int,
-    sub: float,
-    cycles: int,
-    tau: float,
+    clock: Clock,
 ) -> None:
     """Propagate a state by d seconds, to the clock given, without leaving its phase of motion."""
-    before = elapsed(motion, state.ns, state.sub)
+    tau = clock.tau
+    before, after = elapsed(motion, state.ns, state.sub), elapsed(motion, clock.ns, clock.sub)
     if state.phase == FLIGHT:
-        _fly(state, motion, disk, ledger, before, d, elapsed(motion, ns, sub), tau)
+        _fly(state, motion, disk, ledger, before, d, after, tau)
         spin(state, disk, ledger, d)
     else:
-        after = elapsed(motion, ns, sub)
         sine, cosine = sincos(tau)
         s0 = axial_jet(motion, state.sine, state.cosine, before)
         s1 = axial_jet(motion, sine, cosine, after)
@@ -126,33 +121,17 @@ def propagate(
             add_held_work(ledger, state, motion, disk, before, d)
         else:
             sign = float(state.slip_sign)
-            sine_before, cosine_before = state.sine, state.cosine
-            turned, omega, pushed, q = slide(
-                motion, disk, state.drag, before, sine_before, cosine_before, sign, state.omega, d
-            )
+            begin = Slide(before, state.tau, state.sine, state.cosine, sign, state.drag)
+            turned, omega, pushed, q = slide(motion, disk, begin, state.omega, d)
             slip = state.omega - b0[1]
             add_axial_work(ledger, disk, s0, s1)
-            add_sliding_work(
-                ledger,
-                motion,
-                disk,
-                state.drag,
-                sign,
-                slip,
-                before,
-                state.tau,
-                d,
-                q,
-                pushed,
-                b0,
-                b1,
-            )
+            add_sliding_work(ledger, motion, disk, begin, slip, d, q, pushed, b0, b1)
             add_brake_loss(ledger, disk, turned)
             turn(state, turned)
             state.omega = omega
         state.gap = 0.0
         state.u = 0.0
-    set_clock(state, ns, sub, cycles, tau)
+    set_clock(state, clock)
 
 
 @rare_kernel

@@ -19,8 +19,8 @@ from bouncing_disk_ros.core.energy_ledger import (
     add_entry,
     add_impact_energy,
 )
-from bouncing_disk_ros.core.flight import gap_after
-from bouncing_disk_ros.core.forcing_clock import elapsed
+from bouncing_disk_ros.core.flight import Launch, gap_after
+from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
 from bouncing_disk_ros.core.impact_law import (
     chatter_rotation,
     chatter_sums,
@@ -69,6 +69,11 @@ from bouncing_disk_ros.core.propagate import (
     turn,
 )
 from bouncing_disk_ros.core.restitution import axial_push, rebound
+
+
+@kernel
+def _clock_of_event(state: Record) -> Clock:
+    return Clock(state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
 
 
 @rare_kernel
@@ -193,13 +198,14 @@ def _end_chatter(
     since = elapsed(motion, state.ns, state.sub)
     s = axial_jet(motion, state.sine, state.cosine, since)
     b = angular_jet(motion, state.sine, state.cosine, since)
-    push = -gap_after(motion, since, state.sine, state.cosine, disk.g, 0.0, u, t)[1]
+    launch = Launch(since, state.sine, state.cosine, disk.g, 0.0, u)
+    push = -gap_after(motion, launch, t)[1]
     moment, squares = chatter_sums(disk, s, u)
     sign = state.event_value
     first = first_of_chatter(
         motion, disk, since, state.tau, state.sine, state.cosine, u, state.omega
     )
-    set_clock(state, state.event_ns, state.event_sub, state.event_cycles, state.event_tau)
+    set_clock(state, _clock_of_event(state))
     b_end = angular_jet(motion, state.sine, state.cosine, elapsed(motion, state.ns, state.sub))
     if abs(sign) == STOPPED_TAIL:
         twist = end_stopped_tail(state, disk, ledger, sign / STOPPED_TAIL, u, b, push, moment)
@@ -252,15 +258,14 @@ def resolve(
     value = state.event_value
     if kind == CHATTER_ENDS:
         return _end_chatter(state, motion, disk, ledger, rows, n, open_row)
-    d, ns, sub = state.event_delay, state.event_ns, state.event_sub
-    cycles, tau = state.event_cycles, state.event_tau
+    d, clock = state.event_delay, _clock_of_event(state)
     if kind == IMPACT:
         spin(state, disk, ledger, d)
-        set_clock(state, ns, sub, cycles, tau)
+        set_clock(state, clock)
         return _impact(state, motion, disk, ledger, -value, rows, n, open_row)
-    if ns != state.ns or sub != state.sub or cycles != state.cycles or tau != state.tau:
+    if clock != (state.ns, state.sub, state.cycles, state.tau):
         state.rows_entered = 0
-    propagate(state, motion, disk, ledger, d, ns, sub, cycles, tau)
+    propagate(state, motion, disk, ledger, d, clock)
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # a waypoint within rounding of an impact
     end_contact(state, motion, disk, kind, value)

@@ -10,7 +10,7 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, wrapped
-from bouncing_disk_ros.core.flight import first_impact, gap_after, separation_phase
+from bouncing_disk_ros.core.flight import Launch, first_impact, gap_after, separation_phase
 from bouncing_disk_ros.core.platform import Record, axial_jet
 from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.maps.axial_map import (
@@ -40,24 +40,25 @@ def flight_clearance(motion: Record, tau: float, u: float, d: float) -> float:
     if leave < 0.0:
         return least
     sine, cosine = sincos(tau)
+    launch = Launch(0.0, sine, cosine, GRAVITY, 0.0, u)
     begin = leave - tau
     while begin < d:
         end = min(begin + math.pi - 2.0 * leave, d)
         low = max(begin, 0.0)
         if (
             low < end
-            and gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, low)[1] < 0.0
-            and gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, end)[1] > 0.0
+            and gap_after(motion, launch, low)[1] < 0.0
+            and gap_after(motion, launch, end)[1] > 0.0
         ):
             high = end
             middle = 0.5 * (low + high)
             while low < middle < high:
-                if gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, middle)[1] < 0.0:
+                if gap_after(motion, launch, middle)[1] < 0.0:
                     low = middle
                 else:
                     high = middle
                 middle = 0.5 * (low + high)
-            least = min(least, gap_after(motion, 0.0, sine, cosine, GRAVITY, 0.0, u, middle)[0])
+            least = min(least, gap_after(motion, launch, middle)[0])
         begin += TWO_PI
     return least
 
@@ -193,9 +194,10 @@ def land_from_height(flights: Record, forcing: float, out: Record) -> None:
             continue
         sine, cosine = sincos(tau % TWO_PI)
         jet = axial_jet(motion, sine, cosine, 0.0)
+        launch = Launch(0.0, sine, cosine, GRAVITY, gap, speed)
         d, w = 0.0, 1.0
         for _ in range(_SEARCHES):
-            d, w = first_impact(motion, 0.0, sine, cosine, jet, GRAVITY, gap, speed, d, math.inf)
+            d, w = first_impact(motion, launch, jet, d, math.inf)
             if not w > 0.0:
                 break
         out[i, 0], out[i, 1], out[i, 2] = (tau + d) % TWO_PI, w, d

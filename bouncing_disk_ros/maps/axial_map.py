@@ -16,7 +16,7 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
 from bouncing_disk_ros.core.contact import load, load_returns
-from bouncing_disk_ros.core.flight import first_impact, never_leaves, separation_phase
+from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import BOUNCES, chatter_end
 from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
@@ -58,8 +58,9 @@ def landing(
 ) -> tuple[float, float]:
     """Delay and w_A of the impact that ends a flight from the platform; nan if it is not found."""
     d, w = start, 1.0
+    launch = Launch(0.0, sine, cosine, g, 0.0, u)
     for _ in range(_SEARCHES):
-        d, w = first_impact(motion, 0.0, sine, cosine, jet, g, 0.0, u, d, math.inf)
+        d, w = first_impact(motion, launch, jet, d, math.inf)
         if not w > 0.0:
             return d, w
     return math.nan, math.nan

@@ -17,7 +17,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
 from bouncing_disk_ros.core.contact import load, slide
 from bouncing_disk_ros.core.contact_rows import sign_of, what_holds
-from bouncing_disk_ros.core.flight import gap_after, separation_phase
+from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.impact_law import (
     BOUNCES,
@@ -27,7 +27,7 @@ from bouncing_disk_ros.core.impact_law import (
     chatter_verdict,
     speed_after,
 )
-from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS
+from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
     Record,
@@ -96,7 +96,8 @@ def contact_until_flight(
             kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
         else:
             kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
-            rotation = slide(motion, disk, disk.lag, 0.0, sine, cosine, sign, omega, d)
+            begin = Slide(0.0, tau, sine, cosine, sign, disk.lag)
+            rotation = slide(motion, disk, begin, omega, d)
             turned += rotation[0]
             omega = rotation[1]
         lasted += d
@@ -142,7 +143,7 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
         tau = phase_after(tau, waited)[1]
         if end == COMPLETES:
-            push = -gap_after(motion, 0.0, sine, cosine, disk.g, 0.0, u, waited)[1]
+            push = -gap_after(motion, Launch(0.0, sine, cosine, disk.g, 0.0, u), waited)[1]
             sums = chatter_sums(disk, jet, u)
             sine, cosine = sincos(tau)
             b_end = angular_jet(motion, sine, cosine, 0.0)

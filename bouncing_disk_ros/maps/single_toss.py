@@ -15,7 +15,7 @@ from numba import types
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.flight import separation_phase
-from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.forcing_clock import Clock, phase_after
 from bouncing_disk_ros.core.layout import (
     DISK,
     FLIGHT,
@@ -67,7 +67,7 @@ def toss_once(
         tau = phase_after(state.tau, motion.omega * d)[1]
         if kind == SEPARATION:
             tau = separation_phase(motion, disk.g)
-        propagate(state, motion, disk, ledger, d, 0, 0.0, 0, tau)
+        propagate(state, motion, disk, ledger, d, Clock(0, 0.0, 0, tau))
         end_contact(state, motion, disk, kind, value)
         total += d
         if kind == SEPARATION:
@@ -112,7 +112,7 @@ def toss_each(
         lag = starts[i, START_PHASE_LAG]
         motion = steady_motion(axial, angular, frequency, TWO_PI * frequency, lag, *sincos(lag))
         ledger[:] = 0.0
-        set_clock(state, 0, 0.0, 0, starts[i, START_FORCING_PHASE])
+        set_clock(state, Clock(0, 0.0, 0, starts[i, START_FORCING_PHASE]))
         state.turns, state.angle, state.omega = 0, 0.0, starts[i, START_ANGULAR_SPEED]
         classify_contact(state, motion, disk)
         delay = 0.0

@@ -26,7 +26,7 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel, sincos
 from bouncing_disk_ros.core.energy_ledger import Ledger
-from bouncing_disk_ros.core.forcing_clock import instant_of, seconds_between
+from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
 from bouncing_disk_ros.core.impact_log import ROWS, Rows
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
@@ -242,7 +242,7 @@ def _stop_at(rotor: Rotor, motion: Record, cycles: int, tau: float) -> float:
     ns, sub = instant_of(motion, cycles, tau)
     d = seconds_between(state.ns, state.sub, ns, sub)
     if d > 0.0:
-        propagate(state, motion, rotor.disks[0], rotor.ledger, d, ns, sub, cycles, tau)
+        propagate(state, motion, rotor.disks[0], rotor.ledger, d, Clock(ns, sub, cycles, tau))
     return max(d, 0.0)
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import platform
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.flight import first_impact
-from bouncing_disk_ros.core.forcing_clock import clock_after
+from bouncing_disk_ros.core.flight import Launch, first_impact
+from bouncing_disk_ros.core.forcing_clock import Clock, clock_after
 from bouncing_disk_ros.core.model import Motion
 
 FREQUENCY = 1.0 / math.tau
@@ -68,8 +68,8 @@ def impacts(
     for i in range(len(out)):
         s, c = sincos(tau)
         jet = platform.axial_jet(motion, s, c, 0.0)
-        d, w = first_impact(motion, 0.0, s, c, jet, g, 0.0, u, 0.0, math.inf)
-        _, _, cycles, tau = clock_after(motion, 0, 0.0, cycles, tau, d)
+        d, w = first_impact(motion, Launch(0.0, s, c, g, 0.0, u), jet, 0.0, math.inf)
+        _, _, cycles, tau = clock_after(motion, Clock(0, 0.0, cycles, tau), d)
         u = -restitution * w
         out[i, 0] = tau
         out[i, 1] = -w

@@ -64,7 +64,7 @@ def test_gap_keeps_the_digits_of_tiny_bounces(
         record = platform.steady(start, 0, 0, 0.0)[0]
     since, u = 0.37 if fading else 0.0, speed * G * d  # a bounce of about this duration
     s, c = sincos(tau)
-    gap = flight.gap_after(record, since, s, c, G, 0.0, u, d)[0]
+    gap = flight.gap_after(record, flight.Launch(since, s, c, G, 0.0, u), d)[0]
     with mpmath.workdps(60):
         exact = exact_gap(record, since, tau, 0.0, u, d)
         # every term is below (g + |s̈|) d² and has a few roundings
@@ -81,14 +81,15 @@ def test_no_root_is_passed(amplitude: float, tau: float, u: float, gap: float) -
     record = platform.steady(Motion(amplitude, 0.0, 3.0, 0.0), 0, 0, 0.0)[0]
     s, c = sincos(tau)
     jet = platform.axial_jet(record, s, c, 0.0)
-    d, w = flight.first_impact(record, 0.0, s, c, jet, G, gap, u, 0.0, math.inf)
+    launch = flight.Launch(0.0, s, c, G, gap, u)
+    d, w = flight.first_impact(record, launch, jet, 0.0, math.inf)
     assert w < 0
-    arrival = flight.gap_after(record, 0.0, s, c, G, gap, u, d)
+    arrival = flight.gap_after(record, launch, d)
     scale = gap + u * d + G * d * d + amplitude
     assert abs(arrival[0]) < 1e-15 * scale + abs(w) * 4 * math.ulp(d)
     assert arrival[1] == pytest.approx(w, abs=1e-14 * (abs(u) + G * d + amplitude * 20))
     for part in np.linspace(0.001, 0.999, 200):  # nothing below zero on the way
-        assert flight.gap_after(record, 0.0, s, c, G, gap, u, d * part)[0] > -1e-15 * scale
+        assert flight.gap_after(record, launch, d * part)[0] > -1e-15 * scale
 
 
 @pytest.mark.parametrize(
@@ -124,7 +125,8 @@ def test_a_graze_is_decided_by_the_sign_of_the_least_gap(clearance: float) -> No
     start = amplitude + clearance - 0.5 * G * d * d
     gap, u = start - amplitude * s, G * d - amplitude * w * c
     jet = platform.axial_jet(record, s, c, 0.0)
-    first, speed = flight.first_impact(record, 0.0, s, c, jet, G, gap, u, 0.0, math.inf)
+    launch = flight.Launch(0.0, s, c, G, gap, u)
+    first, speed = flight.first_impact(record, launch, jet, 0.0, math.inf)
     assert speed < 0
     if clearance > 0:
         assert first > 1.5 * d

@@ -73,9 +73,8 @@ def test_phase_in_a_fade_is_the_integral_of_the_frequency(
 def test_clock_after_whole_periods_keeps_the_phase(turns: int) -> None:
     motion = steady(50.0)
     d = turns / 50.0
-    _, _, cycles, tau = forcing_clock.clock_after(
-        motion, ANCHOR_NS, 0.0, ANCHOR_CYCLES, ANCHOR_TAU, d
-    )
+    start = forcing_clock.Clock(ANCHOR_NS, 0.0, ANCHOR_CYCLES, ANCHOR_TAU)
+    _, _, cycles, tau = forcing_clock.clock_after(motion, start, d)
     # d itself is rounded: half an ulp of it, times ω
     off = (cycles - ANCHOR_CYCLES - turns) * math.tau + tau - ANCHOR_TAU
     assert abs(off) < 4e-15 + math.ulp(max(d, 1.0)) * 50 * math.tau

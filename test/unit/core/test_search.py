@@ -121,9 +121,10 @@ def test_a_flight_of_hours_lands() -> None:
     motion = platform.steady(Motion(0.33964721975789064, 0.0, 132865.3397921879, 0.0), 0, 0, 0.0)
     s, c, g, u = 0.9088330181605752, 0.41716009528853515, 9.81, 148326.31630286115
     jet = platform.axial_jet(motion[0], s, c, 0.0)
-    d, w = flight.first_impact(motion[0], 0.0, s, c, jet, g, 0.0, u, 0.0, math.inf)
+    launch = flight.Launch(0.0, s, c, g, 0.0, u)
+    d, w = flight.first_impact(motion[0], launch, jet, 0.0, math.inf)
     assert w < 0.0
-    gap = flight.gap_after(motion[0], 0.0, s, c, g, 0.0, u, d)[0]
+    gap = flight.gap_after(motion[0], launch, d)[0]
     assert abs(gap) < 4e-16 * (u + g * d) * d  # its rounding
 
 
@@ -195,7 +196,8 @@ def test_one_search_ends_after_its_steps() -> None:
     s, c = sincos(0.0)
     jet = platform.axial_jet(motion, s, c, 0.0)
     # held up by next to no weight, above the platform's middle but below its top
-    d, w, steps = flight.search_impact(motion, 0.0, s, c, jet, 1e-9, 0.005, 0.0, 0.0, math.inf)
+    launch = flight.Launch(0.0, s, c, 1e-9, 0.005, 0.0)
+    d, w, steps = flight.search_impact(motion, launch, jet, 0.0, math.inf)
     assert steps <= flight.SEARCH_STEPS
     assert w < 0.0 or (w == 1.0 and d > 0.0)
 
