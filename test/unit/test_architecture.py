@@ -54,7 +54,7 @@ BASE = {
 #: folder of an extension -> the folders it may import; no folder of the base imports one of these
 EXTENSIONS = {
     "motor_study": {"motor_study", "study", "report", "maps", "core"},
-    "resilience_studies": {"resilience_studies", "study", "report", "maps"},
+    "resilience_studies": {"resilience_studies", "study", "report", "maps", "core"},
     "juggling": {"juggling", "study", "report", "ros", "maps", "core"},
     "proof": {"proof", "report", "ros", "run", "core", "bag"},
     "workbench": {"workbench", "juggling", "study", "report", "ros", "run", "maps", "core", "bag"},
