@@ -1,4 +1,4 @@
-"""What friction and a dry brake on the disk's shaft hold: a table of the signs of w_T and α̇.
+"""Friction and a dry brake on the disk's shaft: the torques that hold, by signs of w_T and α̇.
 
 The brake gives −T_B sgn α̇, and at α̇ = 0 whatever within ±T_B keeps the disk at rest. First comes
 what it does in flight and in the tail of a chatter, then the table for a disk in contact. Between

@@ -1,4 +1,8 @@
-"""A controller's part in a lockstep: it answers each gate once it has heard all impacts before."""
+"""The node of `juggle`: impacts in, offset trajectories out, and a status that is latched.
+
+Before its class `JuggleNode` its part in a lockstep, `GateAnswers`: it answers each gate once
+it has received all impacts before.
+"""
 
 from __future__ import annotations
 

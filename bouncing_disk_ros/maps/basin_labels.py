@@ -3,6 +3,8 @@
 Starts are states (τ_imp, w_A) just before an impact, w_A in units of πg/ω. Labels are indices into
 the attractors found beforehand, none of them given by the user; −1 is unresolved, never merged with
 anything.
+The kernel `maps.lanes.basin_kernel` decides contact and periodic ends; chaotic ones are told apart
+here.
 """
 
 from __future__ import annotations

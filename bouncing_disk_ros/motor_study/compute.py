@@ -1,4 +1,8 @@
-"""What follows from a map of the study `motor`: no-load speed, stall torque, best of each row."""
+"""The study `motor`: speed, powers and losses of an ultrasonic motor over two of its parameters.
+
+Before its class `Motor` what follows from a whole map: no-load speed, stall torque, the best of
+each row.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The ratio of two measured columns, both with errors, by the signed-rank test turned round.
+"""Estimates of restitution and friction from the rows of a run, with intervals.
+
+First the ratio of two measured columns, both with errors, by the signed-rank test turned round.
 
 Where y = r x holds for the true values, y − r x is all error. If the errors are independent from
 row to row and as often positive as negative at each size (symmetric; their sizes may differ from

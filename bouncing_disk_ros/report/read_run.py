@@ -1,4 +1,8 @@
-"""Which simulators a bag holds."""
+"""Read one run of one simulator out of a bag as a `RunRecord`, in bounded memory.
+
+In this order: which simulators a bag holds, the order in which messages were sent and what their
+numbers say of losses, what is kept of a long run, and `read_run` with its class `BagRun`.
+"""
 
 from __future__ import annotations
 

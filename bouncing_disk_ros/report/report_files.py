@@ -1,4 +1,4 @@
-"""The mark by which the files of a report know their own."""
+"""The files of a report: their names, and the mark by which a report knows its own files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The panels of a report with what both its pages share: colours, ticks, the headline."""
+"""The panels of a report's figures: energy ledger, heights, speeds, phases, sections, lateness.
+
+A panel is a list of series with labels; series that are too long are downsampled.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Report on a recorded run: segments, orbits, transients, estimates, energy, real time."""
+"""The report on a recorded run: segments, orbits, speeds, transients, estimates, energy, real time.
+
+`report_of` makes a `Report` of a `RunRecord`. Before it `Speeds`, the received rotor speeds with
+their transients, rise times and means.
+"""
 
 from __future__ import annotations
 

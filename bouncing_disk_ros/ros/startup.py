@@ -1,4 +1,8 @@
-"""Which kinds of figure files an option names; light, as --help needs it."""
+"""The begin of an executable, before its slow imports: signals, surroundings, command line.
+
+`Start` is made first of all in a `main`. Loads neither rclpy nor numba: --help and a wrong argument
+are answered at once. Before it what turns given options into values.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Names of the coordinate frames of one disk, and its robot description (URDF) with these names.
-
-Imports nothing of ROS, so that a launch file may use it.
-"""
+"""The frames of one disk: their names, the robot description (URDF) with them, and /tf."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""What of the accepted inputs has not acted yet, counted."""
+"""How a run is doing: `Health` turns counts and clocks into a report, once a second.
+
+Before it the count of inputs that wait (`Pending`), after it the same as named numbers that tools
+can plot (`run_values`, the content of disk/run_state).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rows of impacts that a record holds, compared with replayed ones as these come."""
+"""Recorded rows of impacts compared with replayed ones as these come, to the bit."""
 
 from __future__ import annotations
 

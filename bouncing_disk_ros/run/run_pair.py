@@ -1,4 +1,8 @@
-"""Two simulations side by side: what is kept of both, and the first instant at which they part."""
+"""A what-if: a run beside the same run with changes, and the first instant at which they differ.
+
+First `Pair`, two simulations side by side and what is kept of both; then `what_if`, which replays a
+record in one of them and with changes in the other.
+"""
 
 from __future__ import annotations
 

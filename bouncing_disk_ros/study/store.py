@@ -1,4 +1,8 @@
-"""One run at a time on the folder of a result, and how workers elsewhere know that run's folder."""
+"""The store of a study: a Zarr group that xarray opens, with a mark for each finished region.
+
+Before it the lock that lets one run at a time write to a folder; after it `open_result` and the
+export to NetCDF.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Work in a thread of its own, of which the newest alone counts."""
+"""A pane of the page whose figure threads compute: what panes of maps have in common.
+
+Before its class `ComputedPane` the thread that computes, of whose requests the newest alone counts.
+"""
 
 from __future__ import annotations
 

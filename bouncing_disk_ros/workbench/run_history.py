@@ -1,4 +1,7 @@
-"""A run as the pages see it: its rows, what was in force when, frames, and the link to it."""
+"""A run as the pages see it: `RunHistory` keeps its rows and what was in force when.
+
+After it `RunView`, the frames for one page, and `RunLink`, what a page asks of a run.
+"""
 
 from __future__ import annotations
 

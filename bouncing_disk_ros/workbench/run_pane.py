@@ -1,4 +1,8 @@
-"""The run in the page: its figures, and the pane that feeds them frame by frame."""
+"""The pane of the run: its figures, what of the run fits a side window, and when frames are sent.
+
+`RunPane` draws; before it `RunFigures` (empty figures), `FlowControl` (when a page gets its next
+frame) and `SideWindow` (what the side view shows).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the simulator's node hears: commands, and answers at the gates of a lockstep."""
+"""The topics that command a simulator's node: commands, and answers at the gates of a lockstep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the simulator's node publishes: the topics of one run, and its diagnostics."""
+"""The topics that a simulator's node publishes: those of one run, and its diagnostics."""
 
 from __future__ import annotations
 
