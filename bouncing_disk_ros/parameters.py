@@ -224,7 +224,7 @@ _SPECS = (
          words=("periods", "impact", "nanoseconds"), source="chosen"),
     Spec("step_nanoseconds", 1_000_000, "ns", "how much simulated time one call of ~/step takes "
          "with step_until nanoseconds", low=1, high=10**15, source="chosen"),
-    Spec("lockstep", "off", "", "tick: simulated time stands after each sample of joint_states, "
+    Spec("lockstep", "off", "", "tick: simulated time waits after each sample of joint_states, "
          "impact: after each row of disk/impacts, until the controllers have answered on ~/proceed",
          words=("off", "tick", "impact"), while_unconfigured=True, source="chosen"),
     Spec("lockstep_controllers", "1", "", "numbers of the controllers that answer each gate, with "

@@ -155,7 +155,7 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 
 _LOCKSTEP_TOPICS = (
     Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
-          "with lockstep: simulated time stands at a gate; its number, the simulated time since "
+          "with lockstep: simulated time waits at a gate; its number, the simulated time since "
           "the start (ns, no stamp) and the number of rows of disk/impacts published until then; "
           "comes again while answers are missing",
           "ros2 topic echo /bouncing_disk/gate"),
@@ -174,7 +174,7 @@ _SERVICES = (
     Service("~/step", "std_srvs/srv/Trigger", "while paused: simulate step_periods periods, "
             "or as step_until says",
             "ros2 service call /bouncing_disk/step std_srvs/srv/Trigger"),
-    Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time goes on",
+    Service("~/reset", "std_srvs/srv/Trigger", "back to the initial state; time continues",
             "ros2 service call /bouncing_disk/reset std_srvs/srv/Trigger"),
 )  # fmt: skip
 

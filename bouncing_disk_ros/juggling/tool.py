@@ -51,12 +51,12 @@ _SPECS = (
     Spec("small_limit", 0.02, "A", "largest offset of the strategy small", low=1e-9, high=1e3),
     Spec("restitution_error", 0.0, "1", "error of the restitution that the controller believes, "
          "in parts of the true one", low=-0.9, high=0.9),
-    Spec("learn", True, "", "whether the controller corrects its restitution by what it hears"),
+    Spec("learn", True, "", "whether the controller corrects its restitution by the impacts"),
     Spec("delay", 0.0, "2π/ω", "time from an impact until the controller knows it, in periods",
          low=0.0, high=10.0),
     Spec("jitter", 0.0, "2π/ω", "largest error of the instant that it is told, in periods",
          low=0.0, high=1.0),
-    Spec("missed", 0.0, "1", "part of the impacts that it never hears of", low=0.0, high=1.0),
+    Spec("missed", 0.0, "1", "part of the impacts that it never receives", low=0.0, high=1.0),
     Spec("impulse", 0.0, "πg/ω", "change of the disk's velocity by an impulse in the tenth period, "
          "which the controller is not told", low=-10.0, high=10.0),
     Spec("angular_forcing", 10.0, "1", "angular forcing: an impact changes the rotor speed by at "
