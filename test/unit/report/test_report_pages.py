@@ -107,6 +107,7 @@ def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
     page = Page(text)
     assert page.headings == ["run & <1>", *PANELS, *TABLES]
     assert page.fetched == []
+    assert 1_000_000 < len(text) < 2_000_000, "BokehJS is part of it, and little else"
     assert page.generator == MARK
     assert page.plots == [f"plot_{place}" for place in range(len(PANELS))]
     assert "period-1" in page.words
