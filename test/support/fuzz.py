@@ -5,7 +5,7 @@
 
 An input is a whole bag with forged fields (lengths and checksums fit them, so that they reach the
 code behind the checks), then changes of its bytes, then changes of its metadata.yaml. Coverage is
-counted in pairs of lines that follow each other, in this package's `bag` and in mcap.
+counted in pairs of lines that follow each other, in this package's `bag`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ from pathlib import Path
 from types import CodeType, FrameType, TracebackType
 from typing import Any, NamedTuple
 
-import mcap
-
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import InputError
 from support.hostile import content, forgeries
@@ -30,7 +28,7 @@ from support.mcap_bytes import Content, fields, forged
 from support.reading import read_all
 
 SECONDS = 10.0  # of the processor, for one input
-_FOLDERS = tuple(str(Path(found.__file__ or "").parent) for found in (bag, mcap))
+_FOLDER = str(Path(bag.__file__ or "").parent)
 _NUMBERS = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 1 << 62, (1 << 64) - 1)
 _METADATA = """rosbag2_bagfile_information:
   version: 9
@@ -98,11 +96,11 @@ _EDITS = ("bit", "byte", "number", "drop", "double", "move", "end")
 
 
 class Coverage:
-    """While entered: the pairs of lines that follow each other in a call, within some folders."""
+    """While entered: the pairs of lines that follow each other in a call, within a folder."""
 
-    def __init__(self, folders: tuple[str, ...]) -> None:
+    def __init__(self, folder: str) -> None:
         self.found: set[Arc] = set()
-        self._folders = folders
+        self._folder = folder
         self._inside: dict[CodeType, bool] = {}
         self._before: Any = None
 
@@ -121,7 +119,7 @@ class Coverage:
     def _call(self, frame: FrameType, _event: str, _argument: Any) -> Any:
         code, found, last = frame.f_code, self.found, 0
         if code not in self._inside:
-            self._inside[code] = code.co_filename.startswith(self._folders)
+            self._inside[code] = code.co_filename.startswith(self._folder)
         if not self._inside[code]:
             return None
 
@@ -143,7 +141,7 @@ class Fuzz:
         self.seen: set[Arc] = set()
         self.kept: list[Damaged] = []
         self._dice, self._folder = random.Random(seed), folder
-        self._coverage = Coverage(_FOLDERS)
+        self._coverage = Coverage(_FOLDER)
         self._bases = bases()
         self._kinds: list[Mapping[str, str]] = [fields(base) for base in self._bases]
         for base in range(len(self._bases)):

@@ -16,7 +16,6 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.chunks import Inner
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
@@ -35,12 +34,11 @@ def sent() -> list[Sent]:
     return list(messages(120))
 
 
-@pytest.fixture(scope="module", params=["zstd", "none"])
-def whole(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, sent: list[Sent]
-) -> bytes:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory, sent: list[Sent]) -> bytes:
+    """A file without compression: nothing but our checksums sees its damage."""
     folder = tmp_path_factory.mktemp("bag") / "run"
-    make(folder, sent, chunk_size=CHUNK, compression=request.param)
+    make(folder, sent, chunk_size=CHUNK, compression="none")
     return (folder / "run_0.mcap").read_bytes()
 
 
@@ -97,41 +95,31 @@ def test_a_killed_writer_leaves_all_but_the_open_chunk(tmp_path: Path, sent: lis
     assert rosbags_count(tmp_path / "killed_recovered") == len(sent)
 
 
-def test_a_flipped_bit_is_never_read_wrong(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
+def test_a_flipped_bit_is_never_read_wrong_and_costs_one_chunk(
+    tmp_path: Path, whole: bytes, sent: list[Sent]
+) -> None:
     right = read(put(tmp_path / "run", whole))
-    dice, refused, lines = random.Random(2), 0, list[str]()
-    for _ in range(examples(50)):
+    expected = {tuple(row) for row in sent}
+    dice, lines, mended = random.Random(2), list[str](), tmp_path / "mended"
+    for number in range(examples(50)):
         place, bit = dice.randrange(len(whole)), dice.randrange(8)
         damaged = bytearray(whole)
         damaged[place] ^= 1 << bit
         folder = put(tmp_path / "run", bytes(damaged))
         try:
-            found = read(folder)
+            assert read(folder) == right, f"bit {bit} of byte {place}"
         except (bag.BagError, InputError) as error:
-            refused += 1
             lines.append(str(error))
-            continue
-        assert found == right, f"bit {bit} of byte {place}"
-    assert refused > 3
+        if number % 4 == 0:
+            shutil.rmtree(mended, ignore_errors=True)
+            report = bag.recover(folder, mended)
+            found = read(mended)[0]
+            assert set(found) <= expected
+            assert report.saved == len(found)
+            assert len(found) >= len(sent) - 30  # the messages of a chunk and some
+            assert not report.exact or report.saved + report.lost == len(sent)
+    assert len(lines) > 3
     assert not any("\n" in line for line in lines)
-
-
-def test_recovery_from_a_flipped_bit_loses_one_chunk(
-    tmp_path: Path, whole: bytes, sent: list[Sent]
-) -> None:
-    expected, dice = {tuple(row) for row in sent}, random.Random(3)
-    for _ in range(examples(13)):
-        damaged = bytearray(whole)
-        damaged[dice.randrange(len(whole))] ^= 1 << dice.randrange(8)
-        folder = put(tmp_path / "run", bytes(damaged))
-        shutil.rmtree(tmp_path / "mended", ignore_errors=True)
-        report = bag.recover(folder, tmp_path / "mended")
-        found = read(tmp_path / "mended")[0]
-        assert set(found) <= expected
-        assert report.saved == len(found)
-        assert len(found) >= len(sent) - 30  # the messages of a chunk and some
-        if report.exact:
-            assert report.saved + report.lost == len(sent)
 
 
 def test_no_other_record_becomes_a_message(tmp_path: Path, whole: bytes, sent: list[Sent]) -> None:
@@ -373,10 +361,6 @@ def test_a_file_of_which_only_the_beginning_is_there_is_mended(tmp_path: Path) -
     report = bag.recover(put(tmp_path / "run", b"\x89MCAP0\r\n"))
     assert report.saved == 0
     assert rosbags_count(report.output) == 0
-
-
-def test_a_chunk_without_messages_has_no_index_of_them() -> None:
-    assert Inner(b"").index_records() == b""
 
 
 def test_an_error_of_a_bag_is_one_line_that_can_be_shown() -> None:
