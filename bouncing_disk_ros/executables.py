@@ -12,47 +12,47 @@ from typing import Any
 #: name of the study -> the module of its definition and executable, and what it does, in one line
 STUDIES: dict[str, tuple[str, str]] = {
     "toss_paths": (
-        "study.toss_paths.tool",
+        "study.toss_paths.options",
         "draw the paths of the tossing hand (Fig. 1 of the paper)",
     ),
     "toss_map": (
-        "study.toss_map.tool",
+        "study.toss_map.options",
         "map single tosses over phase lag and amplitude angle: airborne speed (Fig. 2)",
     ),
     "bifurcation": (
-        "study.bifurcation.tool",
+        "study.bifurcation.options",
         "follow an attractor along a parameter: bifurcation diagram (Fig. 3)",
     ),
     "parameter_map": (
-        "study.parameter_map.tool",
+        "study.parameter_map.options",
         "map attractors over two parameters: period, Lyapunov exponent, speed",
     ),
     "curves": (
-        "resilience_studies.curves.tool",
+        "resilience_studies.curves.options",
         "follow folds, doublings, grazes and onset of contact over two parameters",
     ),
     "motor": (
-        "motor_study.tool",
+        "motor_study.options",
         "map speed, torque and efficiency of an ultrasonic motor over two parameters",
     ),
     "basins": (
-        "study.basins.tool",
+        "study.basins.options",
         "map which attractor each start goes to: basins of attraction (Fig. 4)",
     ),
     "manifolds": (
-        "resilience_studies.manifolds.tool",
+        "resilience_studies.manifolds.options",
         "draw the saddles between basins and their manifolds over the basins",
     ),
     "basin_shares": (
-        "study.basin_shares.tool",
+        "study.basin_shares.options",
         "map the shares of the basins over a parameter, with the best phase lag",
     ),
     "resilience": (
-        "resilience_studies.resilience.tool",
+        "resilience_studies.resilience.options",
         "measure fatal impulses and timing errors, times and shares of attractors",
     ),
     "juggling": (
-        "juggling.tool",
+        "juggling.options",
         "map which starts each strategy of control captures, under which errors",
     ),
 }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Arc, Circle, Rectangle
 
-from bouncing_disk_ros.report.style import mark_in_pi, new_figure
+from bouncing_disk_ros.figure_style import mark_in_pi, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,7 +20,7 @@ from bouncing_disk_ros.maps.tosses import toss
 from bouncing_disk_ros.motor_study.motor_points import Run, measure
 from bouncing_disk_ros.parameters import complete
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.study.basins.tool import scales
+from bouncing_disk_ros.study.basins.options import scales
 
 
 class Number(NamedTuple):

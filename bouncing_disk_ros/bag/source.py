@@ -29,7 +29,7 @@ from mcap.summary import Summary
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import records
-from bouncing_disk_ros.bag.chunks import Definitions, Inner, inner_definitions, unpacked
+from bouncing_disk_ros.bag.chunk_reader import Definitions, Inner, inner_definitions, unpacked
 from bouncing_disk_ros.bag.records import HEAD, MAGIC, RegularFile, Watch, nothing
 from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, describe, record_name
 from bouncing_disk_ros.errors import BagError, InputError

@@ -19,7 +19,7 @@ from mcap.records import Header, Metadata
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag.chunks import Inner, unpacked
+from bouncing_disk_ros.bag.chunk_reader import Inner, unpacked
 from bouncing_disk_ros.bag.records import (
     ATTACHMENT_HEAD,
     CHUNK_HEAD,

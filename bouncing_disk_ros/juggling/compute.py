@@ -25,7 +25,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
 from bouncing_disk_ros.juggling.target_orbit import OWN, best_phase_lag, orbit_named
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 
 WINDOW, REST = "window", "rest"
 NUMBERS = ("axial_forcing", "restitution_error", "delay", "jitter", "missed", "impulse",

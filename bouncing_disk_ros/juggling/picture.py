@@ -11,8 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.maps.row_blocks import downsample
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     MOST_PIXELS,
     REST,
@@ -22,6 +21,7 @@ from bouncing_disk_ros.report.style import (
     new_figure,
     pixel_frame,
 )
+from bouncing_disk_ros.maps.row_blocks import downsample
 
 COLORS = {-1: UNRESOLVED, 0: REST, 1: REST, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""

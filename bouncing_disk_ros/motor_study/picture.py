@@ -14,9 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.row_blocks import downsample
-from bouncing_disk_ros.parameters import TABLE
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     BLUE,
     GREY,
@@ -28,6 +26,8 @@ from bouncing_disk_ros.report.style import (
     new_figure,
     pixel_frame,
 )
+from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.parameters import TABLE
 
 KIND_COLORS: Mapping[int, str] = {
     -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,

@@ -10,6 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
+from bouncing_disk_ros.figure_style import new_figure
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import (
@@ -23,7 +24,6 @@ from bouncing_disk_ros.report.report_panels import (
     value_range,
 )
 from bouncing_disk_ros.report.run_report import Report
-from bouncing_disk_ros.report.style import new_figure
 
 MOST_POINTS = 50_000
 """Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Disk, Motion
+from bouncing_disk_ros.figure_style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 from bouncing_disk_ros.maps.motor_curves import mean_speed
 from bouncing_disk_ros.maps.scales import (
     PeriodOne,
@@ -38,7 +39,6 @@ from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, Health
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import return_map_of, section_of, single_impacts
 from bouncing_disk_ros.report.spans import Segment, known
-from bouncing_disk_ros.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
 """Okabe and Ito's; a series gives its place."""

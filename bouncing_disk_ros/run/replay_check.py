@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_slice, apply, restored
-from bouncing_disk_ros.run.recorded_rows import Difference, RecordedRows, end_ns, last_index
+from bouncing_disk_ros.run.row_comparison import Difference, RecordedRows, end_ns, last_index
 from bouncing_disk_ros.units import NS
 
 Watch = Callable[[int], object]

@@ -20,8 +20,8 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_slice, apply, restored
-from bouncing_disk_ros.run.recorded_rows import Difference, row_difference
 from bouncing_disk_ros.run.replay_check import Watch
+from bouncing_disk_ros.run.row_comparison import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.units import NS

@@ -10,13 +10,13 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+    from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
     from bouncing_disk_ros.study.runner import Progress, run
     from bouncing_disk_ros.study.store import export, open_result
     from bouncing_disk_ros.study.studies import named
 
 _PUBLIC = {
-    "definition": "Arrays Axis Field Region Study",
+    "computation": "Arrays Axis Field Region Study",
     "runner": "Progress run",
     "store": "export open_result",
     "studies": "named",

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     BLUE,
     GREEN,

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any
 
-from bouncing_disk_ros.study.definition import Arrays, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.store import Store, put, token_of
 
 PREFETCH = 2

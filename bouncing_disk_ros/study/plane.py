@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import Axis, Study
+from bouncing_disk_ros.study.computation import Axis, Study
 
 
 class PlaneStudy(Study):

@@ -22,7 +22,7 @@ from tqdm import tqdm
 
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.executables import STUDIES
-from bouncing_disk_ros.study.definition import Arrays, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
 from bouncing_disk_ros.study.store import DONE, RESULT, Store, exclusive_lock, opened
 from bouncing_disk_ros.study.studies import definition_of, named

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.store_check import (
     COMPRESSORS,
     CONTEXT,

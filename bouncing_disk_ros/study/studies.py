@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.executables import STUDIES, loaded, module_of
-from bouncing_disk_ros.study.definition import Study
+from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 
 if TYPE_CHECKING:

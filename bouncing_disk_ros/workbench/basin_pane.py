@@ -26,6 +26,7 @@ from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.figure_style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
@@ -37,9 +38,8 @@ from bouncing_disk_ros.maps.basin_labels import UNRESOLVED as UNDECIDED
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.report.style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
+from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.picture import colors_of
-from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import (

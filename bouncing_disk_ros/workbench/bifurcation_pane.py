@@ -27,13 +27,13 @@ from matplotlib.colors import Colormap, to_hex
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.figure_style import BLACK, GREEN, REST, in_pi
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.parameters import DEFAULTS, TABLE
-from bouncing_disk_ros.report.style import BLACK, GREEN, REST, in_pi
+from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
-from bouncing_disk_ros.study.bifurcation.tool import DEFINITION as BIFURCATION
 from bouncing_disk_ros.workbench.basin_pane import attractors_at
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of

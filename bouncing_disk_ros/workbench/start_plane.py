@@ -21,7 +21,7 @@ from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, veloci
 from bouncing_disk_ros.parameters import DEFAULTS, Value, complete
 from bouncing_disk_ros.run.session import Session, motion_of
 from bouncing_disk_ros.run.time_map import Grid, nanoseconds
-from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
+from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 
 NOT_DECIDED = "unresolved"
 """Name of the label −1."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.study.basins.compute import Basins
-from bouncing_disk_ros.study.basins.tool import DEFINITION
+from bouncing_disk_ros.study.basins.options import DEFINITION
 
 
 def basins(side: int, axial_forcing: float = 0.45) -> Basins:

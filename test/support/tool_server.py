@@ -95,7 +95,7 @@ def study(arguments: Sequence[str]) -> int:
     """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
     from bouncing_disk_ros.errors import InputError
     from bouncing_disk_ros.ros.spin import bad_input
-    from bouncing_disk_ros.study.bifurcation.tool import DEFINITION
+    from bouncing_disk_ros.study.bifurcation.options import DEFINITION
     from bouncing_disk_ros.study.from_bag import read_bag
 
     wanted = ("axial_forcing", "restitution", "phase_lag")

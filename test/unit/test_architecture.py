@@ -26,6 +26,7 @@ TABLES = {
     "environment",
     "errors",
     "executables",
+    "figure_style",
     "folders",
     "help_text",
     "impact_layout",
@@ -74,6 +75,7 @@ LIBRARIES = {
     "angles": {"numpy"},  # the types alone
     "parsing": {"yaml"},
     "kernel_cache": {"numba"},
+    "figure_style": {"numpy", "matplotlib"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
     "core": {"numpy", "numba"},
     "maps": {"numpy", "numba"},
@@ -139,7 +141,7 @@ def has_kernels(file: Path) -> bool:
 
 def is_a_controller(file: Path) -> bool:
     """Whether a module of `juggling` computes what a controller commands."""
-    shell = {"tool", "picture", "compute", "juggle", "juggle_node"}
+    shell = {"options", "picture", "compute", "juggle", "juggle_node"}
     return package(file) == "juggling" and file.stem not in shell
 
 
@@ -301,7 +303,7 @@ def test_unknown_public_name_is_an_attribute_error() -> None:
 def test_executable_is_the_module_of_its_name(name: str) -> None:
     module, function = entry_point(name).split(":")
     file = ROOT / (module.replace(".", "/") + ".py")
-    assert name == file.stem or (file.stem == "tool" and file.parent.name.startswith(name))
+    assert name == file.stem or (file.stem == "options" and file.parent.name.startswith(name))
     body = parsed(file).body
     functions = [node.name for node in body if isinstance(node, ast.FunctionDef)]
     bound = [

@@ -26,7 +26,7 @@ from bouncing_disk_ros.resilience_studies.manifold_growth import (
     why_open,
 )
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
-from bouncing_disk_ros.study.definition import Arrays
+from bouncing_disk_ros.study.computation import Arrays
 
 SEARCHED = 64
 """Neighbours with unlike ends are looked for on a grid of SEARCHED × SEARCHED starts."""

@@ -23,7 +23,7 @@ from bouncing_disk_ros.study.attractor_lines import (
     lines_of,
     put_attractor,
 )
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 
 AXES = {"axial_forcing": "Γ", "restitution": "ε"}
 

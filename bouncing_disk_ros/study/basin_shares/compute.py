@@ -38,7 +38,7 @@ from bouncing_disk_ros.study.attractor_lines import (
     lines_of,
     put_attractor,
 )
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 
 MOST_ATTRACTORS = 12
 """Attractors at each value that are kept for their lines, those with the largest shares."""

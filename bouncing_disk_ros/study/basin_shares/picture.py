@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     PURPLE,
     VERMILION,
     new_figure,

@@ -41,7 +41,7 @@ from bouncing_disk_ros.maps.mean_speed import settled_speeds
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.row_blocks import PIXELS, LabelMap, row_blocks
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import (
+from bouncing_disk_ros.study.computation import (
     Arrays,
     Axis,
     Field,

@@ -11,8 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.maps.row_blocks import downsample
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     BLUE,
     CONTACT,
@@ -30,6 +29,7 @@ from bouncing_disk_ros.report.style import (
     pixel_frame,
     typeset,
 )
+from bouncing_disk_ros.maps.row_blocks import downsample
 
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""

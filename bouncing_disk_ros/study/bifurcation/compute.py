@@ -39,7 +39,7 @@ from bouncing_disk_ros.maps.next_collision import (
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import (
+from bouncing_disk_ros.study.computation import (
     CONTACTS_PER_IMPACT,
     Arrays,
     Axis,

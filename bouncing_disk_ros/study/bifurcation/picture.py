@@ -18,11 +18,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
-from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
-from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     BLUE,
     GREEN,
@@ -32,6 +28,10 @@ from bouncing_disk_ros.report.style import (
     new_figure,
     typeset,
 )
+from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
+from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from bouncing_disk_ros.maps.parameter_plane import (
 )
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.definition import (
+from bouncing_disk_ros.study.computation import (
     CONTACTS_PER_IMPACT,
     IMPACTS_IN_REPETITION,
     Arrays,

@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.row_blocks import downsample
-from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
-from bouncing_disk_ros.report.style import (
+from bouncing_disk_ros.figure_style import (
     BLACK,
     BLUE,
     CONTACT,
@@ -30,6 +28,8 @@ from bouncing_disk_ros.report.style import (
     pixel_frame,
     typeset,
 )
+from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
 PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}

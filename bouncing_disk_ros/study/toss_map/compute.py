@@ -28,7 +28,7 @@ from bouncing_disk_ros.maps.tosses import (
     toss,
 )
 from bouncing_disk_ros.parameters import DEFAULTS, Value
-from bouncing_disk_ros.study.definition import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 
 ROWS = 64
 """Phase lags of one region."""

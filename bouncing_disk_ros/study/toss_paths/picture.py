@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Phase
+from bouncing_disk_ros.figure_style import BLUE, GREEN, GREY, ORANGE, VERMILION, in_pi, new_figure
 from bouncing_disk_ros.maps.toss_path import TossPaths, TossTrajectory
 from bouncing_disk_ros.maps.tosses import Floats
-from bouncing_disk_ros.report.style import BLUE, GREEN, GREY, ORANGE, VERMILION, in_pi, new_figure
 
 DPI = 200
 """Of PNG files, and of the images within vector figures."""

@@ -13,7 +13,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import motor_curves
 from bouncing_disk_ros.motor_study import compute as motor_module
 from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
-from bouncing_disk_ros.motor_study.tool import DEFINITION
+from bouncing_disk_ros.motor_study.options import DEFINITION
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study import named, run

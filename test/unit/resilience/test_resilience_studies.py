@@ -13,9 +13,9 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.curves import tool as curves
-from bouncing_disk_ros.resilience_studies.manifolds import tool as manifolds
-from bouncing_disk_ros.resilience_studies.resilience import tool as resilience
+from bouncing_disk_ros.resilience_studies.curves import options as curves
+from bouncing_disk_ros.resilience_studies.manifolds import options as manifolds
+from bouncing_disk_ros.resilience_studies.resilience import options as resilience
 from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.study import named, run
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from bouncing_disk_ros import bifurcation
-from bouncing_disk_ros.study.bifurcation.tool import lines
+from bouncing_disk_ros.study.bifurcation.options import lines
 
 SHORT: dict[str, Any] = {"count": 2, "settling": 10, "measured": 20, "kept": 5}
 

@@ -11,7 +11,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros.executables import STUDIES
 
 ROOT = Path(__file__).resolve().parents[3]
-LINE = '    "toy": ("toy_study.tool", "square some numbers"),\n'
+LINE = '    "toy": ("toy_study.options", "square some numbers"),\n'
 #: the package as it is with that line in its list, and the toy's folder in it
 ADD = """
 import sys, types
@@ -40,7 +40,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import entry_point
 
 assert "toy" in dir(bouncing_disk_ros) and "toy" in bouncing_disk_ros.__all__
-assert entry_point("toy") == "bouncing_disk_ros.toy_study.tool:main"  # the console script
+assert entry_point("toy") == "bouncing_disk_ros.toy_study.options:main"  # the console script
 result = bouncing_disk_ros.toy(count=3, marks=[1.0, 2.0])
 assert result["square"].values.tolist() == [0.0, 2.25, 9.0]
 assert result.attrs["parameter_marks"] == "1.0 2.0"

@@ -11,20 +11,20 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.juggling import compute as juggling_module
-from bouncing_disk_ros.juggling.tool import lines as juggling_lines
+from bouncing_disk_ros.juggling.options import lines as juggling_lines
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.bifurcation_diagram import begin, follow
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares.compute import CLASSES
-from bouncing_disk_ros.study.basin_shares.tool import lines as share_lines
+from bouncing_disk_ros.study.basin_shares.options import lines as share_lines
 from bouncing_disk_ros.study.basins import compute as basins_module
 from bouncing_disk_ros.study.basins.compute import from_arrays, to_arrays
-from bouncing_disk_ros.study.basins.tool import lines as basin_lines
+from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.bifurcation import compute as bifurcation_module
 from bouncing_disk_ros.study.bifurcation.compute import branch_of
-from bouncing_disk_ros.study.bifurcation.tool import lines
+from bouncing_disk_ros.study.bifurcation.options import lines
 from bouncing_disk_ros.study.parameter_map import compute as parameter_map_module
 
 

@@ -12,15 +12,15 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.motor_study import tool as motor
+from bouncing_disk_ros.motor_study import options as motor
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.basin_shares import tool as basin_shares
-from bouncing_disk_ros.study.basins import tool as basins
-from bouncing_disk_ros.study.bifurcation import tool as bifurcation
-from bouncing_disk_ros.study.parameter_map import tool as parameter_map
-from bouncing_disk_ros.study.toss_map import tool as toss_map
-from bouncing_disk_ros.study.toss_paths import tool as toss_paths
+from bouncing_disk_ros.study.basin_shares import options as basin_shares
+from bouncing_disk_ros.study.basins import options as basins
+from bouncing_disk_ros.study.bifurcation import options as bifurcation
+from bouncing_disk_ros.study.parameter_map import options as parameter_map
+from bouncing_disk_ros.study.toss_map import options as toss_map
+from bouncing_disk_ros.study.toss_paths import options as toss_paths
 
 Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
 

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.toss_extremes import Extreme, ridge
 from bouncing_disk_ros.maps.toss_path import (
     FIG_1_ANGLES,
@@ -21,9 +22,8 @@ from bouncing_disk_ros.maps.toss_path import (
 )
 from bouncing_disk_ros.maps.tosses import toss
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.report.style import in_pi
 from bouncing_disk_ros.study import named, run
-from bouncing_disk_ros.study.toss_map import tool as toss_map
+from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_map.compute import TossMap
 from bouncing_disk_ros.study.toss_map.picture import maps_figure
 from bouncing_disk_ros.study.toss_paths.picture import (

@@ -11,7 +11,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
-from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
+from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.workbench import basin_pane
 from bouncing_disk_ros.workbench.basin_pane import attractors_at, label_of, view
 from bouncing_disk_ros.workbench.start_plane import (

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
-from bouncing_disk_ros.study.basins.tool import DEFINITION as BASINS
-from bouncing_disk_ros.study.basins.tool import lines as basin_lines
+from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
+from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.study_definition import StudyDefinition
 from bouncing_disk_ros.study.study_tool import main_of
 
