@@ -18,7 +18,6 @@ first test.
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
@@ -232,11 +231,6 @@ class SteppedSimulator:
             assert self.node.last_refusal is not None
             raise self.node.last_refusal
         return True
-
-    def kick(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
-        """Call `apply_impulse`, which is its name since version 0.2."""
-        warnings.warn("kick is now apply_impulse", DeprecationWarning, stacklevel=2)
-        return self.apply_impulse(axial_impulse, angular_impulse)
 
     def reset(self) -> None:
         """Back to the initial state."""

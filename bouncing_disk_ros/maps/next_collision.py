@@ -27,7 +27,6 @@ from bouncing_disk_ros.maps.axial_map import (
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
 from bouncing_disk_ros.parameters import plain
-from bouncing_disk_ros.renamed import renamed_fields
 
 Array = NDArray[np.float64]
 
@@ -52,7 +51,6 @@ class Impacts(NamedTuple):
     contact: NDArray[np.bool_]  # whether the disk was in contact since the impact before
 
 
-@renamed_fields(forcing="axial_forcing")
 @dataclass(frozen=True)
 class NextCollisionMap:
     """The next-collision map at one set of parameters. Raises InputError for values out of range.

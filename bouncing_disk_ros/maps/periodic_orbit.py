@@ -16,7 +16,6 @@ from bouncing_disk_ros.maps.mean_speed import (
     repeated_speed,
 )
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
-from bouncing_disk_ros.renamed import renamed_keywords
 
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""
@@ -81,7 +80,6 @@ class PeriodicOrbit(NamedTuple):
         return math.log(size) / self.impacts if size > 0.0 else -math.inf
 
 
-@renamed_keywords(forcing="axial_forcing")
 def fixed_point(
     axial_forcing: float,
     restitution: float,

@@ -133,7 +133,7 @@ class _Run:
         if self._index is not None:
             if index <= self._index or time_ns < self._time_ns:
                 given = f"index {index} at {time_ns} ns after {self._index} at {self._time_ns} ns"
-                hint = "Replay each run on its own (run.runs splits a record into runs)."
+                hint = "Replay each run on its own."
                 raise InputError("input records", given, "rising index and time", hint)
             if index > self._index + 1:
                 self.found.gaps.append(Gap(self._index + 1, index - 1, self._time_ns, None))

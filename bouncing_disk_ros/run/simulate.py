@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from typing import Any, NamedTuple, SupportsFloat
@@ -114,7 +113,6 @@ def simulate(
     *,
     programme: Sequence[Point | Mapping[str, Any]] | str = (),
     impulses: Sequence[ImpulseRow] = (),
-    kicks: Sequence[ImpulseRow] = (),
     trajectory: Sequence[Point] = (),
     sample_rate: SupportsFloat | None = None,
     preset: str = "",
@@ -133,10 +131,10 @@ def simulate(
       `initial_angular_velocity`, `initial_angle`, `initial_forcing_phase`.
     - Inputs: `programme`: (time in s, {name: value}) in increasing time, as on platform/command;
       names left out keep the value of the point before; or the name or path of a programme.
-      `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s); `kicks` is their name
-      of version 0.1.0. `trajectory`: offsets on top of the motion from t = 0 on, (time in s,
-      {joint: position, or (position, velocity), or with acceleration}), joints platform_axial (m)
-      and platform_rotation (rad), as on platform/joint_trajectory.
+      `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s). `trajectory`: offsets
+      on top of the motion from t = 0 on, (time in s, {joint: position, or (position, velocity), or
+      with acceleration}), joints platform_axial (m) and platform_rotation (rad), as on
+      platform/joint_trajectory.
     - Output: `sample_rate` in Hz; None takes no samples, and more than MOST_SAMPLES are refused.
       `chatter_report_speed`: slower impacts of a chatter share a row.
 
@@ -146,9 +144,7 @@ def simulate(
     >>> result = simulate(10.0, preset="pizza_multiple_toss", sample_rate=100.0)
     >>> result.impacts["axial_impact_velocity"]
     """
-    pushes, kicked = _listed("impulses", impulses, _IMPULSES), _listed("kicks", kicks, _IMPULSES)
-    if kicked:
-        warnings.warn("simulate: kicks is now impulses", DeprecationWarning, stacklevel=2)
+    pushes = _listed("impulses", impulses, _IMPULSES)
     for name in values:
         if name not in parameters.TABLE:
             hint = closest(name, [*parameters.TABLE, *_KEYWORDS])
@@ -175,7 +171,7 @@ def simulate(
     if offsets is not None:
         validate_trajectory(offsets)
         session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
-    for seconds, axial, angular in sorted(map(_impulse, [*pushes, *kicked]), key=itemgetter(0)):
+    for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)
         session.apply_impulse(_instant("impulses time", seconds), axial, angular)

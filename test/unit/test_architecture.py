@@ -33,7 +33,6 @@ TABLES = {
     "kernel_cache",
     "limits",
     "parameters",
-    "renamed",
     "safe_path",
     "parsing",
     "regular_file",

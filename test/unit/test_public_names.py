@@ -166,19 +166,6 @@ def test_axial_forcing_wins_over_a_preset_and_not_over_an_amplitude() -> None:
         simulate(1.0, axial_forcing=-1.0)
 
 
-def test_former_keywords_work_with_a_warning() -> None:
-    with pytest.deprecated_call(match="NextCollisionMap: forcing is now axial_forcing"):
-        section = NextCollisionMap(forcing=0.45, restitution=0.5)  # type: ignore[call-arg]
-    assert section == NextCollisionMap(0.45, 0.5)
-    with pytest.deprecated_call(match="forcing is now axial_forcing"):
-        assert section.forcing == 0.45  # type: ignore[attr-defined]
-    with pytest.deprecated_call(match="fixed_point: forcing is now axial_forcing"):
-        orbit = fixed_point(forcing=0.45, restitution=0.5)  # type: ignore[call-arg]
-    assert orbit.cycles == 1
-    with pytest.raises(TypeError, match="which is given"):
-        NextCollisionMap(forcing=0.45, axial_forcing=0.4, restitution=0.5)  # type: ignore[call-arg]
-
-
 # --- reprs ----------------------------------------------------------------------------------------
 def test_reprs_are_one_short_line() -> None:
     section = NextCollisionMap(np.float64(0.5), np.float64(0.5))

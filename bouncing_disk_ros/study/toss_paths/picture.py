@@ -1,6 +1,6 @@
 """Figures of single tosses after the paper's Figs. 1 and 2d: paths of the hand, tosses in time.
 
-Colour-blind people can distinguish the colours. The maps of Fig. 2a-c are in `toss_maps`.
+Colour-blind people can distinguish the colours. The study `toss_map` draws the maps of Fig. 2a-c.
 """
 
 from __future__ import annotations

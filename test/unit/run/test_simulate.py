@@ -164,13 +164,6 @@ def test_a_missing_preset_file_is_refused() -> None:
         load_preset("./none.yaml")
 
 
-def test_the_name_of_version_0_1_still_works() -> None:
-    given = [(0.2, 0.05, 0.001)]
-    with pytest.warns(DeprecationWarning, match="kicks is now impulses"):
-        before = simulate(1.0, kicks=given)
-    assert before.impacts.tobytes() == simulate(1.0, impulses=given).impacts.tobytes()
-
-
 def test_a_programme_is_given_by_its_name() -> None:
     name = "first_toss_to_period_1"
     points = as_simulated(load_programme(name))
@@ -254,7 +247,6 @@ def test_a_point_may_be_written_as_in_a_file() -> None:
         ({"programme": 5}, r"programme: got 5, allowed: a list of \(time in s, {name: value}\)"),
         ({"programme": np.array([[1.0, 4.0]])}, r"programme\[0\]: got \[1.0, 4.0\]"),
         ({"impulses": None}, "impulses: got None, allowed: a list of"),
-        ({"kicks": 1.0}, "kicks: got 1.0"),
         ({"trajectory": "abc"}, "trajectory: got 'abc', allowed: a list of"),
         ({"trajectory": [5.0]}, r"trajectory\[0\]: got 5.0"),
         (
