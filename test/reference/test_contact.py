@@ -99,7 +99,7 @@ def test_platform_that_only_rotates(
     phase=st.floats(0.0, 6.28),
     spin=signed(2.0),
 )
-@settings(SLOW, max_examples=examples(24))
+@settings(SLOW, max_examples=examples(8))
 def test_platform_that_presses(
     axial_forcing: float, friction: float, swing: float, lag: float, phase: float, spin: float
 ) -> None:

@@ -17,7 +17,7 @@ from support.random_maps import random_collisions, random_tosses
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
 from support.toss_proof import prove_toss
 
-MANY_FLIGHTS, COLLISIONS, TOSSES = examples(5_000), examples(3_000), 1_000
+MANY_FLIGHTS, COLLISIONS, TOSSES = examples(2_000), examples(3_000), 1_000
 PINNED = (639,)
 """Runs that were refuted once: a short flight in a cross-fade to a far higher frequency."""
 PATIENCE = 60.0
