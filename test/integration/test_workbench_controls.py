@@ -214,6 +214,7 @@ def test_juggle_that_ends_by_itself_is_told(bench: Bench, warm_juggling: None) -
         return keeper._child is None and bench.link.history.juggling == ""
 
     bench.wait(ended)  # a last status of the test before may be on its way: the button says Stop
+    bench.wait(lambda: model(bench.document, "juggle").label == "Juggle")
     click(bench.document, "juggle")
     bench.wait(ended)
     bench.wait(lambda: "restitution: got 1.0, allowed" in model(bench.document, "messages").text)

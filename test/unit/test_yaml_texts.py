@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import rclpy
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -95,6 +96,7 @@ def to_ros(arguments: Sequence[str]) -> Meaning:
         return found
     finally:
         context.try_shutdown()
+        set_logger_level("", LoggingSeverity.INFO)  # --log-level outlives its context
 
 
 def plain(value: Any) -> str:
