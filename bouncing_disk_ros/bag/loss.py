@@ -1,4 +1,4 @@
-"""True counts of lost messages and rows: gaps in a number that runs on from one to the next."""
+"""Counts of lost messages and rows: gaps in a number that grows by one with each of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ UNNUMBERED = "the middleware does not number messages"
 
 
 class Gaps:
-    """Gaps in a running number; the first one is any, that of a late joiner."""
+    """Gaps in a running number, which begins anywhere: a subscriber may join late."""
 
     def __init__(self) -> None:
         self.lost = 0

@@ -1,7 +1,7 @@
 """One .mcap file while it is written: mcap's writer on a stream that knows what is whole in it.
 
-The index is built anew beside that of the library: so a file can be closed in order after a failed
-write, and recovery can lay out records that it copies.
+The library keeps an index too, but only in its writer. With this one a file can be closed in order
+after a failed write, and recovery can index the records that it copies.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class RecordStream:
             view = view[self.file.write(view) or 0 :]
 
     def cut(self, end: int) -> None:
-        """Throw away what stands after `end` and go on there."""
+        """Throw away what is after `end`, and write the next record there."""
         self.file.truncate(end)
         self.file.seek(end)
         self.position = end
@@ -109,7 +109,7 @@ class Index:
 
     # --- building ---------------------------------------------------------------------------------
     def add(self, data: bytes | memoryview, offset: int) -> None:
-        """Take note of whole records that stand at `offset` of the file."""
+        """Take note of whole records at `offset` of the file."""
         view, position = memoryview(data), 0
         while position < len(view):
             opcode, length = HEAD.unpack_from(view, position)
@@ -168,7 +168,7 @@ class Index:
     }
 
     def drop_last_chunk(self) -> None:
-        """Forget the newest chunk and all that stands after it."""
+        """Forget the newest chunk and all that is after it."""
         chunk = self.chunks.pop()
         self.counts.pop()
         self.end = chunk.chunk_start_offset
@@ -339,7 +339,7 @@ class McapFile:
 
     @property
     def is_in_place(self) -> bool:
-        """Whether the file still stands where it was begun: not deleted, moved or replaced."""
+        """Whether the file is still at its path: not deleted, moved or replaced."""
         try:
             return os.path.samestat(os.fstat(self._stream.file.fileno()), self.path.lstat())
         except OSError:
@@ -370,7 +370,7 @@ class McapFile:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages of each topic that stand in the file, without repeats of earlier ones."""
+        """Messages of each topic in the file, without repeats of earlier ones."""
         counts, own = self._stream.index.channel_counts, without_repeats(self._channels)
         return {channel.topic: counts[number] for number, channel in own.items()}
 

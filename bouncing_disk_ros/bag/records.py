@@ -65,7 +65,7 @@ def nothing(_passed: int, _size: int) -> None:
 
 # --- the file -------------------------------------------------------------------------------------
 class RegularFile:
-    """A regular file; `size` is that of its opening. Use it as a context, or `close` it."""
+    """A regular file; `size` was taken when it was opened. Use it as a context, or `close` it."""
 
     def __init__(self, path: Path) -> None:
         """Open it; InputError when it is no regular file or cannot be read."""
@@ -184,7 +184,8 @@ def _check(found: McapRecord) -> None:
     if not isinstance(found, Header):
         for value in vars(found).values():
             for text in value if isinstance(value, dict) else (value,):
-                _ = _name(text) if isinstance(text, str) else text
+                if isinstance(text, str):
+                    _name(text)
     match found:
         case Schema(id=0):
             raise BagError("damaged: a message type with the number 0")
@@ -203,7 +204,7 @@ def definition(opcode: int, content: Content) -> Schema | Channel:
 
 
 class AttachmentHead(NamedTuple):
-    """What stands before the data of an attachment."""
+    """The fields of an attachment before its data."""
 
     log_time: int
     create_time: int
@@ -214,7 +215,7 @@ class AttachmentHead(NamedTuple):
 
     @property
     def data_end(self) -> int:
-        """Where the checksum of all before it stands, from the beginning of the content."""
+        """Place of the checksum of all before it, from the beginning of the content."""
         return self.data_at + self.data_length
 
 
@@ -228,7 +229,7 @@ def attachment(content: Content, length: int) -> AttachmentHead:
 
 
 def checked_attachment(file: RegularFile, offset: int, length: int) -> AttachmentHead:
-    """The head of the attachment record that stands at `offset`; BagError: damaged.
+    """The head of the attachment record at `offset`; BagError: damaged.
 
     One without a checksum (0) ends with it, else a damaged length would find zeros in its data.
     """
@@ -246,7 +247,7 @@ ATTACHMENT_HEAD = 16 + 4 + limits.NAME + 4 + limits.NAME + 8
 
 
 class ChunkHead(NamedTuple):
-    """What stands before the records of a chunk."""
+    """The fields of a chunk before its records."""
 
     start_ns: int
     end_ns: int

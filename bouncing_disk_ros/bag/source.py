@@ -1,7 +1,7 @@
 """One .mcap file to read: its blocks of messages, topics and notes, by its index or by a walk.
 
 Records and index are those of the mcap library; an index is taken only when nothing in it
-contradicts the file, and chunks are read by `chunks`.
+contradicts the file, and chunks are read by `chunk_reader`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _LEAST_MESSAGE = HEAD.size + 22
 
 
 class Block(NamedTuple):
-    """A chunk, or (`plain`) messages that stand in the file in a row."""
+    """A chunk, or (`plain`) messages in a row outside of chunks."""
 
     offset: int
     length: int
@@ -288,7 +288,7 @@ class Source:
         try:
             with RegularFile(self.path) as file:
                 if HEAD.unpack(file.read(offset, HEAD.size)) != (opcode, length - HEAD.size):
-                    raise BagError("none stands where the index says")
+                    raise BagError("there is none where the index says")
                 yield file, offset + HEAD.size
         except BagError as error:
             reason = str(error).removeprefix("damaged: ")
