@@ -1,4 +1,4 @@
-"""What all figures share: colours, an empty figure, angles written as parts of π."""
+"""What matplotlib figures share: an empty figure, angles written as parts of π."""
 
 from __future__ import annotations
 
@@ -12,13 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
-# Okabe and Ito's colours, which colour-blind people can distinguish
-BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
-
-UNRESOLVED = "#777777"
-REST, CONTACT = "#f3ead8", "#d9d9d9"
-"""Areas of a map: a disk at rest, and an attractor with contact. White is the 0 of a scale."""
 FEWEST_TICKS = 3
 MOST_PIXELS = 1500
 """Along one side of a drawn map, or less than twice as many."""

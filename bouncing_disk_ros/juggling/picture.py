@@ -11,16 +11,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.figure_style import (
-    BLACK,
-    MOST_PIXELS,
-    REST,
-    UNRESOLVED,
-    VERMILION,
-    mark_in_pi,
-    new_figure,
-    pixel_frame,
-)
+from bouncing_disk_ros.colours import BLACK, REST, UNRESOLVED, VERMILION
+from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame
 from bouncing_disk_ros.maps.row_blocks import downsample
 
 COLORS = {-1: UNRESOLVED, 0: REST, 1: REST, 2: VERMILION}

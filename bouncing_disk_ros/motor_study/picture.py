@@ -13,19 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.figure_style import (
-    BLACK,
-    BLUE,
-    GREY,
-    MOST_PIXELS,
-    ORANGE,
-    SKY,
-    UNRESOLVED,
-    VERMILION,
-    new_figure,
-    pixel_frame,
-)
+from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame
 from bouncing_disk_ros.maps.row_blocks import downsample
 from bouncing_disk_ros.parameters import TABLE
 

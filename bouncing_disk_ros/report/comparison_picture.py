@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.figure_style import BLUE, GREY, VERMILION, mark_turns, new_figure
+from bouncing_disk_ros.colours import BLUE, GREY, VERMILION
+from bouncing_disk_ros.figure_style import mark_turns, new_figure
 from bouncing_disk_ros.report.run_comparison import Shown
 from bouncing_disk_ros.report.run_picture import SETTINGS
 from bouncing_disk_ros.units import NS

@@ -1,7 +1,11 @@
-"""What a figure shows, without how it is drawn: panels of series, for pages and for files."""
+"""A panel of a report: its series, its axes, and which points are left out where there are many.
+
+`report_html` draws panels with Bokeh, `report_page` with matplotlib.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,8 +14,19 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bouncing_disk_ros.colours import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
+
 SEED = 20090  # any; fixed so that a report can be made again
 Column = NDArray[np.float64]
+Limits = tuple[float, float] | None
+"""The ends of an axis; None: where its data end."""
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
+PHASE_TICKS = [k * math.pi / 2.0 for k in range(5)]
+PHASE_TEXTS = ["0", "π/2", "π", "3π/2", "2π"]
+_LEAST_RANGE = 1e-6
+"""Values that differ by less than this part of their size are drawn as equal."""
+_FEW, _SOME = 200, 1000
+"""Points at up to so many places are drawn large, or of middle size."""
 
 
 class SeriesStyle(StrEnum):
@@ -27,13 +42,24 @@ class SeriesStyle(StrEnum):
 
 @dataclass(frozen=True)
 class Series:
-    """One set of data; `colour` is a number: 0 the main one."""
+    """One set of data; `number` is its colour's in COLOURS: 0 the main one."""
 
     name: str
     x: Column
     y: Column
     look: SeriesStyle
-    colour: int = 0
+    number: int = 0
+
+    @property
+    def colour(self) -> str:
+        """Its colour, #rrggbb."""
+        return COLOURS[self.number]
+
+    @property
+    def crowding(self) -> int:
+        """0, 1, 2: its points lie at few, some or many places; the more, the smaller they are."""
+        at = places(self)
+        return (at >= _FEW) + (at >= _SOME)
 
 
 @dataclass(frozen=True)
@@ -57,6 +83,24 @@ class Panel:
     def is_empty(self) -> bool:
         """Whether there is nothing to draw."""
         return not any(len(series.x) for series in self.series)
+
+    @property
+    def limits(self) -> tuple[Limits, Limits]:
+        """The ends of the axes of x and y; values that are nearly equal are not drawn apart."""
+        turn = PHASE_TICKS[0], PHASE_TICKS[-1]
+        x = turn if self.x_is_phase else self.x_range
+        return x, turn if self.y_is_phase else None if self.y_is_log else self._wide()
+
+    def _wide(self) -> Limits:
+        drawn = [part.y[np.isfinite(part.y)] for part in self.series]
+        values = np.concatenate([part for part in drawn if len(part)] or [np.zeros(0)])
+        if not len(values):
+            return None
+        low, high = float(np.min(values)), float(np.max(values))
+        size = max(abs(low), abs(high))
+        if high - low > _LEAST_RANGE * size or size == 0.0:
+            return None
+        return low - 0.05 * size, high + 0.05 * size
 
 
 def series(

@@ -1,4 +1,4 @@
-"""A report as one page of figures, for PNG, SVG and PDF."""
+"""A report as one page of figures, for PNG, SVG and PDF: its panels drawn with matplotlib."""
 
 from __future__ import annotations
 
@@ -11,18 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.figure_style import new_figure
-from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, places
+from bouncing_disk_ros.report.panel import PHASE_TEXTS, PHASE_TICKS, Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import (
-    COLOURS,
-    INDEXED,
-    PHASE_TEXTS,
-    PHASE_TICKS,
-    absent,
-    headline,
-    panels,
-    value_range,
-)
+from bouncing_disk_ros.report.report_panels import INDEXED, absent, headline, panels
 from bouncing_disk_ros.report.run_report import Report
 
 MOST_POINTS = 50_000
@@ -100,30 +91,23 @@ def _draw(axes: Any, panel: Panel, absence: str) -> None:
 def _scales(axes: Any, panel: Panel) -> None:
     if panel.y_is_log:
         axes.set_yscale("log")
-    if panel.x_range is not None:
-        axes.set_xlim(*panel.x_range)
-    if (limits := value_range(panel)) is not None:
-        axes.set_ylim(*limits)
+    x, y = panel.limits
+    axes.set(**{name: ends for name, ends in (("xlim", x), ("ylim", y)) if ends is not None})
     if not panel.y_is_log and not panel.y_is_phase:
         axes.yaxis.get_major_formatter().set_useOffset(False)
-    for is_phase, axis, limit in (
-        (panel.x_is_phase, axes.xaxis, axes.set_xlim),
-        (panel.y_is_phase, axes.yaxis, axes.set_ylim),
-    ):
+    for is_phase, axis in ((panel.x_is_phase, axes.xaxis), (panel.y_is_phase, axes.yaxis)):
         if is_phase:
-            limit(PHASE_TICKS[0], PHASE_TICKS[-1])
             axis.set_major_locator(FixedLocator(PHASE_TICKS))
             axis.set_major_formatter(FixedFormatter(PHASE_TEXTS))
 
 
 def _draw_series(axes: Any, part: Series) -> None:
-    color, count = COLOURS[part.colour], len(part.x)
+    color, count = part.colour, len(part.x)
     label = _math(part.name)
     many = {"rasterized": count > _RASTER}
     match part.look:
         case SeriesStyle.POINTS:
-            at = places(part)
-            size = 4.0 if at < 200 else 2.0 if at < 1000 else 1.2
+            size = (4.0, 2.0, 1.2)[part.crowding]
             axes.plot(part.x, part.y, "o", color=color, ms=size, mew=0, label=label, **many)
         case SeriesStyle.LINE | SeriesStyle.WIDE:
             width = 1.4 if part.look is SeriesStyle.LINE else 4.0

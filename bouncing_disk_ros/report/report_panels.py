@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Disk, Motion
-from bouncing_disk_ros.figure_style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 from bouncing_disk_ros.maps.motor_curves import mean_speed
 from bouncing_disk_ros.maps.scales import (
     PeriodOne,
@@ -40,36 +39,15 @@ from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import return_map_of, section_of, single_impacts
 from bouncing_disk_ros.report.spans import Segment, known
 
-COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
-"""Okabe and Ito's; a series gives its place."""
-PHASE_TICKS = [k * math.pi / 2.0 for k in range(5)]
-PHASE_TEXTS = ["0", "π/2", "π", "3π/2", "2π"]
-
-
 INDEXED = re.compile(
     r"(?<![^\W_])(w|τ|α|a|T|φ)_(?:\((n\+1)\)|(A|T|n|e|g|L|B|imp|sep)(?![^\W_]))(?!\w)"
 )
 """Symbols with an index, as panels and tables write them: w_A, τ_(n+1); no parts of names."""
-LEAST_RANGE = 1e-6
-"""Values that differ by less than this part of their size are drawn as equal."""
 
 
 def absent(report: Report, panel: Panel) -> str:
     """Why a panel is empty, in words."""
     return f"{', '.join(panel.topics)}: {report.source.absence(*panel.topics)}"
-
-
-def value_range(panel: Panel) -> tuple[float, float] | None:
-    """The range of y of a panel whose values are nearly equal; None: its axis may choose."""
-    drawn = [part.y[np.isfinite(part.y)] for part in panel.series]
-    values = np.concatenate([part for part in drawn if len(part)] or [np.zeros(0)])
-    if not len(values) or panel.y_is_log or panel.y_is_phase:
-        return None
-    low, high = float(np.min(values)), float(np.max(values))
-    size = max(abs(low), abs(high))
-    if high - low > LEAST_RANGE * size or size == 0.0:
-        return None
-    return low - 0.05 * size, high + 0.05 * size
 
 
 def headline(report: Report) -> tuple[str, str]:

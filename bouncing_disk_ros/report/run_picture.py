@@ -10,8 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
+from bouncing_disk_ros.colours import BLUE, GREY, ORANGE, VERMILION
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import BLUE, GREY, ORANGE, VERMILION, mark_turns, new_figure
+from bouncing_disk_ros.figure_style import mark_turns, new_figure
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit

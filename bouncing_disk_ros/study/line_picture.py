@@ -10,16 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-)
+from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
 
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 """Of the attractors with the largest shares; all others are grey."""

@@ -25,8 +25,9 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.figure_style import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW, in_pi
+from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import (
     Attractor,

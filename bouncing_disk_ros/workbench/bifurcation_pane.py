@@ -26,8 +26,9 @@ from bokeh.plotting import figure
 from matplotlib.colors import Colormap, to_hex
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import BLACK, GREEN, REST
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.figure_style import BLACK, GREEN, REST, in_pi
+from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts

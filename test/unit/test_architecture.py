@@ -22,6 +22,7 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
     "angles",
+    "colours",
     "early_signals",
     "environment",
     "errors",
@@ -80,7 +81,7 @@ LIBRARIES = {
     "maps": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
     "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "tqdm", "messages"},
-    "report": {"numpy", "matplotlib", "bokeh"},
+    "report": {"numpy", "matplotlib"},
     "study": {"numpy", "xarray", "zarr", "google_crc32c", "distributed", "netCDF4", "tqdm",
               "matplotlib", "rclpy", "messages"},
     "nodes": {"numpy", "yaml", "rclpy", "tqdm", "messages"},

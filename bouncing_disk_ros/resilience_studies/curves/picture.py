@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from bouncing_disk_ros.figure_style import BLACK, VERMILION, new_figure
+from bouncing_disk_ros.colours import BLACK, VERMILION
+from bouncing_disk_ros.figure_style import new_figure
 from bouncing_disk_ros.study.parameter_map.picture import draw_periods
 
 STYLES: dict[str, tuple[Any, str]] = {

@@ -12,7 +12,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from bouncing_disk_ros.figure_style import BLACK, BLUE, MOST_PIXELS, VERMILION, new_figure
+from bouncing_disk_ros.colours import BLACK, BLUE, VERMILION
+from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure
 from bouncing_disk_ros.maps.row_blocks import downsample
 from bouncing_disk_ros.study.basins.picture import frame, label_axes, title_of
 

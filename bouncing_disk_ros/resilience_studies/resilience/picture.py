@@ -12,10 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.figure_style import (
-    BLACK,
-    new_figure,
-)
+from bouncing_disk_ros.colours import BLACK
+from bouncing_disk_ros.figure_style import new_figure
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"

@@ -9,12 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.figure_style import (
-    PURPLE,
-    VERMILION,
-    new_figure,
-    typeset,
-)
+from bouncing_disk_ros.colours import PURPLE, VERMILION
+from bouncing_disk_ros.figure_style import new_figure, typeset
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
 

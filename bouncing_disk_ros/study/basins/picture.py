@@ -11,12 +11,11 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.figure_style import (
+from bouncing_disk_ros.colours import (
     BLACK,
     BLUE,
     CONTACT,
     GREEN,
-    MOST_PIXELS,
     ORANGE,
     PURPLE,
     REST,
@@ -24,11 +23,8 @@ from bouncing_disk_ros.figure_style import (
     UNRESOLVED,
     VERMILION,
     YELLOW,
-    mark_in_pi,
-    new_figure,
-    pixel_frame,
-    typeset,
 )
+from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame, typeset
 from bouncing_disk_ros.maps.row_blocks import downsample
 
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)

@@ -18,16 +18,8 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
-from bouncing_disk_ros.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    PURPLE,
-    VERMILION,
-    in_pi,
-    new_figure,
-    typeset,
-)
+from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from bouncing_disk_ros.figure_style import in_pi, new_figure, typeset
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap

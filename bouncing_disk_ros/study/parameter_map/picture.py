@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.figure_style import (
+from bouncing_disk_ros.colours import (
     BLACK,
     BLUE,
     CONTACT,
     GREEN,
-    MOST_PIXELS,
     ORANGE,
     PURPLE,
     REST,
@@ -24,10 +23,8 @@ from bouncing_disk_ros.figure_style import (
     UNRESOLVED,
     VERMILION,
     YELLOW,
-    new_figure,
-    pixel_frame,
-    typeset,
 )
+from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame, typeset
 from bouncing_disk_ros.maps.row_blocks import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 

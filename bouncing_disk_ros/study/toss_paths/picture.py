@@ -13,8 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import BLUE, GREEN, GREY, ORANGE, VERMILION
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.figure_style import BLUE, GREEN, GREY, ORANGE, VERMILION, in_pi, new_figure
+from bouncing_disk_ros.figure_style import in_pi, new_figure
 from bouncing_disk_ros.maps.toss_path import TossPaths, TossTrajectory
 from bouncing_disk_ros.maps.tosses import Floats
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import re
 import shutil
@@ -112,27 +111,17 @@ def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
     assert page.plots == [f"plot_{place}" for place in range(len(PANELS))]
     assert "period-1" in page.words
     assert "in force 0.5" in page.words
-    again = report_html(report)  # no dates, no random names: models alone are numbered on
-    assert len(again) == pytest.approx(len(text), abs=2000)
-    numbered = re.compile(r'"p\d+"')
-    assert numbered.sub("", again) == numbered.sub("", text)
+    assert report_html(report) == text, "no dates, no random names"
 
 
 def test_the_plots_hold_the_numbers_of_their_panels(report: Report) -> None:
-    items = re.findall(r"embed_item\((.*)\)</script>", report_html(report))
-    for item, panel in zip(map(json.loads, items), panels(report, MOST_POINTS), strict=True):
-        (plot,) = item["doc"]["roots"]
-        given = plot["attributes"]
-        sources = [one["attributes"]["data_source"] for one in given["renderers"]]
-        data = [dict(source["attributes"]["data"]["entries"]) for source in sources]
-        assert len(data) == len(panel.series)
-        for one, part in zip(data, panel.series, strict=True):
+    items = re.findall(r"draw\(\"plot_\d+\", (.*)\)</script>", report_html(report))
+    for given, panel in zip(map(json.loads, items), panels(report, MOST_POINTS), strict=True):
+        assert given["labels"] == [panel.x_label, panel.y_label]
+        for one, part in zip(given["series"], panel.series, strict=True):
             for name, values in (("x", part.x), ("y", part.y)):
-                packed = b64decode(one[name]["array"]["data"])
-                stored = np.frombuffer(gzip.decompress(packed), one[name]["dtype"])
+                stored = np.frombuffer(b64decode(one[name]))
                 assert np.array_equal(stored, values, equal_nan=True)
-        for side, text in (("below", panel.x_label), ("left", panel.y_label)):
-            assert given[side][0]["attributes"]["axis_label"] == text
 
 
 ALL = (*WANTED, "/diagnostics")

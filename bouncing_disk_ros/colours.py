@@ -1,0 +1,8 @@
+"""The colours of all figures: Okabe and Ito's, which colour-blind people can distinguish."""
+
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
+
+UNRESOLVED = "#777777"
+REST, CONTACT = "#f3ead8", "#d9d9d9"
+"""Areas of a map: a disk at rest, and an attractor with contact. White is the 0 of a scale."""
