@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,9 +11,15 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLUE, GREY, VERMILION
 from bouncing_disk_ros.figure_style import mark_turns, new_figure
-from bouncing_disk_ros.report.run_comparison import Shown
+from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.report.run_picture import SETTINGS
 from bouncing_disk_ros.units import NS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.run.what_if import Trace, TwoRuns
+
+    Traces = Mapping[str, Trace]
+    """The recorded run and the changed one, by their labels."""
 
 STYLES = (
     {"color": BLUE, "ls": "-", "marker": "o"},
@@ -20,23 +27,25 @@ STYLES = (
 )
 
 
-def two_runs_picture(first: Shown, second: Shown, diverged: float | None, title: str) -> Figure:
-    """Three panels; `diverged` is the simulated time at which the runs part, s (None: never)."""
+def two_runs_picture(runs: TwoRuns, label: str, title: str) -> Figure:
+    """Three panels of the recorded run and of the one that `label` names."""
+    diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
+    traces = {"recorded": runs.first, label: runs.second}
     figure = new_figure(11.0, 8.5)
     heights, speeds, section = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "section"]], height_ratios=[0.9, 1.1]
     ).values()
-    _heights(heights, first, second, diverged)
-    _speeds(speeds, first, second)
-    _section(section, first, second)
+    _heights(heights, traces, diverged)
+    _speeds(speeds, traces)
+    _section(section, traces)
     for axes in (heights, speeds):
         if diverged is not None:
             axes.axvline(diverged, color=GREY, lw=1.0, ls=":", zorder=1)
     for axes in (heights, speeds, section):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
-    ends = f"orbit at the end: {first.label} {first.orbit.name}, {second.label} {second.orbit.name}"
-    figure.suptitle(f"{title}\n{ends}", fontsize=13)
+    ends = ", ".join(f"{name} {orbit_of(one.steady_rows).name}" for name, one in traces.items())
+    figure.suptitle(f"{title}\norbit at the end: {ends}", fontsize=13)
     return figure
 
 
@@ -44,16 +53,16 @@ def _line(style: dict[str, str]) -> dict[str, Any]:
     return {"color": style["color"], "ls": style["ls"], "lw": 1.6}
 
 
-def _heights(axes: Any, first: Shown, second: Shown, diverged: float | None) -> None:
+def _heights(axes: Any, traces: Traces, diverged: float | None) -> None:
     """Heights of disk and platform, near the parting or over the whole run."""
-    detail = len(first.detail) > 1
+    detail = all(len(trace.detail) > 1 for trace in traces.values())
     platforms = []
-    for shown, style in zip((first, second), STYLES, strict=True):
-        samples = _near(shown) if detail else shown.samples
+    for (label, trace), style in zip(traces.items(), STYLES, strict=True):
+        samples = _near(trace) if detail else trace.samples
         time = samples["time_ns"] / NS
         platforms.append((time, samples["platform_position"], style))
-        x, y = _with_corners(time, samples["axial_position"], shown.rows)
-        axes.plot(x, 1e3 * y, label=f"disk x, {shown.label}", **_line(style))
+        x, y = _with_corners(time, samples["axial_position"], trace.rows)
+        axes.plot(x, 1e3 * y, label=f"disk x, {label}", **_line(style))
     same = len(platforms[0][1]) == len(platforms[1][1]) and np.array_equal(
         platforms[0][1], platforms[1][1]
     )
@@ -72,11 +81,11 @@ def _heights(axes: Any, first: Shown, second: Shown, diverged: float | None) -> 
     axes.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
 
 
-def _near(shown: Shown) -> NDArray[np.void]:
+def _near(trace: Trace) -> NDArray[np.void]:
     """The fine samples, and the even ones from a little before: there the two are one."""
-    begin, end = (int(shown.detail["time_ns"][place]) for place in (0, -1))
-    even = shown.samples[shown.samples["time_ns"] < begin]
-    return np.concatenate([even[even["time_ns"] >= begin - (end - begin) // 8], shown.detail])
+    begin, end = (int(trace.detail["time_ns"][place]) for place in (0, -1))
+    even = trace.samples[trace.samples["time_ns"] < begin]
+    return np.concatenate([even[even["time_ns"] >= begin - (end - begin) // 8], trace.detail])
 
 
 def _with_corners(
@@ -91,31 +100,31 @@ def _with_corners(
     return x[order], np.concatenate([height, inside["axial_position"]])[order]
 
 
-def _speeds(axes: Any, first: Shown, second: Shown) -> None:
+def _speeds(axes: Any, traces: Traces) -> None:
     """Rotor speed of both over the whole run."""
-    for shown, style in zip((first, second), STYLES, strict=True):
-        time = shown.samples["time_ns"] / NS
-        axes.plot(time, shown.samples["angular_velocity"], label=shown.label, **_line(style))
-    if len(first.samples) > 1:
-        axes.set_xlim(first.samples["time_ns"][0] / NS, first.samples["time_ns"][-1] / NS)
+    for (label, trace), style in zip(traces.items(), STYLES, strict=True):
+        time = trace.samples["time_ns"] / NS
+        axes.plot(time, trace.samples["angular_velocity"], label=label, **_line(style))
+    if len(time) > 1:
+        axes.set_xlim(time[0], time[-1])
     axes.set_title("Rotor speed", **SETTINGS)
     axes.set_xlabel("simulated time t (s)")
     axes.set_ylabel("angular velocity α̇ (rad/s)")
     axes.legend(loc="best", fontsize=9)
 
 
-def _section(axes: Any, first: Shown, second: Shown) -> None:
+def _section(axes: Any, traces: Traces) -> None:
     """Impacts of both; the marks shrink where there are many."""
     newest = False
-    for shown, style in zip((first, second), STYLES, strict=True):
-        rows = shown.rows
-        newest |= int(rows["count"].sum(dtype=np.int64)) < shown.impacts
+    for (label, trace), style in zip(traces.items(), STYLES, strict=True):
+        rows = trace.rows
+        newest |= int(rows["count"].sum(dtype=np.int64)) < trace.impacts
         size = 5.0 if len(rows) < 500 else 2.0
         axes.plot(rows["x"], rows["y"], style["marker"], color=style["color"], ms=size,
-                  mfc="none", label=shown.label, rasterized=len(rows) > 2000)  # fmt: skip
+                  mfc="none", label=label, rasterized=len(rows) > 2000)  # fmt: skip
     axes.set_xlim(0.0, 1.0)
     axes.margins(y=0.12)
-    kept = f", the newest {len(first.rows)} rows" if newest else ""
+    kept = f", the newest {len(rows)} rows" if newest else ""
     axes.set_title(f"Next-collision section{kept}", **SETTINGS)
     mark_turns(axes.xaxis)
     axes.set_xlabel("forcing phase at impact τ (rad)")

@@ -1,22 +1,24 @@
-"""The record of inputs (run.input_records) applied to the core: every impact again, bit for bit."""
+"""The record of inputs applied to a simulation: every impact again, bit for bit."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bouncing_disk_ros
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError, join_rows
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, SimulationError
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import KINDS, Record
 from bouncing_disk_ros.run.trajectory_validation import splice_of
 from bouncing_disk_ros.units import NS
 
+Watch = Callable[[int], object]
+"""Called with the simulated time reached, in ns; may raise to end a replay."""
 EVENTS_PER_SLICE = 2000
 """Event budget of one slice of work: between two of them, a few milliseconds apart, Ctrl-C and a
 watch are handled."""
@@ -104,34 +106,14 @@ def advance_slice(simulation: Simulation, until_ns: int) -> tuple[NDArray[np.voi
         raise InputError("the recorded run", given, "a run that can be simulated") from None
 
 
-def replay(records: Iterable[Record], until_ns: int | None = None) -> NDArray[np.void]:
-    """The impacts of a run from its records, as rows of IMPACT_DTYPE.
-
-    The records begin with a snapshot; the impacts are those after it, up to the last record or
-    `until_ns`. Records before the first snapshot are not used.
-    """
-    simulation: Simulation | None = None
-    rows: list[NDArray[Any]] = []
-    for record in records:
-        if simulation is None:
-            if record["kind"] == "snapshot":
-                simulation = restored(record)
-            continue
-        rows += advance_to(simulation, record["time_ns"])
-        apply(simulation, record)
-    if simulation is None:
-        raise InputError("input records", "no snapshot", "records with at least one snapshot")
-    if until_ns is not None:
-        rows += advance_to(simulation, until_ns)
-    return join_rows(rows)
-
-
-def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[Any]]:
+def advance_to(
+    simulation: Simulation, until_ns: int, watch: Watch = lambda _: None
+) -> list[NDArray[np.void]]:
     """Advance all the way, whatever the number of events; the rows in the order of `index`."""
-    rows: list[NDArray[Any]] = []
-    behind = True
+    rows, behind = [], True
     while behind:
         some, behind = advance_slice(simulation, until_ns)
         if len(some):
             rows.append(some)
+        watch(simulation.time_ns)
     return rows

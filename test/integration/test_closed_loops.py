@@ -24,6 +24,7 @@ from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
 from support.lockstep_loop import Loop, columns, kept
+from support.replayed import replayed
 from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]
@@ -364,7 +365,7 @@ def test_whatever_happens_at_a_gate_the_run_goes_on_and_replays(loops: Callable[
     assert loop.node.last_refusal is None or "before the reset" in str(loop.node.last_refusal)
     kinds = {record["kind"] for record in loop.records}
     assert kinds >= {"trajectory", "motion", "pause", "reset", "parameters"}
-    again_rows = input_replay.replay(loop.all_records, until_ns=run.session.time_ns + 1)
+    again_rows, _ = replayed(loop.all_records, run.session.time_ns + 1)
     rows = loop.rows
     assert columns(again_rows[: len(rows)]) == columns(rows)
     assert len(rows) > 20

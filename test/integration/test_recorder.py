@@ -20,8 +20,8 @@ from std_msgs.msg import Float64MultiArray, String
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.run.input_records import from_json
-from bouncing_disk_ros.run.input_replay import replay
 from support.processes import PATIENCE, Process, Starter
+from support.replayed import replayed
 from support.talker import RELIABLE, Talker, wait_until
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -69,7 +69,7 @@ def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
     assert rows.dtype == IMPACT_DTYPE
     assert len(rows) > 3
     np.testing.assert_array_equal(rows["index"], np.arange(len(rows)) + rows["index"][0])
-    again = replay(records, round(float(rows["time"][-1]) * 1e9) + 1)
+    again, _ = replayed(records, round(float(rows["time"][-1]) * 1e9) + 1)
     first = int(rows["index"][0])
     assert again[first : first + len(rows)].tobytes() == rows.tobytes()
 
@@ -103,7 +103,7 @@ def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Pat
         records = [from_json(text) for text in run.columns("/disk/inputs", ["data"])["data"]]
     assert records[0]["kind"] == "snapshot"
     assert len(rows) > 0
-    again = replay(records, round(float(rows["time"][-1]) * 1e9) + 1)
+    again, _ = replayed(records, round(float(rows["time"][-1]) * 1e9) + 1)
     first = int(np.searchsorted(again["index"], rows["index"][0]))
     assert again[first : first + len(rows)].tobytes() == rows.tobytes()
     with bag.open(tmp_path / "run") as run:  # the records are gapless and nothing comes twice

@@ -22,10 +22,10 @@ from bouncing_disk_ros.nodes.simulator.outputs import Outputs
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import time_to_ns
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.time_map import MARGIN_NS
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
+from support.replayed import replayed
 from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]
@@ -85,7 +85,7 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
     total = session.simulation.rows_total
     assert total > 100
     peer.spin_until(lambda: len(peer.rows) == total and len(peer.records) == session.accepted + 1)
-    again = input_replay.replay(peer.records, until_ns=session.time_ns)
+    again = replayed(peer.records, session.time_ns)[0]
     assert again.tobytes() == peer.rows.tobytes()
 
 

@@ -16,9 +16,9 @@ from bouncing_disk_ros.core.model import Disk, Energy, InitialState, Motion, Pha
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_trace import trace
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
-from bouncing_disk_ros.run.input_replay import replay
 from bouncing_disk_ros.run.session import Session
 from reference.cases import FIXED, NS, SLOW, Case, examples, runs
+from support.replayed import replayed
 
 SETTLING, MEASURED = 400, 40
 """Periods before means are taken, and those they are taken over."""
@@ -363,7 +363,9 @@ def test_loads_changed_while_it_runs_replay_bit_for_bit() -> None:
     rows = join_rows(batches)
     assert len(rows) > 10
     for first in (0, len(records) // 2):  # from the start, and from a snapshot under a brake
-        again = replay([from_json(to_json(record)) for record in records[first:]], session.time_ns)
+        again, _ = replayed(
+            [from_json(to_json(record)) for record in records[first:]], session.time_ns
+        )
         assert again.tobytes() == rows[len(rows) - len(again) :].tobytes()
         assert len(again) > 0
     assert session.simulation.energy().loss_brake > 0.0

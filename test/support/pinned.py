@@ -50,8 +50,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
 from bouncing_disk_ros.run.replay_check import replay
-from bouncing_disk_ros.run.run_pair import changes_of, what_if
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.what_if import changes_of, what_if
 from support.digest import Near, nearly
 
 Values = Mapping[str, Any]

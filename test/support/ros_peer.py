@@ -24,9 +24,9 @@ from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
-from bouncing_disk_ros.run.input_replay import replay
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.processes import PATIENCE
+from support.replayed import replayed
 
 
 def message_type(name: str) -> type[Any]:
@@ -197,7 +197,7 @@ class Peer:
         """Replay the records up to the last; the rows heard are those, to the bit, none missing."""
         records = self.records
         assert [record["index"] for record in records] == list(range(len(records)))
-        again = replay(records, until_ns=records[-1]["time_ns"])
+        again, _ = replayed(records, until_ns=records[-1]["time_ns"])
         self.spin_until(lambda: self.rows["index"][-1] == again["index"][-1])
         heard = self.rows
         assert np.array_equal(np.diff(heard["index"]), np.ones(len(heard) - 1))

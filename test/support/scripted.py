@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import ImpactKind, Sample, join_rows
-from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.session import Session
 from reference import inclusion
 from reference.inclusion import Path
 from support.random_runs import Script, random_script, take
+from support.replayed import replayed
 
 TWINS, NOISE, FACTOR = 2, 1e-12, 100.0
 FLOOR = 1e-10
@@ -254,22 +253,13 @@ def check_repeats(script: Script, played: Played) -> list[Difference]:
     found = []
     for place in played.snapshots:
         records = [from_json(to_json(record)) for record in played.records[place:]]
-        rows, last = _replayed(records, script.samples_ns[-1])
+        rows, simulation = replayed(records, script.samples_ns[-1])
+        last = simulation.sample()
         if rows.tobytes() != played.rows[len(played.rows) - len(rows) :].tobytes():
             found.append(Difference("replayed rows", place, len(rows), len(played.rows), 0.0))
         if last != played.samples[-1]:
             found.append(Difference("replayed state", place, last, played.samples[-1], 0.0))
     return found
-
-
-def _replayed(records: list[Record], end_ns: int) -> tuple[NDArray[np.void], Sample]:
-    simulation: Simulation = input_replay.restored(records[0])
-    rows = []
-    for record in records[1:]:
-        rows += input_replay.advance_to(simulation, record["time_ns"])
-        input_replay.apply(simulation, record)
-    rows += input_replay.advance_to(simulation, end_ns)
-    return join_rows(rows), simulation.sample()
 
 
 class Verdict(NamedTuple):

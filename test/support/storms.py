@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, join_rows
 from bouncing_disk_ros.run import input_records as records_of
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE
 from bouncing_disk_ros.run.time_map import FAR_NS
 from support.commanded import WALL_NS, CommandedSession
 from support.random_commands import RandomCommands, between
 from support.random_trajectories import RandomTrajectories
+from support.replayed import replayed
 
 COMMANDS = 1000
 """Commands of one storm: each begins with a new session, so that memory does not grow."""
@@ -78,7 +78,7 @@ def all_finite(rows: NDArray[np.void]) -> bool:
 def check_storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Storm:
     """A storm that replays bit by bit, and in which commands were both accepted and refused."""
     found = storm(seed, commands, offsets=offsets)
-    again = input_replay.replay(found.records, until_ns=found.end_ns)
+    again = replayed(found.records, found.end_ns)[0]
     assert again.tobytes() == found.rows.tobytes(), f"seed {seed}: the replay differs"
     assert found.accepted > commands // 10, f"seed {seed}"
     assert found.refused > commands // 10, f"seed {seed}"

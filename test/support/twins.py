@@ -15,12 +15,12 @@ from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.topics import MOTION_NAMES
 from support import requests
 from support.commanded import WALL_NS, CommandedSession
 from support.random_commands import Command, RandomCommands, packed
+from support.replayed import replayed
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
 
@@ -144,7 +144,7 @@ def compare(calm: Twin, disturbed: Twin, seed: int, rows: int) -> dict[str, str]
         assert calm.time_ns == disturbed.time_ns
         heard = sum(msg.width for msg in calm.peer.heard["disk/impacts"])
     assert calm.peer.records == disturbed.peer.records
-    again = input_replay.replay(calm.peer.records, until_ns=calm.time_ns)
+    again = replayed(calm.peer.records, calm.time_ns)[0]
     for twin in twins:
         found = twin.heard_until(again["index"][-1])
         assert len(found) >= rows

@@ -14,7 +14,8 @@ from bouncing_disk_ros.report.recorded_runs import (
     RecordedRuns,
     Run,
 )
-from bouncing_disk_ros.run.replay_check import Replay, Watch, replay
+from bouncing_disk_ros.run.input_replay import Watch
+from bouncing_disk_ros.run.replay_check import Replay, replay
 from bouncing_disk_ros.topics import TOPICS
 
 

@@ -68,7 +68,7 @@ def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded
     from bouncing_disk_ros.nodes.replay.replay_text import run_lines, verdict
-    from bouncing_disk_ros.run.run_pair import changes_of
+    from bouncing_disk_ros.run.what_if import changes_of
 
     changes = changes_of(_settings(given.what_if))
     if given.figure is not None:

@@ -11,9 +11,9 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.report.run_comparison import Shown
+from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.replay_check import Gap, Replay
-from bouncing_disk_ros.run.run_pair import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
+from bouncing_disk_ros.run.what_if import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
 from bouncing_disk_ros.units import NS
 
 
@@ -69,13 +69,14 @@ def verdict(found: ReplayedBag) -> str:
     return f"replay differs: {of_run}{run.difference}"
 
 
-def comparison_lines(runs: TwoRuns, first: Shown, second: Shown) -> list[str]:
-    """Two runs beside each other."""
+def comparison_lines(runs: TwoRuns, label: str) -> list[str]:
+    """The recorded run and the changed one, which `label` names, beside each other."""
+    both = runs.first, runs.second
     rows = [
-        ("", first.label, second.label),
-        ("impacts", str(first.impacts), str(second.impacts)),
-        ("orbit at the end", first.orbit.name, second.orbit.name),
-        (f"rotor speed, last {SPEED_SECONDS:g} s", _speed(first), _speed(second)),
+        ("", "recorded", label),
+        ("impacts", *(str(one.impacts) for one in both)),
+        ("orbit at the end", *(orbit_of(one.steady_rows).name for one in both)),
+        (f"rotor speed, last {SPEED_SECONDS:g} s", *map(_speed, both)),
     ]
     widths = [max(len(row[column]) for row in rows) for column in range(3)]
     lines = ["  ".join(f"{c:{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
@@ -83,8 +84,8 @@ def comparison_lines(runs: TwoRuns, first: Shown, second: Shown) -> list[str]:
     return [f"what if, {span} of simulated time:", *(f"  {line}" for line in lines), _parting(runs)]
 
 
-def _speed(shown: Shown) -> str:
-    return "unknown" if math.isnan(shown.rotor_speed) else f"{shown.rotor_speed:.6g} rad/s"
+def _speed(trace: Trace) -> str:
+    return "unknown" if math.isnan(trace.rotor_speed) else f"{trace.rotor_speed:.6g} rad/s"
 
 
 def _parting(runs: TwoRuns) -> str:
@@ -128,8 +129,7 @@ def compare(
     number = _chosen(found, number)
     end_ns = found.runs[number - 1].end_ns
     runs = what_if(recorded.run(number).records, changes, end_ns)
-    first, second = _shown("recorded", runs.first), _shown(changes.label, runs.second)
-    print("\n".join(comparison_lines(runs, first, second)))
+    print("\n".join(comparison_lines(runs, changes.label)))
     if figure is not None:
         from bouncing_disk_ros.folders import use_matplotlib_folder
 
@@ -137,9 +137,8 @@ def compare(
         from bouncing_disk_ros.report.comparison_picture import two_runs_picture
         from bouncing_disk_ros.report.run_picture import save_picture
 
-        diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
         title = f"{recorded.bag.path.name}: what if {changes.label}"
-        picture = two_runs_picture(first, second, diverged, title)
+        picture = two_runs_picture(runs, changes.label, title)
         replaced(figure, lambda path: save_picture(picture, path), "--figure")
         print(f"figure: {figure}")
 
@@ -152,8 +151,3 @@ def _chosen(found: ReplayedBag, number: int | None) -> int:
         given = "none, but the bag holds several runs" if number is None else number
         raise InputError("--run", given, "one of " + ", ".join(map(str, able)))
     return number
-
-
-def _shown(label: str, trace: Trace) -> Shown:
-    return Shown(label, trace.impacts, trace.rows, trace.samples, trace.detail, trace.rotor_speed,
-                 trace.steady_since)  # fmt: skip

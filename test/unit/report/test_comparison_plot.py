@@ -9,20 +9,15 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.report.comparison_picture import two_runs_picture
-from bouncing_disk_ros.report.run_comparison import Shown
-from bouncing_disk_ros.run.run_pair import changes_of, what_if
+from bouncing_disk_ros.run.what_if import changes_of, what_if
 from bouncing_disk_ros.units import NS
 
 
 def picture(**change: float) -> tuple[Figure, float | None]:
     run = simulate(8.0, preset="pizza_multiple_toss")
     runs = what_if(run.inputs, changes_of(change), 8 * NS)
-    first, second = (
-        Shown(label, t.impacts, t.rows, t.samples, t.detail, t.rotor_speed, t.steady_since)
-        for label, t in (("recorded", runs.first), ("changed", runs.second))
-    )
     diverged = None if runs.divergence_time_ns is None else runs.divergence_time_ns / NS
-    return two_runs_picture(first, second, diverged, "a title"), diverged
+    return two_runs_picture(runs, "changed", "a title"), diverged
 
 
 def texts(axes: Any) -> list[str]:

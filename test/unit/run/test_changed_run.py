@@ -12,7 +12,8 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.replay_check import replay
-from bouncing_disk_ros.run.run_pair import (
+from bouncing_disk_ros.run.simulate import Result
+from bouncing_disk_ros.run.what_if import (
     DETAIL_PERIODS,
     MAX_ROWS,
     SAMPLES,
@@ -20,7 +21,6 @@ from bouncing_disk_ros.run.run_pair import (
     changes_of,
     what_if,
 )
-from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.units import NS
 from support.driven import Driven
 

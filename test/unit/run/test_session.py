@@ -15,11 +15,11 @@ from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.units import NS
 from support.driven import wild_input
+from support.replayed import replayed
 
 Record = dict[str, Any]
 
@@ -66,7 +66,7 @@ def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
     drive(session, seed)
     rows = join_rows(session.take_rows())
     assert len(rows) > 10
-    again = input_replay.replay(through_json(records), until_ns=session.time_ns)
+    again = replayed(through_json(records), session.time_ns)[0]
     assert again.tobytes() == rows.tobytes()
 
 
@@ -80,7 +80,7 @@ def test_a_record_begun_in_mid_run_reproduces_the_rest() -> None:
     drive(session, 12)
     rows = join_rows(session.take_rows())
     assert rows["index"][0] == first
-    again = input_replay.replay(through_json(records[cut:]), until_ns=session.time_ns)
+    again = replayed(through_json(records[cut:]), session.time_ns)[0]
     assert again.tobytes() == rows.tobytes()
 
 
@@ -163,11 +163,6 @@ def test_unknown_kinds_are_refused() -> None:
         records_of.from_json('{"index":0,"time_ns":0,"kind":"dance"}')
 
 
-def test_replay_needs_a_snapshot() -> None:
-    with pytest.raises(InputError, match="at least one snapshot"):
-        input_replay.replay([{"index": 0, "time_ns": 0, "kind": "pause", "paused": True}])
-
-
 def test_numbers_that_are_none_never_reach_the_record() -> None:
     with pytest.raises(ValueError, match="JSON"):
         records_of.to_json({"value": float("nan")})
@@ -209,7 +204,7 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     kinds = [record["kind"] for record in records[before:]]
     assert kinds == ["parameters", "motion"]
     assert [record["time_ns"] for record in records[before:]] == [1, 2]
-    again = input_replay.replay(through_json(records), until_ns=2)
+    again = replayed(through_json(records), 2)[0]
     assert again.tobytes() == join_rows(session.take_rows()).tobytes()
 
 

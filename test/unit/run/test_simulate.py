@@ -13,11 +13,11 @@ from bouncing_disk_ros import parameters, simulate
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.run import input_replay
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
+from support.replayed import replayed
 
 
 def axial_forcing(values: dict[str, parameters.Value]) -> float:
@@ -92,7 +92,7 @@ def test_inputs_of_a_simulation_replay_it() -> None:
         impulses=[(4.0, 0.1, 0.0), (2.0, 0.0, 0.01)],
         restitution=0.6,
     )
-    assert input_replay.replay(result.inputs, 5 * 10**9).tobytes() == result.impacts.tobytes()
+    assert replayed(result.inputs, 5 * 10**9)[0].tobytes() == result.impacts.tobytes()
     assert [record["kind"] for record in result.inputs] == [
         "snapshot",
         "motion",

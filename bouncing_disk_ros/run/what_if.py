@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,9 +19,8 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample, joi
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
-from bouncing_disk_ros.run.input_replay import advance_slice, apply, restored
-from bouncing_disk_ros.run.replay_check import Watch
-from bouncing_disk_ros.run.row_comparison import Difference, row_difference
+from bouncing_disk_ros.run.input_replay import Watch, advance_to, apply, restored
+from bouncing_disk_ros.run.replay_check import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.units import NS
@@ -48,6 +47,11 @@ class Trace(NamedTuple):
     rotor_speed: float  # mean over the last SPEED_SECONDS, rad/s; nan: no time has passed
     steady_since: float  # s; inf: the platform's motion is changing
 
+    @property
+    def steady_rows(self) -> Rows:
+        """The rows since the platform's motion is steady."""
+        return self.rows[self.rows["time"] >= self.steady_since]
+
 
 class TwoRuns(NamedTuple):
     """Two runs from the same inputs."""
@@ -56,9 +60,7 @@ class TwoRuns(NamedTuple):
     second: Trace
     start_ns: int
     end_ns: int
-    divergence_time_ns: (
-        int | None
-    )  # simulated time of the first row that differs; None: there is none
+    divergence_time_ns: int | None  # simulated, of the first row that differs; None: there is none
     divergence: Difference | None  # "recorded" is the first run, "replayed" the second
 
 
@@ -102,9 +104,7 @@ def _mean_speed(first: Sample, last: Sample) -> float:
 class Pair:
     """Drives two simulations that stand at the same instant; the caller applies the inputs."""
 
-    def __init__(
-        self, first: Simulation, second: Simulation, end_ns: int, watch: Callable[[int], object]
-    ) -> None:
+    def __init__(self, first: Simulation, second: Simulation, end_ns: int, watch: Watch) -> None:
         """They will go to end_ns; `watch` is given the simulated time after each slice of work."""
         self.first, self.second = first, second
         self.start_ns = self.time_ns = first.time_ns
@@ -138,12 +138,7 @@ class Pair:
         self._sample()
 
     def _to(self, run: Simulation, until_ns: int) -> Rows:
-        rows, behind = [], True
-        while behind:
-            some, behind = advance_slice(run, until_ns)
-            rows += [some] if len(some) else []
-            self._watch(run.time_ns)
-        return join_rows(rows)
+        return join_rows(advance_to(run, until_ns, self._watch))
 
     def _sample(self) -> None:
         """Take the samples that are due."""
