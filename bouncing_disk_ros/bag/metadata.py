@@ -267,6 +267,11 @@ def checked(notes: Mapping[str, str]) -> dict[str, str]:
     return texts
 
 
+def last_notes(notes: Mapping[str, str], files: Metadata) -> dict[str, dict[str, str]]:
+    """The metadata records at the end of a file: our notes, and what rosbag2 reads of it."""
+    return {NOTE: signed(notes), "rosbag2": {"serialized_metadata": files.record()}}
+
+
 def _checksum(texts: Mapping[str, str]) -> int:
     return zlib.crc32(json.dumps(sorted(texts.items())).encode())
 

@@ -21,15 +21,7 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag.messages import (
-    CLOUD,
-    CloudRows,
-    Decode,
-    Form,
-    check_installed,
-    decoder,
-    gather,
-)  # fmt: skip
+from bouncing_disk_ros.bag.messages import Decode, Form, check_installed, decoder
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     FORMAT_VERSION,
@@ -39,6 +31,7 @@ from bouncing_disk_ros.bag.metadata import (
     qos_from_text,
 )
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
+from bouncing_disk_ros.bag.rows import CLOUD, CloudRows, gather
 from bouncing_disk_ros.bag.source import Block, Source
 from bouncing_disk_ros.errors import BagError, InputError, closest
 from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT

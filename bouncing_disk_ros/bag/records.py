@@ -275,6 +275,8 @@ def chunk(content: Content, length: int) -> ChunkHead:
 
 INDEX_HEAD = struct.Struct("<HI")
 """Channel and bytes before the entries of a message index, of 16 bytes each."""
+TIMES = struct.Struct("<QQ")
+"""First and last time of the messages, at the beginning of a chunk."""
 CHUNK_HEAD = 8 + 8 + 8 + 4 + 4 + limits.NAME + 8
 """The head of a chunk is no longer than this."""
 # --- repeats of latched messages ------------------------------------------------------------------

@@ -7,7 +7,6 @@ at the head of a chunk, which have no checksum, are put right by its messages.
 from __future__ import annotations
 
 import shutil
-import struct
 import zlib
 from collections import Counter
 from collections.abc import Mapping
@@ -16,13 +15,13 @@ from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Header, McapRecord
+from mcap.records import Channel, Chunk, Header
 from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Definitions, Inner
-from bouncing_disk_ros.bag.mcap_file import RecordStream
+from bouncing_disk_ros.bag.chunk_writer import RecordStream
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     NOTE,
@@ -38,6 +37,7 @@ from bouncing_disk_ros.bag.metadata import (
 from bouncing_disk_ros.bag.records import (
     HEAD,
     MAGIC,
+    TIMES,
     RegularFile,
     Watch,
     nothing,
@@ -102,8 +102,6 @@ def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
 
 
 # --- the recovery ---------------------------------------------------------------------------------
-_TIMES = struct.Struct("<QQ")
-"""First and last time of the messages, at the beginning of a chunk."""
 
 
 def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = nothing) -> Report:
@@ -194,7 +192,9 @@ class _File:
         self._lost: list[Damage] = []
         self._left = dict(self._source.names)  # attachments and notes that have not come yet
         self._stream.write(MAGIC)
-        self._write(Header("ros2", "bouncing_disk_ros bag_recover"))
+        builder = RecordBuilder()
+        Header("ros2", "bouncing_disk_ros bag_recover").write(builder)
+        self._stream.write(builder.end())
         for opened, piece in self._source.pieces():
             if isinstance(piece, Damage):
                 self._lost.append(piece)
@@ -233,12 +233,6 @@ class _File:
                 self._lost.append(replace(damage, record=name))
         elif record.name != "rosbag2":
             self._stream.write(piece.record)
-
-    def _write(self, *rows: McapRecord) -> None:
-        builder = RecordBuilder()
-        for row in rows:
-            row.write(builder)
-        self._stream.write(builder.end())
 
     def _copy_chunk(self, piece: Piece) -> None:
         """Copy a chunk, and write the index of its messages anew."""
@@ -330,17 +324,16 @@ class _File:
 
     def finish(self, notes: dict[str, str]) -> None:
         """Write notes, index and footer."""
-        record = {"serialized_metadata": _metadata([self], {}).record()}
-        self._write(MetadataRecord(NOTE, signed(notes)), MetadataRecord("rosbag2", record))
         self.index.schemas, self.index.channels = self._found.schemas, self._found.channels
-        self._stream.write_ending(self.index.closing())
+        last = metadata.last_notes(notes, _metadata([self], {}))
+        self._stream.write_ending(self.index.ending(last))
         self._stream.file.close()
 
 
 def _with_times(record: bytes, span: tuple[int, int]) -> bytes:
     """A chunk record that names these times; no checksum covers those that it names itself."""
-    times = _TIMES.pack(*span)
-    end = HEAD.size + _TIMES.size
+    times = TIMES.pack(*span)
+    end = HEAD.size + TIMES.size
     return (
         record if record[HEAD.size : end] == times else record[: HEAD.size] + times + record[end:]
     )

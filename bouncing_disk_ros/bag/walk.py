@@ -27,6 +27,7 @@ from bouncing_disk_ros.bag.records import (
     INDEX_HEAD,
     MAGIC,
     PART,
+    TIMES,
     RegularFile,
     Stream,
     Watch,
@@ -163,7 +164,6 @@ def _candidates(window: bytes) -> list[int]:
 # --- the walk -------------------------------------------------------------------------------------
 BLOCK = 1 << 20
 """Messages outside of chunks are taken together in blocks of about this size."""
-_SPAN = struct.Struct("<QQ")
 
 
 class Window:
@@ -424,6 +424,6 @@ class Walk:
         if self._window.head(position)[0] != Opcode.CHUNK:
             return None
         with contextlib.suppress(BagError):
-            start, end = self._window.unpack(_SPAN, position + HEAD.size)
+            start, end = self._window.unpack(TIMES, position + HEAD.size)
             return (start, end) if 0 < start <= end <= limits.TIME_NS else None
         return None

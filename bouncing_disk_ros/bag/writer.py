@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros.bag import metadata
-from bouncing_disk_ros.bag.mcap_file import McapFile, Options
+from bouncing_disk_ros.bag.chunk_writer import McapFile, Options
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     FORMAT_VERSION,
@@ -281,8 +281,7 @@ class Writer:
         self._file = None
 
     def _last_notes(self, file: McapFile) -> dict[str, dict[str, str]]:
-        record = {"serialized_metadata": self._metadata([file.filled]).record()}
-        return {NOTE: signed(self.notes), "rosbag2": record}
+        return metadata.last_notes(self.notes, self._metadata([file.filled]))
 
     def _metadata(self, files: list[tuple[FileRow, dict[str, int]]]) -> Metadata:
         return metadata.summed(files, self._topics.values(), self.notes)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag import Bag
-from bouncing_disk_ros.bag.messages import CloudRows
+from bouncing_disk_ros.bag.rows import CloudRows
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions, names_of
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.replay_check import checked_rows

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.messages import CLOUD
+from bouncing_disk_ros.bag.rows import CLOUD
 from bouncing_disk_ros.errors import InputError
 
 

@@ -1,4 +1,4 @@
-"""One .mcap file while it is written: mcap's writer on a stream that knows what is whole in it.
+"""Chunks of one .mcap file as they are written, by the mcap library, and the index at its end.
 
 The library keeps an index too, but only in its writer. With this one a file can be closed in order
 after a failed write, and recovery can index the records that it copies.
@@ -188,14 +188,20 @@ class Index:
         first = min((row.message_start_time for row in rows), default=0)
         return first, max((row.message_end_time for row in rows), default=0)
 
-    def closing(self) -> bytes:
-        """All that follows the data section: its end, the summary, the footer."""
-        builder = RecordBuilder()
+    def ending(self, notes: Mapping[str, Mapping[str, str]]) -> bytes:
+        """Notes, the end of the data section, summary and footer; the index stays as it is."""
+        builder, places = RecordBuilder(), list(self.metadata)
+        for name, values in notes.items():
+            at = self.end + builder.count
+            Metadata(name, dict(values)).write(builder)
+            places.append(MetadataIndex(at, self.end + builder.count - at, name))
         DataEnd(0).write(builder)
         head = builder.end()
         start = self.end + len(head)
         groups = RecordBuilder()
-        offsets = [self._group(groups, opcode, rows, start) for opcode, rows in self._groups()]
+        offsets = [
+            self._group(groups, opcode, rows, start) for opcode, rows in self._groups(places)
+        ]
         offsets_at = start + groups.count
         for row in offsets:
             if row is not None:
@@ -205,14 +211,14 @@ class Index:
         Footer(start, offsets_at, zlib.crc32(tail, zlib.crc32(summary))).write(builder)
         return bytes(head + summary + builder.end() + MAGIC)
 
-    def _groups(self) -> list[tuple[Opcode, list[McapRecord]]]:
+    def _groups(self, metadata: list[MetadataIndex]) -> list[tuple[Opcode, list[McapRecord]]]:
         return [
             (Opcode.SCHEMA, list(self.schemas.values())),
             (Opcode.CHANNEL, list(self.channels.values())),
-            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.STATISTICS, [self._statistics(len(metadata))]),
             (Opcode.CHUNK_INDEX, list(self.chunks)),
             (Opcode.ATTACHMENT_INDEX, list(self.attachments)),
-            (Opcode.METADATA_INDEX, list(self.metadata)),
+            (Opcode.METADATA_INDEX, list(metadata)),
         ]
 
     @staticmethod
@@ -225,7 +231,7 @@ class Index:
         length = builder.count - first
         return SummaryOffset(opcode, start + first, length) if rows else None
 
-    def _statistics(self) -> Statistics:
+    def _statistics(self, metadata: int) -> Statistics:
         counts, (first, last) = self.channel_counts, self.span
         return Statistics(
             attachment_count=len(self.attachments),
@@ -235,7 +241,7 @@ class Index:
             message_count=counts.total(),
             message_end_time=last,
             message_start_time=first,
-            metadata_count=len(self.metadata),
+            metadata_count=metadata,
             schema_count=len(self.schemas),
         )
 
@@ -422,19 +428,10 @@ class McapFile:
                 self._stream.index.drop_last_chunk()
 
     def _ending(self, notes: Mapping[str, Mapping[str, str]]) -> bytes:
-        """Notes, index and footer as bytes; the index is left as it was when writing fails."""
         index = self._stream.index
         index.schemas = {schema.id: schema for schema in self._schemas.values()}
         index.channels = dict(self._channels)
-        builder = RecordBuilder()
-        for name, values in notes.items():
-            Metadata(name, dict(values)).write(builder)
-        head = builder.end()
-        end, rows = index.end, list(index.metadata)
-        index.add(head, end)
-        ending = bytes(head + index.closing())
-        index.end, index.metadata = end, rows
-        return ending
+        return index.ending(notes)
 
     def close(self) -> None:
         """Close the file as it is."""
