@@ -89,10 +89,10 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.run.presets import load_preset, preset_names
     from bouncing_disk_ros.run.programmes import load_programme, programme_names
     from bouncing_disk_ros.run.simulate import Result, simulate
+    from bouncing_disk_ros.study.definition import figures
     from bouncing_disk_ros.study.runner import StudyFunction
     from bouncing_disk_ros.study.runner import run as run_study
     from bouncing_disk_ros.study.store import open_result
-    from bouncing_disk_ros.study.studies import figures
 
     basin_shares: StudyFunction
     basins: StudyFunction
@@ -139,7 +139,7 @@ _PUBLIC = {
     "run.programmes": "load_programme programme_names",
     "run.simulate": "Result simulate",
     "study.runner": " ".join(("run_study", *_FUNCTIONS)),
-    "study.studies": "figures",
+    "study.definition": "figures",
     "study.store": "open_result",
 }
 _MODULES = ("bag", "plots", "study")

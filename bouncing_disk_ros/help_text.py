@@ -131,7 +131,7 @@ def _study_parts() -> list[str]:
         f"of the parameters above. Only {', '.join(bags)} and {last} take a bag, only {presets} a "
         "preset."
     )
-    common = loaded("bouncing_disk_ros.study.study_definition:COMMON")
+    common = loaded("bouncing_disk_ros.study.definition:COMMON")
     return [*parts, "## All studies", note, _HEAD + "\n".join(map(_row, common.values()))]
 
 

@@ -1,14 +1,13 @@
 """The folder of compiled kernels: one for each version of their sources, old ones deleted.
 
-A folder is named by a digest of the kernels' sources. Each process holds a shared lock (flock) on
-the one that it uses, as long as it lives, and sets its time of last use. Folders of other versions
-that nobody has used for `UNUSED_DAYS` and nobody holds are removed.
+A folder is named by a digest of the kernels' sources: numba itself misses edits in what a kernel
+calls. Each process sets the time of last use of the one that it uses. Folders of other versions
+that nobody has begun to use for `UNUSED_DAYS` are removed.
 """
 
 from __future__ import annotations
 
 import atexit
-import fcntl
 import hashlib
 import os
 import re
@@ -60,12 +59,10 @@ _STUDIES: Shares = (
 _UNUSED = ("scipy.linalg.cython_blas", "coverage")
 """Modules that numba imports where they are installed, and no kernel uses."""
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
-_held: dict[Path, int] = {}
-"""Folders in use by this process, and the descriptors that lock them."""
 
 
 def kernel_digest() -> str:
-    """Return a digest of the kernels' sources; numba itself misses edits in their callees."""
+    """Return a digest of the kernels' sources."""
     digest = hashlib.sha256()
     for name, source in kernel_sources().items():
         digest.update(name.encode() + b"\0" + source + b"\0")
@@ -109,7 +106,7 @@ def numba_cache_directory() -> Path | None:
 def use_numba_cache() -> None:
     """Set NUMBA_CACHE_DIR unless it is set. Warn once if kernels must be compiled at each start."""
     if os.environ.get("NUMBA_CACHE_DIR"):
-        return  # the user's, or that of the process that started this one, which holds it
+        return  # the user's, or that of the process that started this one
     folder = numba_cache_directory()
     if folder is None:
         warnings.warn(
@@ -120,7 +117,8 @@ def use_numba_cache() -> None:
         )
         folder = passing_folder()
     else:
-        hold(folder)
+        with suppress(OSError):
+            os.utime(folder)
         forget_unused(folder)
     if folder is not None:
         os.environ["NUMBA_CACHE_DIR"] = str(folder)
@@ -165,53 +163,18 @@ def load_numba_alone() -> None:
             del sys.modules[name]
 
 
-def hold(folder: Path) -> None:
-    """Keep others from removing `folder` while this process lives; it was last used now."""
-    with suppress(OSError):  # a file system without locks: nobody removes anything there
-        while folder not in _held:
-            folder.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-            if _locked(folder, descriptor):
-                _held[folder] = descriptor
-            else:
-                os.close(descriptor)
-    with suppress(OSError):
-        os.utime(folder)
-
-
-def _locked(folder: Path, descriptor: int) -> bool:
-    """Whether the folder of the descriptor, locked now, still is the one of that name."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH)  # waits for one who is removing it
-        return os.path.samestat(folder.stat(), os.fstat(descriptor))
-    except FileNotFoundError:
-        return False
-    except OSError:
-        os.close(descriptor)
-        raise
-
-
 def forget_unused(own: Path) -> None:
-    """Remove the folders of other versions beside `own` that are not in use and long unused."""
+    """Remove the folders of other versions beside `own` that nobody began to use for UNUSED_DAYS.
+
+    A process that runs longer loses nothing: numba compiles again what it does not find.
+    """
     oldest = time.time() - UNUSED_DAYS * 86400
     with suppress(OSError):
         for folder in own.parent.iterdir():
             if folder != own and _NAME.fullmatch(folder.name) and not folder.is_symlink():
-                with suppress(OSError):  # in use, removed by another one, not ours: it stays
-                    _remove(folder, oldest)
-
-
-def _remove(folder: Path, oldest: float) -> None:
-    """Remove a folder last used before `oldest`; OSError where someone holds it."""
-    if folder.stat().st_mtime >= oldest:
-        return
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if os.fstat(descriptor).st_mtime < oldest:  # still, now that nobody can begin to use it
-            shutil.rmtree(folder)
-    finally:
-        os.close(descriptor)
+                with suppress(OSError):  # removed by another one, not ours
+                    if folder.stat().st_mtime < oldest:
+                        shutil.rmtree(folder)
 
 
 def passing_folder() -> Path | None:

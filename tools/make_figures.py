@@ -19,14 +19,14 @@ import yaml
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.studies import definition_of
+from bouncing_disk_ros.study.definition import definition_of
 from geometry_figure import geometry_figure  # beside this file
 from paper_figures import FIGURES, PaperFigure, page
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from bouncing_disk_ros.study.study_definition import StudyDefinition
+    from bouncing_disk_ros.study.definition import StudyDefinition
 
 ROOT = Path(__file__).resolve().parents[1]
 DPI = 110

@@ -28,8 +28,14 @@ from bouncing_disk_ros.motor_study.motor_points import (
     measure,
 )
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.computation import IMPACTS_IN_REPETITION, Arrays, Axis, Field, Region
-from bouncing_disk_ros.study.plane import PlaneStudy
+from bouncing_disk_ros.study.computation import (
+    IMPACTS_IN_REPETITION,
+    Arrays,
+    Axis,
+    Field,
+    PlaneStudy,
+    Region,
+)
 
 Floats = NDArray[np.float64]
 

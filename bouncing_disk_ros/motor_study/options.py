@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import TABLE, Spec
-from bouncing_disk_ros.study.study_definition import StudyDefinition
-from bouncing_disk_ros.study.study_tool import main_of
+from bouncing_disk_ros.study.command import main_of
+from bouncing_disk_ros.study.definition import StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +85,7 @@ def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
-    from bouncing_disk_ros.study.plane import kind_shares, largest
+    from bouncing_disk_ros.study.computation import kind_shares, largest
 
     rows = kind_shares(result)
     rows += largest(result, "mean_speed", "mean speed", " rad/s", ".6g")

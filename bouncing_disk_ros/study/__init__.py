@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+    from bouncing_disk_ros.study.definition import named
     from bouncing_disk_ros.study.runner import Progress, run
     from bouncing_disk_ros.study.store import export, open_result
-    from bouncing_disk_ros.study.studies import named
 
 _PUBLIC = {
     "computation": "Arrays Axis Field Region Study",
     "runner": "Progress run",
     "store": "export open_result",
-    "studies": "named",
+    "definition": "named",
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = [

@@ -20,7 +20,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.spans import Segment, known, segments_of, time_decimals
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.units import NS
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")

@@ -9,13 +9,14 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from threading import Semaphore
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import xarray as xr
 from tqdm import tqdm
@@ -23,10 +24,20 @@ from tqdm import tqdm
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
-from bouncing_disk_ros.study.pipeline import PREFETCH, Pipeline, compute_here, compute_region
-from bouncing_disk_ros.study.store import DONE, RESULT, Store, exclusive_lock, opened
-from bouncing_disk_ros.study.studies import definition_of, named
+from bouncing_disk_ros.study.definition import definition_of, named
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, exclusive_lock, opened, put, token_of
 
+PREFETCH = 2
+"""Regions on their way for each worker: one at work, one waiting."""
+FIRST_BATCH = 32
+"""Most regions on their way until it is seen that results do not pile up here."""
+MAX_BACKLOG = 8
+"""So many results sent back at once are a pile: then no more is given out."""
+POLL_SECONDS = 0.2
+"""How often a run that waits for results looks whether it is to stop."""
+
+Work = Callable[[Region], Arrays | None]
+"""Computes a region; gives the arrays back if it has not stored them."""
 NICENESS = 10
 """Of threads that compute regions: with another program at work, 1 kHz ticks in the same process
 were late by 2.6 ms at p99 so, and by 3.9 ms without."""
@@ -135,34 +146,25 @@ def _run(
         regions = list(study.regions())
         resumed = store.regions_done
         on_progress(Progress(resumed, len(regions), resumed, store.note))
-        missing = iter([region for region in regions if not store.is_done(region)])
         context = store.context()
-        if study.sequential:
-            stored = _in_order(study, store, context, regions, stopped)
-            _keep(stored, store, on_progress, len(regions))
-        else:
-            with _executor(workers, scheduler) as (executor, count):
+        with ExitStack() as ending:
+            if study.sequential:
+                stored = _in_order(study, store, context, regions, stopped)
+            else:
+                executor, count = ending.enter_context(_executor(workers, scheduler))
                 work = (
                     partial(compute_region, study, context, str(store.path.resolve()), token)
                     if scheduler
                     else partial(compute_here, study, context, store, Semaphore(workers))
                 )
-                pipeline = Pipeline(work, store, executor, count)
-                stored = _side_by_side(pipeline, missing, stopped)
-                _keep(stored, store, on_progress, len(regions))
+                missing = iter([region for region in regions if not store.is_done(region)])
+                stored = _side_by_side(Pipeline(work, store, executor, count), missing, stopped)
+            for region in stored:
+                store.mark(region)
+                on_progress(Progress(store.regions_done, len(regions), resumed))
     if store.regions_done < len(regions):
         return None
     return _described(study, study.finish(opened(path), context))
-
-
-def _keep(
-    finished: Iterable[Region], store: Store, on_progress: Callable[[Progress], None], total: int
-) -> None:
-    """Mark what is in the store."""
-    resumed = store.regions_done
-    for region in finished:
-        store.mark(region)
-        on_progress(Progress(store.regions_done, total, resumed))
 
 
 def _in_order(
@@ -202,6 +204,96 @@ def _side_by_side(
         raise pipeline.error
 
 
+def _described(study: Study, result: xr.Dataset) -> xr.Dataset:
+    """The result with a unit and a name of each variable, and its axis by its parameter's name.
+
+    An axis `value` along a parameter can be used by that name too: `result["restitution"]`,
+    `result.sel(restitution=0.4, method="nearest")`.
+    """
+    result = result.copy()
+    about = {**study.added, DONE: ("1", "whether the part is computed")}
+    for name, variable in result.variables.items():
+        units, long_name = about.get(str(name), ("1", str(name).replace("_", " ")))
+        own = {"units": units, "long_name": long_name}
+        variable.attrs = {**own, **variable.attrs}
+    result = result.set_coords([name for name in COORDINATES if name in result])
+    along = str(study.parameters.get("along", ""))
+    if along and "value" in result.coords and along not in result.variables:
+        values = result["value"]
+        result = result.assign_coords({along: ("value", values.values, values.attrs)})
+        result = result.set_xindex(along)
+    return result
+
+
+# --- regions on their way ----------------------------------------------------------------------
+def compute_here(
+    study: Study, context: Arrays, store: Store, slots: AbstractContextManager[Any], region: Region
+) -> None:
+    """Work for threads of this process: so many compute as there are slots, others store."""
+    with slots:
+        arrays = study.compute(region, context, None)
+    store.put(region, arrays)
+
+
+def compute_region(
+    study: Study, context: Arrays, path: str, token: str, region: Region
+) -> Arrays | None:
+    """Work for any process: it stores what it computes if it can read the claim of the run."""
+    arrays = study.compute(region, context, None)
+    if token_of(path) != token:
+        return arrays
+    put(path, study, region, arrays)
+    return None
+
+
+class Pipeline:
+    """Gives regions to an executor; keeps what comes back, and how much is on its way, in bounds.
+
+    Results that come back wait in the memory of this process until they are stored, so a run begins
+    with few regions on their way and doubles them only while none pile up.
+    """
+
+    def __init__(self, work: Work, store: Store, executor: Executor, workers: int) -> None:
+        self.error: BaseException | None = None  # the first of a region
+        self._work, self._store, self._executor = work, store, executor
+        self._most = PREFETCH * workers
+        self._allowed = min(self._most, FIRST_BATCH)
+        self._at_work: dict[Future[Arrays | None], Region] = {}
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is on its way."""
+        return not self._at_work
+
+    def submit(self, missing: Iterator[Region]) -> None:
+        """As many regions as there is room for."""
+        for region in islice(missing, max(0, self._allowed - len(self._at_work))):
+            self._at_work[self._executor.submit(self._work, region)] = region
+
+    def collect(self) -> Iterator[Region]:
+        """Wait for a while; the regions that are in the store now. Raises OSError of the store."""
+        finished = wait(self._at_work, POLL_SECONDS, FIRST_COMPLETED).done
+        done = [future for future in self._at_work if future in finished]
+        sent_back = 0
+        for future in done:
+            region = self._at_work.pop(future)
+            if error := future.exception():
+                self.error = self.error or error
+                continue
+            if (arrays := future.result()) is not None:
+                self._store.put(region, arrays)
+                sent_back += 1
+            yield region
+        if done:
+            piled = sent_back >= MAX_BACKLOG
+            self._allowed = min(self._most, FIRST_BATCH if piled else 2 * self._allowed)
+
+    def cancel(self) -> None:
+        """Take back what no worker has begun."""
+        for future in [future for future in self._at_work if future.cancel()]:
+            del self._at_work[future]
+
+
 @contextmanager
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
@@ -236,27 +328,6 @@ def _give_way() -> None:
     """Let a thread come after others, so that a simulator beside it keeps its ticks."""
     if sys.platform == "linux":  # elsewhere it would be the whole process
         os.nice(NICENESS)
-
-
-def _described(study: Study, result: xr.Dataset) -> xr.Dataset:
-    """The result with a unit and a name of each variable, and its axis by its parameter's name.
-
-    An axis `value` along a parameter can be used by that name too: `result["restitution"]`,
-    `result.sel(restitution=0.4, method="nearest")`.
-    """
-    result = result.copy()
-    about = {**study.added, DONE: ("1", "whether the part is computed")}
-    for name, variable in result.variables.items():
-        units, long_name = about.get(str(name), ("1", str(name).replace("_", " ")))
-        own = {"units": units, "long_name": long_name}
-        variable.attrs = {**own, **variable.attrs}
-    result = result.set_coords([name for name in COORDINATES if name in result])
-    along = str(study.parameters.get("along", ""))
-    if along and "value" in result.coords and along not in result.variables:
-        values = result["value"]
-        result = result.assign_coords({along: ("value", values.values, values.attrs)})
-        result = result.set_xindex(along)
-    return result
 
 
 # --- the studies as functions: parameters in, dataset out -----------------------------------------

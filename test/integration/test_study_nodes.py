@@ -21,7 +21,7 @@ from std_msgs.msg import Float32
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.study import named, open_result, run
-from bouncing_disk_ros.study.study_node import image_message
+from bouncing_disk_ros.study.command import image_message
 from support.processes import Process, Starter
 from support.recorded import RecordedRun
 from support.ros import wait_for_message

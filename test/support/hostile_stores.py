@@ -21,7 +21,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store_check import DIGESTS, seal
+from bouncing_disk_ros.study.store import DIGESTS, seal
 from support.studies import Products
 
 Change = Callable[[Path], object]

@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import os
 import shutil
 import stat
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
+import numba
 import pytest
 
 from bouncing_disk_ros import kernel_cache
 from support.places import private
 
 
-def test_kernels_are_cached_under_home(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_kernels_are_cached_in_xdg_cache_home_or_under_home(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     folder = kernel_cache.numba_cache_directory()
     assert folder is not None
     assert folder.is_dir()
     assert folder.parent == tmp_path / "home" / ".cache" / "bouncing_disk_ros"
     kernel_cache.use_numba_cache()
     assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
-
-
-def test_xdg_cache_home_goes_before_home(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
     clean.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    folder = kernel_cache.numba_cache_directory()
-    assert folder is not None
-    assert folder.parent == tmp_path / "xdg" / "bouncing_disk_ros"
+    kernel_cache.use_numba_cache()  # what is set stays
+    assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
+    other = kernel_cache.numba_cache_directory()
+    assert other is not None
+    assert other.parent == tmp_path / "xdg" / "bouncing_disk_ros"
 
 
 @pytest.mark.parametrize("home", ["unset", "unusable"])
@@ -110,30 +109,6 @@ def test_without_any_lasting_folder_one_warning_and_a_passing_one(
     assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
 
 
-def test_with_no_folder_at_all_numba_is_left_to_itself(
-    no_home: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    no_home.setattr(kernel_cache, "passing_folder", lambda: None)
-    private(tmp_path).touch()
-    with pytest.warns(RuntimeWarning):
-        kernel_cache.use_numba_cache()
-    assert "NUMBA_CACHE_DIR" not in os.environ
-
-
-def test_passing_folder_is_none_where_nothing_can_be_made(clean: pytest.MonkeyPatch) -> None:
-    def refuse(**_: object) -> str:
-        raise OSError
-
-    clean.setattr(tempfile, "mkdtemp", refuse)
-    assert kernel_cache.passing_folder() is None
-
-
-def test_the_users_cache_folder_stays(clean: pytest.MonkeyPatch) -> None:
-    clean.setenv("NUMBA_CACHE_DIR", "/some/where")
-    kernel_cache.use_numba_cache()
-    assert os.environ["NUMBA_CACHE_DIR"] == "/some/where"
-
-
 KERNEL = "from bouncing_disk_ros.core.arithmetic import kernel"
 
 
@@ -157,8 +132,6 @@ def test_digest_changes_with_any_file_of_the_kernels(
     assert kernel_cache.kernel_digest() in seen
 
 
-# old ones
-
 LONG_AGO = 1.0e9  # seconds since 1970: in 2001
 
 
@@ -171,135 +144,44 @@ def old_folder(base: Path, name: str = "numba-0123456789abcdef") -> Path:
     return folder
 
 
-@pytest.fixture
-def base(clean: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    return tmp_path / "home" / ".cache" / "bouncing_disk_ros"
-
-
-def test_old_kernels_of_other_versions_are_removed(base: Path) -> None:
-    old = old_folder(base)
-    kernel_cache.use_numba_cache()
-    assert not old.exists()
-    assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
-
-
-def test_kernels_used_within_the_month_stay(base: Path) -> None:
-    recent = old_folder(base)
-    day = 86400.0
-    used = time.time() - (kernel_cache.UNUSED_DAYS - 1) * day
-    os.utime(recent, (used, used))
-    kernel_cache.use_numba_cache()
-    assert (recent / "core_1" / "kernel.nbi").is_file()
-    os.utime(recent, (used - 2 * day, used - 2 * day))
-    kernel_cache.forget_unused(base / "numba-")
-    assert not recent.exists()
-
-
-def test_the_own_kernels_stay_however_old_and_count_as_used_now(base: Path) -> None:
+def test_only_kernels_of_other_versions_that_are_long_unused_are_removed(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    base = tmp_path / "home" / ".cache" / "bouncing_disk_ros"
+    others = [old_folder(base, f"numba-{number:016x}") for number in range(3)]
+    recent = time.time() - (kernel_cache.UNUSED_DAYS - 1) * 86400.0
+    os.utime(others[1], (recent, recent))
+    names = ("numba-mine", "numba-0123456789ABCDEF", "log", "numba-")
+    foreign = [old_folder(base, name) for name in names]
+    (base / "numba-fedcba9876543210").symlink_to(old_folder(tmp_path / "elsewhere"))
     own = old_folder(base, f"numba-{kernel_cache.kernel_digest()}")
     before = time.time()
     kernel_cache.use_numba_cache()
+    assert [one.exists() for one in others] == [False, True, False]
+    assert all(one.is_dir() for one in foreign)
+    assert (tmp_path / "elsewhere" / "numba-0123456789abcdef" / "core_1").is_dir()
     assert (own / "core_1" / "kernel.nbi").is_file()
-    assert own.stat().st_mtime >= before - 1.0  # the file system's clock is coarser
+    assert own.stat().st_mtime >= before - 1.0  # used now; the file system's clock is coarser
+    earlier = recent - 2 * 86400.0
+    os.utime(others[1], (earlier, earlier))
+    kernel_cache.forget_unused(own)
+    assert not others[1].exists()
 
 
-@pytest.mark.parametrize("name", ["numba-mine", "numba-0123456789ABCDEF", "log", "numba-"])
-def test_folders_of_other_names_stay(base: Path, name: str) -> None:
-    other = old_folder(base, name)
-    kernel_cache.use_numba_cache()
-    assert other.is_dir()
+def increased(number: int) -> int:
+    return number + 1
 
 
-def test_a_link_stays_with_what_it_leads_to(base: Path, tmp_path: Path) -> None:
-    target = old_folder(tmp_path / "elsewhere")
-    base.mkdir(parents=True)
-    (base / target.name).symlink_to(target)
-    kernel_cache.use_numba_cache()
-    assert (target / "core_1").is_dir()
-
-
-_HOLDER = """
-import sys
-from pathlib import Path
-from bouncing_disk_ros import kernel_cache
-folder = Path(sys.argv[1])
-kernel_cache.hold(folder)
-print("held", flush=True)
-sys.stdin.readline()
-"""
-
-
-def test_kernels_that_another_process_uses_stay_until_it_ends(base: Path) -> None:
-    """A run of more than a month, of a version that nobody has started since."""
-    old = old_folder(base)
-    with subprocess.Popen(
-        [sys.executable, "-c", _HOLDER, str(old)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        env=os.environ | {"NUMBA_CACHE_DIR": str(base)},
-    ) as holder:  # fmt: skip
-        assert holder.stdout is not None
-        assert holder.stdout.readline() == "held\n"
-        os.utime(old, (LONG_AGO, LONG_AGO))
-        kernel_cache.forget_unused(base / "numba-")
-        assert (old / "core_1" / "kernel.nbi").is_file()
-        holder.communicate("\n")
-    assert holder.returncode == 0
-    kernel_cache.forget_unused(base / "numba-")
-    assert not old.exists()
-
-
-def test_who_begins_to_use_a_folder_while_it_is_removed_gets_a_new_one(
-    base: Path, monkeypatch: pytest.MonkeyPatch
+def test_kernels_that_are_removed_while_a_process_runs_are_compiled_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A process opens the old folder, waits for the one that removes it, and makes it anew."""
-    old = old_folder(base)
-    lock = fcntl.flock
-    waits: list[int] = []
-
-    def flock(descriptor: int, how: int) -> None:
-        if how == fcntl.LOCK_SH and not waits:
-            waits.append(how)
-            kernel_cache.forget_unused(base / "numba-")
-            assert not old.exists()
-        lock(descriptor, how)
-
-    monkeypatch.setattr(fcntl, "flock", flock)
-    kernel_cache.hold(old)
-    assert waits
-    assert list(old.iterdir()) == []
-    os.utime(old, (LONG_AGO, LONG_AGO))
-    kernel_cache.forget_unused(base / "numba-")
-    assert old.is_dir()
-
-
-def test_two_that_remove_at_once_disturb_nobody(base: Path) -> None:
-    folders = [old_folder(base, f"numba-{number:016x}") for number in range(40)]
-    code = (
-        "import sys; from pathlib import Path; from bouncing_disk_ros import kernel_cache\n"
-        "sys.stdin.readline(); kernel_cache.forget_unused(Path(sys.argv[1]))"
-    )
-    processes = [
-        subprocess.Popen([sys.executable, "-c", code, str(base / "numba-")], stdin=subprocess.PIPE,
-                         env=os.environ | {"NUMBA_CACHE_DIR": str(base)})
-        for _ in range(2)
-    ]  # fmt: skip
-    for process in processes:
-        process.communicate(b"\n")
-    assert [process.returncode for process in processes] == [0, 0]
-    assert not [folder for folder in folders if folder.exists()]
-
-
-def test_without_locks_the_kernels_are_used_all_the_same(
-    base: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(_: int, how: int) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    monkeypatch.setattr(fcntl, "flock", refuse)
-    old = old_folder(base)
-    kernel_cache.use_numba_cache()
-    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == base
-    assert old.is_dir()  # nobody can know whether it is in use
+    """That of a process which runs longer than old kernels are kept."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "kernels"))
+    before, after = (numba.njit(cache=True)(increased) for _ in range(2))
+    assert before(1) == 2
+    shutil.rmtree(tmp_path / "kernels")
+    assert after(1) == 2
+    assert list((tmp_path / "kernels").rglob("*.nbc"))
 
 
 def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:

@@ -34,8 +34,8 @@ from bouncing_disk_ros import (
 )
 from bouncing_disk_ros.parameters import TABLE, listed_text, plain
 from bouncing_disk_ros.study import named
+from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.store import DONE
-from bouncing_disk_ros.study.studies import definition_of
 
 SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
-from bouncing_disk_ros.study.study_definition import StudyDefinition, map_options
-from bouncing_disk_ros.study.study_tool import main_of
+from bouncing_disk_ros.study.command import main_of
+from bouncing_disk_ros.study.definition import StudyDefinition, map_options
 
 if TYPE_CHECKING:
     import numpy as np

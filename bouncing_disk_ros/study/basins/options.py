@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import AXIAL_FORCING, Spec, Value
-from bouncing_disk_ros.study.study_definition import RESTITUTION, Idle, StudyDefinition
-from bouncing_disk_ros.study.study_tool import main_of
+from bouncing_disk_ros.study.command import main_of
+from bouncing_disk_ros.study.definition import RESTITUTION, Idle, StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr

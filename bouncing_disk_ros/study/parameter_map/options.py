@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.study_definition import StudyDefinition, map_options
-from bouncing_disk_ros.study.study_tool import main_of
+from bouncing_disk_ros.study.command import main_of
+from bouncing_disk_ros.study.definition import StudyDefinition, map_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +66,7 @@ def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds, the periods that occur, the largest speed and exponent."""
-    from bouncing_disk_ros.study.plane import kind_shares, largest
+    from bouncing_disk_ros.study.computation import kind_shares, largest
 
     kind, period = result["kind"], result["period"]
     rows = kind_shares(result)

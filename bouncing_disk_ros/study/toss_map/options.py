@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.study.study_definition import TOSS_OPTIONS, StudyDefinition
-from bouncing_disk_ros.study.study_tool import main_of
+from bouncing_disk_ros.study.command import main_of
+from bouncing_disk_ros.study.definition import TOSS_OPTIONS, StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr

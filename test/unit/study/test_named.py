@@ -10,8 +10,7 @@ import yaml
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study.studies import definition_of
-from bouncing_disk_ros.study.study_definition import COMMON
+from bouncing_disk_ros.study.definition import COMMON, definition_of
 
 ROOT = Path(__file__).resolve().parents[3]
 

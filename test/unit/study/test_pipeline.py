@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.study import Arrays, Region, open_result
-from bouncing_disk_ros.study.pipeline import FIRST_BATCH, PREFETCH, Pipeline, compute_region
+from bouncing_disk_ros.study.runner import FIRST_BATCH, PREFETCH, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store, exclusive_lock, token_of
 from support.studies import VALUES, Products
 

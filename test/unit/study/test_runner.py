@@ -14,9 +14,9 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run, store
+from bouncing_disk_ros.study.command import run_study
+from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.runner import NICENESS
-from bouncing_disk_ros.study.studies import definition_of
-from bouncing_disk_ros.study.study_work import run_study
 from support.studies import VALUES, Products, Sums
 
 

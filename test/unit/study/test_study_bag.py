@@ -16,9 +16,9 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
+from bouncing_disk_ros.study.command import run_study
+from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_bag import RECORDED, numbers, read_bag, wanted
-from bouncing_disk_ros.study.studies import definition_of
-from bouncing_disk_ros.study.study_work import run_study
 from support.recorded import NS, RecordedRun, period_one_bag
 
 WANTED = {name: DEFINITION.options[name] for name in MAP_PARAMETERS}

@@ -1,6 +1,8 @@
-"""A study at work: computed in a thread, progress on the terminal, result shown and stored.
+"""The command of a study: the study computes in a thread, its result is shown and stored.
 
-With ROS a node wraps it (`study_node`), without ROS `run_study` runs it as it is.
+With ROS its options are parameters of a node, whose latched topics ~/progress, ~/figure/compressed
+and, for a map, ~/result tell how it goes. What is slow to load is imported within functions: --help
+needs none of it.
 """
 
 from __future__ import annotations
@@ -8,57 +10,76 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-import xarray as xr
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
-
+from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
-from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.ros.startup import figure_kinds
+from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.study import Progress, export, run
-from bouncing_disk_ros.study.store import RESULT, require_netcdf
-from bouncing_disk_ros.study.study_definition import StudyDefinition
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.topics import Qos
 
-MOST_SENT = 2048
-"""Pixels along a side of the published map, or less than twice as many: some 64 MB."""
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+    from rclpy.node import Node
+    from sensor_msgs.msg import Image
+
+    from bouncing_disk_ros.study.runner import Progress
+
 FIGURE_DPI = 160
 REPORT_SECONDS = 0.2
 """How often progress is looked at."""
 LOG_SECONDS = 10.0
 """Without a terminal: how often a line says how much is done."""
+MOST_SENT = 2048
+"""Pixels along a side of the published map, or less than twice as many: some 64 MB."""
+_LATCHED = Qos(1, latched=True)
 
 
-class Outlet:
-    """Where a study tells how it goes, beside the terminal; this one, without ROS: nowhere."""
+def main_of(definition: StudyDefinition) -> Callable[..., int]:
+    """The function that runs a study: with the arguments of a command line, or with None.
 
-    stop: Stop
-    takes_result = False
+    It returns the exit code: 0 done, 1 failed, 2 bad input, 130 interrupted (what is done is kept).
+    """
+    return partial(_main, definition)
 
-    def wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> bool:
-        """Wait until a condition holds or a signal came; whether it holds."""
-        while not condition() and not self.stop.asked:
-            time.sleep(REPORT_SECONDS / 4)
-            meanwhile()
-        return condition()
 
-    def progress(self, share: float) -> None:
-        """Take how much is done, 0 to 1."""
+def _main(study: StudyDefinition, args: Sequence[str] | None = None) -> int:
+    code = ExitCode.INTERRUPTED
+    start = Start(study.name, study.about, study.table, study.example, args, code, needs_ros=False)
+    start.parse()
+    if ros_is_here():
+        return _run_as_node(study, start)
+    return run_without_ros(study.name, partial(_run_without_ros, study, start))
 
-    def result(self, png: bytes, field: NDArray[np.generic] | None) -> None:
-        """Take the first figure, and of a map its field."""
+
+def _load(name: str, stop: Stop) -> None:
+    """Load what is slow; a signal meanwhile ends the process at once."""
+    with stop.importing():
+        announce_compilation(name)
+        from matplotlib import figure  # noqa: F401
+
+
+def _run_without_ros(study: StudyDefinition, start: Start) -> int:
+    study.refuse_not_taken(start.overrides)
+    values = option_values(start.overrides, study.table)
+    _load(study.name, start.stop)
+    return run_study(study, values, set(start.overrides), start.stop)
 
 
 def run_study(
@@ -72,10 +93,52 @@ def run_study(
         hint = "There are no topics to hold."
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
     work = StudyWork(definition, values, given)
-    outlet = Outlet()
-    outlet.stop = stop
     stop.running = True
-    return work.present(outlet, stop)
+    return work.present(Outlet(stop))
+
+
+def _run_as_node(study: StudyDefinition, start: Start) -> int:
+    _load(study.name, start.stop)
+    with start.stop.importing():
+        from rclpy.node import Node
+
+        from bouncing_disk_ros.ros.node_tool import options, overrides_of
+        from bouncing_disk_ros.ros.spin import run_node
+
+    class StudyNode(Node):
+        """Runs one study."""
+
+        def __init__(self) -> None:
+            super().__init__(study.name)
+            given = overrides_of(self)
+            study.refuse_not_taken(given)
+            self._work = StudyWork(study, options(self, study.table), set(given))
+
+        def present(self, stop: Stop) -> int:
+            """Compute, show, keep; the exit code."""
+            return self._work.present(Topics(self, stop, study.image))
+
+    return run_node(study.name, start.ros, StudyNode, StudyNode.present, start.stop)
+
+
+class Outlet:
+    """Where a study tells how it goes, beside the terminal; this one, without ROS: nowhere."""
+
+    def __init__(self, stop: Stop) -> None:
+        self.stop = stop
+
+    def wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> bool:
+        """Wait until a condition holds or a signal came; whether it holds."""
+        while not condition() and not self.stop.asked:
+            time.sleep(REPORT_SECONDS / 4)
+            meanwhile()
+        return condition()
+
+    def progress(self, share: float) -> None:
+        """Take how much is done, 0 to 1."""
+
+    def result(self, figure: Figure, file: Path | None, result: xr.Dataset) -> None:
+        """Take the first figure, its PNG file if there is one, and the result."""
 
 
 class StudyWork:
@@ -100,7 +163,8 @@ class StudyWork:
         folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
         self._folder = Path(folder).expanduser()
         self._netcdf = bool(values["netcdf"]) and self._has_netcdf()
-        self._progress, self._told = Progress(0, 1, 0), time.monotonic()
+        self._progress: Progress | None = None
+        self._told = time.monotonic()
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
 
@@ -133,6 +197,8 @@ class StudyWork:
 
     def _has_netcdf(self) -> bool:
         """Whether NetCDF can be written: refused where it is asked for and cannot, else told."""
+        from bouncing_disk_ros.study.store import require_netcdf
+
         try:
             require_netcdf()
         except InputError as error:
@@ -143,16 +209,16 @@ class StudyWork:
         return True
 
     # --- computing --------------------------------------------------------------------------------
-    def present(self, outlet: Outlet, stop: Stop) -> int:
+    def present(self, outlet: Outlet) -> int:
         """Compute, show, keep; the exit code."""
         print(f"{self._name}: result in {self._folder}", flush=True)
-        worker = threading.Thread(target=self._compute, args=(stop,), daemon=True)
+        worker = threading.Thread(target=self._compute, args=(outlet.stop,), daemon=True)
         worker.start()
         shown: Progress | None = None
 
         def report() -> None:
             nonlocal shown
-            if self._progress is not shown:
+            if self._progress is not None and self._progress is not shown:
                 shown = self._progress
                 outlet.progress(shown.done / max(1, shown.total))
 
@@ -163,7 +229,7 @@ class StudyWork:
         report()
         self._raise_error()
         if self._result is None:
-            done, total = self._progress[:2]
+            done, total = self._progress[:2] if self._progress else (0, 1)
             print(
                 f"{self._name}: interrupted; {done} of {total} parts are kept in "
                 f"{self._folder}, and the same command goes on from there",
@@ -186,6 +252,9 @@ class StudyWork:
             raise self._error
 
     def _compute(self, stop: Stop) -> None:
+        from bouncing_disk_ros.study.runner import run
+        from bouncing_disk_ros.study.store import RESULT
+
         try:
             self._result = run(
                 self._study,
@@ -213,6 +282,8 @@ class StudyWork:
 
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset, outlet: Outlet) -> None:
+        from bouncing_disk_ros.study.store import RESULT, export
+
         print("\n".join(self._definition.lines(result)), flush=True)
         figures = self._definition.pictures(self._study, result)
         files = []
@@ -224,12 +295,8 @@ class StudyWork:
             files.append(self._folder / "result.nc")
             replaced(files[-1], partial(export, result))
         print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
-        if outlet.takes_result:
-            drawn = next((file for file in files if file.suffix == ".png"), None)
-            png = drawn.read_bytes() if drawn else _png(next(iter(figures.values())))
-            image = self._definition.image
-            field = downsample(result[image], MOST_SENT) if image else None
-            outlet.result(png, field)
+        drawn = next((file for file in files if file.suffix == ".png"), None)
+        outlet.result(next(iter(figures.values())), drawn, result)
 
 
 def _default_folder(name: str, values: object) -> str:
@@ -237,7 +304,76 @@ def _default_folder(name: str, values: object) -> str:
     return f"output/{name}_{digest[:8]}"
 
 
+# --- with ROS -------------------------------------------------------------------------------------
+class Topics(Outlet):
+    """The latched topics of a study; callbacks run while it waits. `image`: its field, or ""."""
+
+    def __init__(self, node: Node, stop: Stop, image: str) -> None:
+        from sensor_msgs.msg import CompressedImage, Image
+        from std_msgs.msg import Float32
+
+        from bouncing_disk_ros.ros.qos import profile_of
+
+        super().__init__(stop)
+        self._node, self._image = node, image
+        profile = profile_of(_LATCHED)
+        self._progress = node.create_publisher(Float32, "~/progress", profile)
+        self._figure = node.create_publisher(CompressedImage, "~/figure/compressed", profile)
+        self._result = node.create_publisher(Image, "~/result", profile) if image else None
+
+    def wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> bool:
+        """Run callbacks until a condition holds or a signal came; whether it holds."""
+        from rclpy.clock import Clock, ClockType
+
+        from bouncing_disk_ros.ros.node_tool import wait_for
+
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
+        timer = self._node.create_timer(REPORT_SECONDS, meanwhile, clock=steady)
+        try:
+            return wait_for(self._node, self.stop, condition, math.inf)
+        finally:
+            self._node.destroy_timer(timer)
+
+    def progress(self, share: float) -> None:
+        """Publish how much is done, 0 to 1."""
+        from std_msgs.msg import Float32
+
+        self._progress.publish(Float32(data=share))
+
+    def result(self, figure: Figure, file: Path | None, result: xr.Dataset) -> None:
+        """Publish the first figure, and of a map its field."""
+        from sensor_msgs.msg import CompressedImage
+
+        from bouncing_disk_ros.maps.row_blocks import downsample
+
+        stamp = self._node.get_clock().now().to_msg()
+        message = CompressedImage(format="png", data=file.read_bytes() if file else _png(figure))
+        message.header.stamp = stamp
+        self._figure.publish(message)
+        if self._result is not None:
+            image = image_message(downsample(result[self._image], MOST_SENT))
+            image.header.stamp = stamp
+            self._result.publish(image)
+
+
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=FIGURE_DPI)
     return buffer.getvalue()
+
+
+def image_message(array: NDArray[np.generic]) -> Image:
+    """A map as an image: row 0 of the array, the least value of its axis, is the lowest row."""
+    import numpy as np
+    from sensor_msgs.msg import Image
+
+    integer = array.dtype.kind in "iu"
+    upright = np.ascontiguousarray(array[::-1], np.int32 if integer else np.float32)
+    return Image(
+        height=upright.shape[0],
+        width=upright.shape[1],
+        encoding="32SC1" if integer else "32FC1",
+        is_bigendian=0,
+        step=4 * upright.shape[1],
+        data=upright.tobytes(),
+    )
