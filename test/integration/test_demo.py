@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
@@ -98,11 +99,13 @@ def test_an_earlier_bag_is_replaced_and_nothing_else(
     assert (other / "thesis.txt").exists()
 
 
-def test_children_die_with_a_killed_demo(start: Starter, tmp_path: Path) -> None:
-    demo = start("demo", "--bag", f"{tmp_path}/bag", env=OWN_DOMAIN)
-    demo.wait_for(r" impacts +rotor ")
-    children = psutil.Process(demo.pid).children(recursive=True)
-    demo.end(signal.SIGKILL)
+def test_children_die_with_a_killed_parent(start: Starter) -> None:
+    code = "from bouncing_disk_ros.ros.child import Child; child = Child('echo_impacts'); "
+    parent = start.command([sys.executable, "-c", code + "print('begun', flush=True); input()"])
+    parent.wait_for("begun")
+    children = psutil.Process(parent.pid).children(recursive=True)
+    assert len(children) == 1
+    parent.end(signal.SIGKILL)
     _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert alive == []
 

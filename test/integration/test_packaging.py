@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
 import subprocess
@@ -134,30 +133,20 @@ def bare_venv(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A colcon workspace in which the package is built."""
+    """A colcon workspace with the package's sources."""
     pytest.importorskip("colcon_core")
-    return made_once(tmp_path_factory, "workspace", make_workspace)
-
-
-def make_workspace(folder: Path) -> None:
+    folder = tmp_path_factory.mktemp("workspace")
     copy_tree(folder / "src" / "bouncing_disk_ros")
-    built(folder)
-
-
-def built(folder: Path, *options: str) -> Path:
-    done = run(sys.executable, "-m", "colcon", "build", *options, cwd=folder)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 package finished" in done.stdout
     return folder
+
+
+def executable(folder: Path, name: str) -> Path:
+    return folder / "install" / "bouncing_disk_ros" / "lib" / "bouncing_disk_ros" / name
 
 
 def sourced(folder: Path, *command: str) -> list[str]:
     """Return `command` after the workspace's set-up file, as a ROS user's shell has it."""
     return ["bash", "-c", f'source "{folder}/install/local_setup.bash" && exec "$@"', "-", *command]
-
-
-def executable(folder: Path, name: str) -> Path:
-    return folder / "install" / "bouncing_disk_ros" / "lib" / "bouncing_disk_ros" / name
 
 
 def test_colcon_sees_a_ros_package(workspace: Path) -> None:
@@ -167,44 +156,33 @@ def test_colcon_sees_a_ros_package(workspace: Path) -> None:
     ]
 
 
-def test_colcon_puts_executables_where_ros2_run_looks(workspace: Path) -> None:
-    folder = executable(workspace, "simulator").parent
-    assert sorted(path.name for path in folder.iterdir()) == sorted(EXECUTABLES)
-    assert all(os.access(path, os.X_OK) for path in folder.iterdir())
-
-
-def test_colcon_installs_the_shared_files(workspace: Path) -> None:
-    share = workspace / "install" / "bouncing_disk_ros" / "share" / "bouncing_disk_ros"
-    for name in ("package.xml", "launch/simulate.launch.py", "urdf/bouncing_disk.urdf", "config"):
-        assert (share / name).exists()
-
-
-def test_simulator_runs_out_of_the_install_folder(start: Starter, workspace: Path) -> None:
+@pytest.mark.interop  # a minute
+@pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
+def test_what_colcon_builds_runs(
+    start: Starter, tmp_path: Path, workspace: Path, options: list[str]
+) -> None:
     from sensor_msgs.msg import JointState
 
-    simulator = str(executable(workspace, "simulator"))
-    node = start.command(sourced(workspace, simulator), env=ROS_SHELL)
+    shutil.copytree(workspace / "src", tmp_path / "src")
+    done = run(sys.executable, "-m", "colcon", "build", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 package finished" in done.stdout
+    share = tmp_path / "install" / "bouncing_disk_ros" / "share" / "bouncing_disk_ros"
+    for name in ("package.xml", "launch/simulate.launch.py", "urdf/bouncing_disk.urdf", "config"):
+        assert (share / name).exists()
+    folder = executable(tmp_path, "simulator").parent  # where `ros2 run` looks
+    assert sorted(path.name for path in folder.iterdir()) == sorted(EXECUTABLES)
+    probe = "import bouncing_disk_ros as package; print(package.__file__)"
+    found = run(*sourced(tmp_path, sys.executable, "-c", probe), cwd=tmp_path, env=ROS_SHELL)
+    assert found.stdout.startswith(str(tmp_path)), "another copy of the package would run"
+    for name in EXECUTABLES:
+        done = run(*sourced(tmp_path, str(executable(tmp_path, name)), "--help"), env=ROS_SHELL)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert name in done.stdout
+    node = start.command(sourced(tmp_path, str(executable(tmp_path, "simulator"))), env=ROS_SHELL)
     assert wait_for_message(JointState, "joint_states", timeout=COLCON_PATIENCE).position
     assert node.end(signal.SIGINT) == 0
     assert node.complaints_but_late == []
-
-
-@pytest.mark.interop  # half a minute; make test runs the simulator out of the copied one
-@pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
-def test_installed_executables_run_the_installed_package(
-    tmp_path: Path, workspace: Path, options: list[str]
-) -> None:
-    folder = workspace
-    if options:
-        shutil.copytree(workspace / "src", tmp_path / "src")
-        folder = built(tmp_path, *options)
-    probe = "import bouncing_disk_ros as package; print(package.__file__)"
-    found = run(*sourced(folder, sys.executable, "-c", probe), cwd=folder, env=ROS_SHELL)
-    assert found.stdout.startswith(str(folder)), "another copy of the package would run"
-    for name in EXECUTABLES:
-        done = run(*sourced(folder, str(executable(folder, name)), "--help"), env=ROS_SHELL)
-        assert (done.returncode, done.stderr) == (0, "")
-        assert name in done.stdout
 
 
 # make ---------------------------------------------------------------------------------------------

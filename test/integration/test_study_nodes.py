@@ -6,7 +6,6 @@ import io
 import math
 import re
 import signal
-import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,8 +19,12 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import named, open_result, run
-from bouncing_disk_ros.study.command import image_message
+from bouncing_disk_ros.study.command import image_message, run_study
+from bouncing_disk_ros.study.definition import definition_of
+from support.in_process import ends
 from support.processes import Process, Starter
 from support.recorded import RecordedRun
 from support.ros import wait_for_message
@@ -83,24 +86,17 @@ def test_speeds_are_an_image_of_floats() -> None:
     np.testing.assert_array_equal(pixels(image_message(speeds)), speeds[::-1].astype(np.float32))
 
 
-def test_progress_is_shown_though_time_stands_still(start: Starter, tmp_path: Path) -> None:
-    """With use_sim_time, as launch files set it for all nodes, and nobody who publishes /clock."""
-    values = {"begin": 0.4, "end": 0.6, "count": 12, "samples": 1000}
+def test_interrupted_work_is_kept_and_the_same_command_goes_on(
+    start: Starter, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Progress shows with use_sim_time, as launch files set it, though nobody publishes /clock."""
+    values: dict[str, Value] = {"begin": 0.4, "end": 0.6, "count": 12, "samples": 60}
+    store = tmp_path / "s" / "result.zarr"
     node = begin(start, "basin_shares", tmp_path / "s", workers=1, use_sim_time="true", **values)
     first = wait_for_message(Float32, "/basin_shares/progress", latched=True, timeout=WAIT)
     assert first.data < 1.0
-    assert node.running
-    node.end(signal.SIGINT, WAIT)
-
-
-def test_interrupted_work_is_kept_and_the_same_command_goes_on(
-    start: Starter, tmp_path: Path
-) -> None:
-    values = {"begin": 0.4, "end": 0.6, "count": 12, "samples": 20}
-    output = tmp_path / "s"
-    node = begin(start, "basin_shares", output, workers=1, **values)
     deadline = time.monotonic() + WAIT
-    while not list((output / "result.zarr" / "region_done").glob("c/*")):
+    while not list((store / "region_done").glob("c/*")):
         assert node.running, node.output
         assert time.monotonic() < deadline
         time.sleep(0.01)  # a poll of the condition
@@ -108,19 +104,26 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     found = node.wait_for(r"interrupted; (\d+) of 12 parts are kept in .*, and the same command")
     assert 1 <= int(found.group(1)) < 12
     assert "Traceback" not in node.output
-    again = begin(start, "basin_shares", output, workers=1, **values)
-    assert again.wait(WAIT) == 0
-    again.wait_for(f"continuing: {found.group(1)} of 12 parts are done")
-    at_once = run(named("basin_shares", **values), tmp_path / "at_once.zarr", workers=1)
+    definition = definition_of("basin_shares")
+    given: dict[str, Value] = {
+        "output": str(tmp_path / "s"),
+        "figures": "none",
+        "netcdf": False,
+        **values,
+    }
+    defaults = {key: spec.default for key, spec in definition.table.items()}
+    assert run_study(definition, {**defaults, **given}, given.keys(), Stop()) == 0
+    assert f"continuing: {found.group(1)} of 12 parts are done" in capfd.readouterr().out
+    at_once, resumed = run(named("basin_shares", **values)), open_result(store)
     assert at_once is not None
-    store = output / "result.zarr"
-    resumed = run(named("basin_shares", **values), store, workers=1)  # computes nothing
-    assert resumed is not None
     for name in at_once.data_vars:
-        np.testing.assert_array_equal(resumed[name].values, at_once[name].values, str(name))
+        if name in resumed:  # the others are derived
+            np.testing.assert_array_equal(resumed[name].values, at_once[name].values, str(name))
 
 
-def test_what_cannot_be_used_is_one_line_and_code_2(start: Starter, tmp_path: Path) -> None:
+def test_what_cannot_be_used_is_one_line_and_code_2(
+    warm_kernels: None, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     (tmp_path / "file").write_text("mine")
     with bag.Writer(tmp_path / "two") as writer:
         for namespace in ("/left", "/right"):
@@ -131,16 +134,12 @@ def test_what_cannot_be_used_is_one_line_and_code_2(start: Starter, tmp_path: Pa
         ("basins", {"width": 8, "output": tmp_path / "file" / "x"}, "output: got .*can be written"),
         ("basins", {"bag": tmp_path / "two"}, "a bag of 2 simulators', allowed: /left, /right"),
     ]  # fmt: skip
-    words = []
-    for place, (name, values, _) in enumerate(cases):
-        words += ["+", name, "--ros-args", *options_of(tmp_path / f"out_{place}", values)]
-    node = start.command([sys.executable, str(ROOT / "test/support/several.py"), *words[1:]])
-    assert node.wait(WAIT) == 0, node.output
-    assert len(node.complaints) == len(cases), node.output
-    assert node.output.count(" ended with 2\n") == len(cases)
-    for place, (line, (name, _, said)) in enumerate(zip(node.complaints, cases, strict=True)):
+    for name, values, said in cases:
+        folder = tmp_path / "out"
+        code, _, (line,) = ends(capfd, name, "--ros-args", *options_of(folder, values))
+        assert code == 2
         assert re.match(f"{name}: .*{said}", line), line
-        assert not (tmp_path / f"out_{place}" / "basins.png").exists()
+        assert not folder.exists()
     assert (tmp_path / "file").read_text() == "mine"
 
 

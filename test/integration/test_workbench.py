@@ -14,7 +14,6 @@ import pytest
 from support.in_process import ends
 from support.page_client import PageClient
 from support.processes import Process, Starter
-from support.recorded import period_one_bag
 
 ROS = ("--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
 
@@ -88,23 +87,6 @@ def test_a_simulator_of_ones_own_goes_and_comes_and_outlives_the_workbench(
     assert workbench.end(signal.SIGTERM) == 0
     assert workbench.complaints == []
     assert again.running
-
-
-def test_a_bag_is_shown_with_a_time_slider(
-    start: Starter, visit: Callable[[Process], PageClient], tmp_path: Path
-) -> None:
-    folder = period_one_bag(tmp_path / "run", 120.0)  # it is not over when the click comes
-    workbench = start("workbench", *ROS, "-p", f"bag:={folder}")
-    page = visit(workbench)
-    page.click("play")  # it plays from the start: the click holds it
-    page.wait(lambda: page.model("play").label == "Play")
-    page.change("time", "value", 2.05)
-    page.wait(lambda: path_end(page) == 2.0)  # ten samples a second
-    page.change("time", "value", 1.1)
-    page.wait(lambda: path_end(page) == 1.1)
-    page.wait(lambda: len(page.model("section").data["phase"]) == 4)  # at 0, T, 2T and 3T
-    assert workbench.end() == 0
-    assert workbench.complaints == []
 
 
 def test_wrong_input_is_one_line(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from bouncing_disk_ros.study import Progress, Study, named, run
 from support.driven import Driven
 
 SEEDS = (3, 4)
-PIXELS = 256
+PIXELS = 160
 
 
 def study_of(side: int) -> Study:

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -33,6 +34,7 @@ from bouncing_disk_ros.workbench.actions import (
     StopJuggling,
     lines,
 )
+from bouncing_disk_ros.workbench.bag_link import BagLink
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import (
     DISK_CONTROLS,
@@ -46,6 +48,7 @@ from bouncing_disk_ros.workbench.page import TABS, Page, Pages, TabRow
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from support.page_link import ListLink, change, click, model
+from support.recorded import period_one_bag
 
 
 def filled(link: ListLink, preset: str = "pizza_multiple_toss") -> None:
@@ -325,6 +328,25 @@ def wait_for_number(document: Document) -> None:
     for callback in list(document.session_callbacks):
         if type(callback).__name__ == "NextTickCallback":
             callback.callback()
+
+
+def test_a_bag_is_shown_with_a_time_slider(tmp_path: Path) -> None:
+    document = Document()
+    page = Page(document, BagLink(str(period_one_bag(tmp_path / "run", 4.0))))
+
+    def path_end_at(time: float) -> float:
+        change(document, "time", "value", time)
+        page.update()
+        return float(model(document, "path").data["time"][-1])
+
+    page.update()
+    click(document, "play")  # it plays from the start: the click holds it
+    assert model(document, "play").label == "Play"
+    assert path_end_at(2.05) == 2.0, "ten samples a second"
+    assert path_end_at(1.1) == 1.1
+    assert len(model(document, "section").data["phase"]) == 4  # at 0, T, 2T and 3T
+    page.update()
+    assert path_end_at(1.1) == 1.1, "it stands"
 
 
 def test_a_start_is_sent_with_the_motion_in_force(link: ListLink) -> None:
