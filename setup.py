@@ -98,8 +98,8 @@ setup(
             "heyoka",  # Taylor integration with events
             "jax",  # the algorithm of the lanes on arrays, compiled for them
         ],
-        # selenium drives a browser, foxglove-sdk knows what a layout may say
-        "interop": ["cyclonedds", "foxglove-sdk", "rerun-sdk", "selenium"],
+        # selenium drives a browser, foxglove-sdk knows what a layout may say, mujoco runs a case
+        "interop": ["cyclonedds", "foxglove-sdk", "mujoco", "rerun-sdk", "selenium"],
     },
     entry_points={
         "console_scripts": [

@@ -30,6 +30,8 @@ from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 
 if TYPE_CHECKING:
     from bouncing_disk_ros import bag, plots, study
+    from bouncing_disk_ros.cases.comparison import Comparison, compare_with_case
+    from bouncing_disk_ros.cases.files import ReferenceCase, reference_case, reference_cases
     from bouncing_disk_ros.core.simulation import Simulation
     from bouncing_disk_ros.errors import FailedError, InputError
     from bouncing_disk_ros.maps.attractor_search import find_attractors
@@ -130,6 +132,8 @@ _PUBLIC = {
     "report.run_record": "RunRecord",
     "report.run_summary": "summary_of",
     "maps.tosses": "TossSetting toss",
+    "cases.comparison": "Comparison compare_with_case",
+    "cases.files": "ReferenceCase reference_case reference_cases",
     "core.simulation": "Simulation",
     "errors": "FailedError InputError",
     "report.read_run": "read_run",
@@ -151,15 +155,16 @@ _RENAMED = {"run_study": "run"}
 """Public names that their module calls otherwise."""
 
 __all__ = [
-    "Attractor", "AttractorKind", "Attractors", "Curve", "EdgeState", "Estimate", "FailedError",
-    "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
-    "NextCollisionMap", "Orbit", "PeriodicOrbit", "Result", "RunRecord", "Simulation",
-    "TossSetting", "Window", "__version__", "bag", "basin_entropy", "best_lag", "box_dimension",
-    "curve_family", "edge_state", "enclosed_share", "fatal_impulses", "fatal_timing_errors",
-    "figures", "find_attractors", "fixed_point", "friction_of", "impacts_from_msg",
-    "instants_of", "label_starts", "load_preset", "load_programme", "open_result",
-    "orbit_curve", "orbit_of", "period_doublings", "periodic_orbit", "platform_velocities",
-    "plots", "preset_names", "programme_names", "read_run", "restitution_of", "run_study",
+    "Attractor", "AttractorKind", "Attractors", "Comparison", "Curve", "EdgeState", "Estimate",
+    "FailedError", "FatalRule", "GrowthRule", "Impacts", "InputError", "Manifold", "MapState",
+    "NextCollisionMap", "Orbit", "PeriodicOrbit", "ReferenceCase", "Result", "RunRecord",
+    "Simulation", "TossSetting", "Window", "__version__", "bag", "basin_entropy", "best_lag",
+    "box_dimension", "compare_with_case", "curve_family", "edge_state", "enclosed_share",
+    "fatal_impulses", "fatal_timing_errors", "figures", "find_attractors", "fixed_point",
+    "friction_of", "impacts_from_msg", "instants_of", "label_starts", "load_preset",
+    "load_programme", "open_result", "orbit_curve", "orbit_of", "period_doublings",
+    "periodic_orbit", "platform_velocities", "plots", "preset_names", "programme_names",
+    "read_run", "reference_case", "reference_cases", "restitution_of", "run_study",
     "saddle_manifolds", "saddle_of", "simulate", "spread_starts", "study", "summary_of", "toss",
     "uncertainty_exponent", *_FUNCTIONS,
 ]  # fmt: skip

@@ -91,6 +91,14 @@ _TABLE: dict[str, tuple[str, str]] = {
         "report on a recorded run from its bag: summary, figures, a page of plots",
     ),
     **STUDIES,
+    "reference_cases": (
+        "cases.reference_cases",
+        "list the reference cases: events of the rigid-impact law with certain bounds",
+    ),
+    "compare_with_case": (
+        "cases.compare_with_case",
+        "compare any simulator's events or samples with a reference case",
+    ),
     "workbench": (
         "workbench.workbench",
         "see a run and touch it on a page in the browser: live, or of a bag",

@@ -81,6 +81,10 @@ class Platform(ABC):
         """Forcing phase without whole turns taken off, rad."""
 
     @abstractmethod
+    def moved(self, t: arb) -> Platform:
+        """The same motion, with its time counted from t seconds later."""
+
+    @abstractmethod
     def rate(self, t: arb) -> arb:
         """Angular frequency ω, rad/s."""
 
@@ -118,10 +122,16 @@ class Platform(ABC):
 class SteadyPlatform(Platform):
     """s = A sin(τ₀ + ωt), β = Φ sin(τ₀ + ωt + θ)."""
 
-    def __init__(self, motion: MotionRecord, state: State, rate: arb | None = None) -> None:
-        """At the precision in force; `rate` in place of ω = 2πf."""
+    def __init__(
+        self,
+        motion: MotionRecord,
+        state: State,
+        rate: arb | None = None,
+        tau: arb | None = None,
+    ) -> None:
+        """At the precision in force; `rate` in place of ω = 2πf, `tau` of the state's phase."""
         super().__init__()
-        self._tau = arb(state.tau)
+        self._tau = arb(state.tau) if tau is None else tau
         self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
         self._motion = motion
 
@@ -195,14 +205,21 @@ class FadingPlatform(Platform):
     roundings = 4.0
     clock = 1e-9
 
-    def __init__(self, motion: MotionRecord, state: State) -> None:
-        """At the precision in force."""
+    def __init__(self, motion: MotionRecord, state: State, tau: arb | None = None) -> None:
+        """At the precision in force; `tau` in place of the forcing phase of the state."""
         super().__init__()
         self.motion = motion
         self._duration = arb(motion.end_ns - motion.begin_ns) / NS
         self._begun = (arb(state.ns - motion.begin_ns) + arb(state.sub)) / NS
-        self._tau = arb(state.tau)
+        self._tau = arb(state.tau) if tau is None else tau
         self._start = self._blend_integral(arb(0))
+
+    def moved(self, t: arb) -> FadingPlatform:
+        """The same motion, with its time counted from t seconds later."""
+        later = copy(self)
+        later._tau, later._begun, later._reached = self.phase(t), self._begun + t, {}
+        later._start = later._blend_integral(arb(0))
+        return later
 
     def place(self, t: arb) -> arb:
         """The part σ of the fade that is over."""
@@ -316,6 +333,12 @@ class _Polynomial:
             self._begun = (arb(state.ns - piece.begin_ns) + arb(state.sub)) / NS
             self._c = _coefficients(piece, arb(piece.end_ns - piece.begin_ns) / NS)
 
+    def moved(self, t: arb) -> _Polynomial:
+        """The same polynomial, with its time counted from t seconds later."""
+        later = copy(self)
+        later._begun = self._begun + t
+        return later
+
     def jet(self, t: arb) -> list[arb]:
         """Itself and its first four derivatives at a point, or over a piece."""
         x, c, found = self._begun + t, self._c, []
@@ -373,6 +396,13 @@ class OffsetPlatform(Platform):
         self.roundings = base.roundings
         self.clock = base.clock if motion.repeats else 1e-9
 
+    def moved(self, t: arb) -> OffsetPlatform:
+        """The same motion, with its time counted from t seconds later."""
+        later = copy(self)
+        later._base, later._reached = self._base.moved(t), {}
+        later._axial, later._angular = self._axial.moved(t), self._angular.moved(t)
+        return later
+
     def phase(self, t: arb) -> arb:
         """Forcing phase without whole turns taken off, rad."""
         return self._base.phase(t)
@@ -416,9 +446,11 @@ class _Moved:
         return found
 
 
-def platform_of(motion: MotionRecord, state: State) -> Platform:
-    """The motion in force from a state on."""
-    base = FadingPlatform(motion, state) if motion.fading else SteadyPlatform(motion, state)
+def platform_of(motion: MotionRecord, state: State, tau: arb | None = None) -> Platform:
+    """The motion in force from a state on; `tau` in place of the state's forcing phase."""
+    base: Platform = SteadyPlatform(motion, state, tau=tau)
+    if motion.fading:
+        base = FadingPlatform(motion, state, tau)
     if motion.axial is None and motion.angular is None:
         return base
     return OffsetPlatform(base, motion, state)

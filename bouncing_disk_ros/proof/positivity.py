@@ -13,7 +13,7 @@ import math
 from enum import Enum
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from bouncing_disk_ros.proof.event_functions import Watched
 
@@ -180,9 +180,12 @@ def _tangents_meet_above(at_a: End, at_b: End, length: arb) -> bool:
 # The first zero of a function, enclosed: nothing before it, and just one sign change in it.
 
 
-_NARROW = tuple(arb(2) ** -bits for bits in range(96, 56, -4))
-"""Relative half widths of an enclosed zero: below the rounding of a float64."""
 _STEPS = 200
+
+
+def _half_widths() -> list[arb]:
+    """Relative half widths of an enclosed zero, from three quarters of the precision on."""
+    return [arb(2) ** -bits for bits in range(ctx.prec * 3 // 4, 16, -4)]
 
 
 class Found(Enum):
@@ -230,7 +233,7 @@ def _enclosed(watched: Watched, a: float, b: float) -> arb:
 
     Where the precision is not enough for a narrow ball it is a wide one, a zero all the same.
     """
-    low, high = arb(a), arb(b)
+    low, high, narrow = arb(a), arb(b), _half_widths()
     x = ((low + high) / 2).mid()
     for _ in range(_STEPS):
         value, slope = watched.jet(x)[:2]
@@ -244,9 +247,9 @@ def _enclosed(watched: Watched, a: float, b: float) -> arb:
         x = (x - step).mid()
         if not low <= x <= high:
             x = ((low + high) / 2).mid()
-        elif abs(step) < abs(x) * _NARROW[0]:
+        elif abs(step) < abs(x) * narrow[0]:
             break
-    for part in _NARROW:
+    for part in narrow:
         before, after = (x - abs(x) * part).mid(), (x + abs(x) * part).mid()
         if watched.jet(before)[0] > 0 > watched.jet(after)[0]:
             return before.union(after)

@@ -58,6 +58,7 @@ EXTENSIONS = {
     "resilience_studies": {"resilience_studies", "study", "report", "maps", "core"},
     "juggling": {"juggling", "study", "report", "ros", "maps", "core"},
     "proof": {"proof", "report", "ros", "run", "core", "bag"},
+    "cases": {"cases", "proof", "ros", "run", "core"},
     "workbench": {"workbench", "juggling", "study", "report", "ros", "run", "maps", "core", "bag"},
 }
 MAY_IMPORT = {
@@ -89,6 +90,7 @@ LIBRARIES = {
     "resilience_studies": {"numpy", "xarray", "matplotlib"},
     "juggling": {"numpy", "numba", "xarray", "matplotlib", "rclpy", "messages"},
     "proof": {"flint", "tqdm"},
+    "cases": {"numpy", "matplotlib", "flint"},
     "workbench": {"numpy", "bokeh", "matplotlib", "tornado", "xarray", "rclpy", "messages"},
     "testing": {"numpy", "pytest", "rclpy", "messages"},
 }  # fmt: skip

@@ -1,0 +1,66 @@
+"""The executable `compare_with_case`: how far a simulator is from the rigid-impact law."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from bouncing_disk_ros import folders
+from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.folders import use_matplotlib_folder
+from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.ros.bag_tool import run_bag_tool
+from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
+
+NAME = "compare_with_case"
+_KINDS = ("png", "pdf", "svg")
+_ABOUT = """Compare the events of any simulator with a reference case: events that are missed, false
+or late, and what is wrong with them. The file is CSV: a column time (s), and any of kind, position,
+velocity_before, velocity_after, angle, angular_velocity_before, angular_velocity_after (SI units).
+Time and position alone are samples, in which impacts are found. With a column flight (the number of
+the event from which the simulator was started again) each row is one flight, so that errors do not
+add up."""
+_EXAMPLES = """  ros2 run bouncing_disk_ros compare_with_case drop my_impacts.csv --tolerance 1e-6
+  ros2 run bouncing_disk_ros compare_with_case 9 my_samples.csv --figure chaos.png"""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Compare; exit code 0 within the tolerance, 1 beyond it, 2 bad input, 130 interrupted."""
+    parser = argparse.ArgumentParser(
+        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("case", help="number or name of a case (see reference_cases)")
+    parser.add_argument("file", help="a CSV file of events, or of samples (time, position)")
+    parser.add_argument(
+        "--tolerance", type=float, default=1e-9,
+        help="s, m, m/s, rad, rad/s: what an error may be; default: 1e-9",
+    )  # fmt: skip
+    parser.add_argument("--figure", metavar="FILE", help=f"a picture: {', '.join(_KINDS)}")
+    given = parser.parse_args(split_arguments(args)[0])
+    folders.use_package_index()
+    use_matplotlib_folder()
+    interrupt_on_signals()
+    return run_bag_tool(NAME, given.file, lambda: _run(given))
+
+
+def _run(given: argparse.Namespace) -> int:
+    with ending_at_once(NAME):
+        announce_compilation(NAME)
+        from bouncing_disk_ros.cases.comparison import compare_with_case
+
+    if given.figure and Path(given.figure).suffix[1:] not in _KINDS:
+        raise InputError("figure", given.figure, f"a file name that ends with {', '.join(_KINDS)}")
+    found = compare_with_case(given.case, given.file, tolerance=given.tolerance)
+    print("\n".join(found.lines), flush=True)
+    if given.figure:
+        found.figure().savefig(given.figure)
+        print(f"written: {given.figure}")
+    return ExitCode.DONE if found.is_within else ExitCode.FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())
