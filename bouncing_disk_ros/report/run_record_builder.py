@@ -6,6 +6,7 @@ The messages are those of rclpy or objects with the same fields (`bag.Bag.decode
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
@@ -37,7 +38,8 @@ from bouncing_disk_ros.units import NS
 
 _SHOWN = 100
 """Letters of a text of another node that are shown, at most."""
-_JOINTS = ("disk_axial", "platform_axial", "disk_rotation")
+JOINTS = ("disk_axial", "platform_axial", "disk_rotation")
+"""Those that a record needs."""
 _IMPULSE = ("at_ns", "axial_impulse", "angular_impulse")
 _REPORTED = (
     ("real time", "simulated time (s)"),
@@ -100,31 +102,71 @@ def parse(short: str, msg: Any, prefix: str = "") -> Parsed | None:
         case "disk/rotor_speed":
             value = msg_to_speed(msg)[1]
         case "joint_states":
-            value = msg_to_joints(msg) if set(_JOINTS) <= set(msg.name) else None
+            value = msg_to_joints(msg) if set(JOINTS) <= set(msg.name) else None
         case "/diagnostics":
             value = _health_of(msg, prefix)
     return None if value is None else Parsed(time_to_ns(msg.header.stamp), value)
 
 
-class RunRecordBuilder:
-    """Takes messages by topic; times are simulated seconds.
+class TopicReader(ABC):
+    """Takes the messages of a simulator by topic, live or from a bag.
 
     `namespace`: of the simulator; reports on /diagnostics of others are not taken.
     """
 
+    topics: tuple[str, ...]
+
+    def __init__(self, namespace: str = "/") -> None:
+        self._prefix = namespace.strip("/")
+        self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
+        self._factor: float | None = None  # None: not known
+        self._clock_is_simulated = False
+
+    @property
+    def handlers(self) -> dict[str, Callable[[Any], None]]:
+        """What takes a message of each topic."""
+        return {short: partial(self._on_message, short) for short in self.topics}
+
+    def _on_message(self, short: str, msg: Any) -> None:
+        if (parsed := self.parse(short, msg)) is not None:
+            self.take(short, parsed)
+
+    def parse(self, short: str, msg: Any) -> Parsed | None:
+        """`parse` for this simulator."""
+        return parse(short, msg, self._prefix)
+
+    @abstractmethod
+    def take(self, short: str, parsed: Parsed) -> None:
+        """Take what a message says, if it is plausible; InputError: it is not."""
+
+    def _take_values(self, values: Mapping[str, Any]) -> None:
+        if "real_time_factor" in values:
+            self._factor = float(values["real_time_factor"])
+        self._clock_is_simulated = bool(values.get("publish_clock", self._clock_is_simulated))
+
+    def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
+        """The line through a point; None where the factor is not known."""
+        if factor is None:
+            return None
+        return TimeMap(simulated_ns, 0, ros_ns, factor, self._clock_is_simulated)
+
+
+class RunRecordBuilder(TopicReader):
+    """Builds a record of what it takes; times are simulated seconds.
+
+    Without disk/inputs the impacts show the real-time factor.
+    """
+
     def __init__(self, record: RunRecord, namespace: str = "/") -> None:
+        super().__init__(namespace)
         self.record = record
         self.phase = ""
-        self._prefix = namespace.strip("/")
         self._index_gaps = Gaps()
         self._trajectories = RecordedTrajectories(record.offsets)
         self._motions = RecordedMotions(record.motions)
         self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
         self._heard: MotionInForce | None = None  # the newest on platform/motion
         self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
-        self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
-        self._factor: float | None = None  # None: without inputs; then the impacts show it
-        self._clock_is_simulated = False
         self._takers: Mapping[str, Callable[[Parsed], None]] = {
             "disk/inputs": lambda parsed: self._take_record(parsed.value),
             "platform/motion": self._take_motion,
@@ -135,19 +177,7 @@ class RunRecordBuilder:
             "joint_states": self._take_joints,
             "/diagnostics": self._take_health,
         }
-
-    @property
-    def handlers(self) -> dict[str, Callable[[Any], None]]:
-        """What takes a message of each topic, live."""
-        return {short: partial(self._on_message, short) for short in self._takers}
-
-    def _on_message(self, short: str, msg: Any) -> None:
-        if (parsed := self.parse(short, msg)) is not None:
-            self.take(short, parsed)
-
-    def parse(self, short: str, msg: Any) -> Parsed | None:
-        """`parse` for this simulator."""
-        return parse(short, msg, self._prefix)
+        self.topics = tuple(self._takers)
 
     def take(self, short: str, parsed: Parsed) -> None:
         """Take what a message says, if it is plausible; InputError: it is not."""
@@ -175,10 +205,9 @@ class RunRecordBuilder:
         return []
 
     def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
-        if factor is None:
-            return None
-        line = TimeMap(simulated_ns, 0, ros_ns, factor, self._clock_is_simulated)
-        self.record.rounding = max(self.record.rounding, line.slope / NS)
+        line = super()._through(simulated_ns, ros_ns, factor)
+        if line is not None:
+            self.record.rounding = max(self.record.rounding, line.slope / NS)
         return line
 
     def _time(self, stamp_ns: int) -> float | None:
@@ -235,7 +264,7 @@ class RunRecordBuilder:
     def _take_joints(self, parsed: Parsed) -> None:
         if (time := self._time(parsed.stamp_ns)) is None:
             return
-        disk, platform, rotation = (parsed.value[name] for name in _JOINTS)
+        disk, platform, rotation = (parsed.value[name] for name in JOINTS)
         values = disk[0], platform[0], rotation[1], rotation[0]
         checked_numbers("joint_states", values)
         self.record.states.append(State(time, *values))
@@ -305,11 +334,6 @@ class RunRecordBuilder:
         self.record.changes[:] = [*acted, Change(time, "reset")]
         self._motions.take_reset(record)
         self._trajectories.take_reset(record["time_ns"])
-
-    def _take_values(self, values: Mapping[str, Any]) -> None:
-        if "real_time_factor" in values:
-            self._factor = float(values["real_time_factor"])
-        self._clock_is_simulated = bool(values.get("publish_clock", self._clock_is_simulated))
 
     def _take_disk(self, time: float, values: Mapping[str, Any]) -> bool:
         """Whether the disk is another one than before."""

@@ -8,8 +8,8 @@ from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
 from bouncing_disk_ros.ros.bag_tool import walking
 from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
+from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import RunHistory
-from bouncing_disk_ros.workbench.topic_reader import TopicReader
 
 KEPT = 500_000
 """Samples held, the last ones: more than an hour at 100 Hz."""
@@ -21,7 +21,7 @@ class BagLink:
     def __init__(self, path: str, namespace: str = "") -> None:
         self.history = RunHistory(KEPT)
         self._path = path
-        reader = TopicReader(self.history)
+        reader = HistoryReader(self.history)
         with walking("workbench") as watch:
             opened = bag.open(path, watch)
         with opened:

@@ -44,8 +44,8 @@ from bouncing_disk_ros.workbench.actions import (
     juggle_arguments,
     lines,
 )
+from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import RunHistory
-from bouncing_disk_ros.workbench.topic_reader import TopicReader
 
 TOPIC = "juggle/status"
 FACTOR = "real_time_factor"
@@ -144,7 +144,7 @@ class RosLink:
         self._name = self._default
         self._heard = -float("inf")  # steady clock at the newest sign of life
         self._found = False
-        reader = TopicReader(self.history)
+        reader = HistoryReader(self.history)
         for topic, handler in reader.handlers.items():
             row = TOPICS[topic]
             kind = _TYPES[row.type.rpartition("/")[2]]

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from std_msgs.msg import String
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
+from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import (
     KEPT_CHANGES,
     SAMPLE_DTYPE,
@@ -171,3 +174,19 @@ def test_more_rows_at_once_than_are_kept(keep: int) -> None:
     buffer = RowBuffer(DTYPE, keep)
     buffer.append(rows(*range(50)))
     assert buffer.rows["time"].tolist() == [float(time) for time in range(50 - keep, 50)]
+
+
+def test_what_no_simulator_says_is_left_out_with_one_notice_for_each_topic() -> None:
+    history = RunHistory()
+    hear = HistoryReader(history).handlers
+    wrong = impacts(1.0)
+    wrong["axial_impact_velocity"] = math.nan
+    for _ in range(2):
+        hear["disk/inputs"](String(data="{}"))
+        hear["disk/impacts"](impacts_to_msg(wrong, 0))
+    assert [one.text.partition(":")[0] for one in history.notices_after(0)] == [
+        "disk/inputs", "disk/impacts",
+    ]  # fmt: skip
+    assert len(history.points) == 0
+    hear["disk/impacts"](impacts_to_msg(impacts(1.0), 0))
+    assert len(history.points) == 1
