@@ -9,18 +9,20 @@ from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_th
 from bouncing_disk_ros.ros.bag_tool import walking
 from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
 
 KEPT = 500_000
 """Samples held, the last ones: more than an hour at 100 Hz."""
 
 
-class BagLink:
+class BagLink(RunLink):
     """A bag read once. Raises InputError where it has no run that can be shown, BagError."""
+
+    is_recorded = True
 
     def __init__(self, path: str, namespace: str = "") -> None:
         self.history = RunHistory(KEPT)
-        self._path = path
+        self.source = f"recorded run {path}"
         reader = HistoryReader(self.history)
         with walking("workbench") as watch:
             opened = bag.open(path, watch)
@@ -34,32 +36,11 @@ class BagLink:
                     reader.handlers[names[message.topic]](content)
             except BagError as error:
                 self.history.note(f"{error}; what follows is not shown", is_refusal=True)
-        self._names = Names(namespace=found or "/")
+        self.names = Names(namespace=found or "/")
         if not len(self.history.samples):
             raise FailedError(f"{path}: no joint_states with the motion to place them in time")
-
-    @property
-    def names(self) -> Names:
-        """How the simulator was called."""
-        return self._names
-
-    @property
-    def source(self) -> str:
-        """What is shown, in a few words."""
-        return f"recorded run {self._path}"
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether the run is over: it is."""
-        return True
 
     def send(self, action: Action | Sequel) -> None:
         """Say that nothing can be sent."""
         del action
         self.history.note("a recorded run takes no commands", is_refusal=True)
-
-    def tick(self) -> None:
-        """Nothing to look after."""
-
-    def close(self) -> None:
-        """Nothing to end."""

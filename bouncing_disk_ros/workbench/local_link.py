@@ -36,13 +36,12 @@ from bouncing_disk_ros.workbench.actions import (
     Juggle,
     Lifecycle,
     Move,
-    Names,
     Perform,
     Sequel,
     Set,
     StopJuggling,
 )
-from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory, RunLink
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
@@ -52,11 +51,13 @@ LEAD_NS = NS // 2
 """A programme starts so long after it is asked for, at least: as `perform` does."""
 
 
-class LocalLink:
+class LocalLink(RunLink):
     """Drives a run in a thread, in real time; its results go into a history.
 
     `values`: parameters of the start over the defaults, checked; InputError for wrong ones.
     """
+
+    source = "simulated in this process, without ROS"
 
     def __init__(self, values: Mapping[str, Value]) -> None:
         self.history = RunHistory()
@@ -72,28 +73,10 @@ class LocalLink:
         self._thread.start()
 
     # --- as a link
-    @property
-    def names(self) -> Names:
-        """How the simulator would be called."""
-        return Names()
-
-    @property
-    def source(self) -> str:
-        """What is shown, in a few words."""
-        return "simulated in this process, without ROS"
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether the run is over: it is not."""
-        return False
-
     def send(self, action: Action | Sequel) -> None:
         """Send an action after those before."""
         for one in action.actions if isinstance(action, Sequel) else (action,):
             self._actions.put(one)
-
-    def tick(self) -> None:
-        """Nothing to look after."""
 
     def close(self) -> None:
         """End the run."""

@@ -45,7 +45,7 @@ from bouncing_disk_ros.workbench.actions import (
     lines,
 )
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
 
 TOPIC = "juggle/status"
 FACTOR = "real_time_factor"
@@ -134,14 +134,13 @@ _WARNING = 30
 """Levels of rcl_interfaces/msg/Log from here on are refusals and faults."""
 
 
-class RosLink:
+class RosLink(RunLink):
     """A node with a thread that hears the simulator and one that sends actions, in their order."""
 
     def __init__(self, node: Node, default_name: str) -> None:
         self.history = RunHistory()
         self._node = node
-        self._default = f"{node.get_namespace().rstrip('/')}/{default_name}"
-        self._name = self._default
+        self._call_it(f"{node.get_namespace().rstrip('/')}/{default_name}")
         self._heard = -float("inf")  # steady clock at the newest sign of life
         self._found = False
         reader = HistoryReader(self.history)
@@ -174,17 +173,9 @@ class RosLink:
         self._worker.start()
 
     # --- what there is
-    @property
-    def names(self) -> Names:
-        """How the simulator is called."""
-        return Names(self._name, self._node.get_namespace())
-
-    @property
-    def source(self) -> str:
-        """What is shown, in a few words."""
-        return f"simulator {self._name}"
-
-    is_recorded = False
+    def _call_it(self, name: str) -> None:
+        self.names = Names(name, self._node.get_namespace())
+        self.source = f"simulator {name}"
 
     @property
     def is_alive(self) -> bool:
@@ -200,7 +191,7 @@ class RosLink:
 
     def _on_log(self, msg: Log) -> None:
         """Refusals and faults of the simulator, in its own words; only those of now."""
-        named = self._name.strip("/").replace("/", ".")
+        named = self.names.node.strip("/").replace("/", ".")
         if msg.name == named and msg.level >= _WARNING and time_to_ns(msg.stamp) >= self._started:
             self.history.note(one_line(msg.msg), is_refusal=True)
 
@@ -210,10 +201,10 @@ class RosLink:
             self._node.resolve_topic_name("platform/motion")
         ):
             if not found.node_name.startswith("_NODE_NAME_UNKNOWN"):
-                self._name = f"{found.node_namespace.rstrip('/')}/{found.node_name}"
+                self._call_it(f"{found.node_namespace.rstrip('/')}/{found.node_name}")
                 break
         if not self.is_alive:
-            self.history.state = f"no simulator is heard of ({self._name})"
+            self.history.state = f"no simulator is heard of ({self.names.node})"
         performer = self._performer
         if performer is not None and performer.code is not None:
             self._performer = None
@@ -301,7 +292,7 @@ class RosLink:
         self, kind: type, service: str, request: Any, said: Callable[[Any], tuple[str, bool]]
     ) -> None:
         """Call a service of the node and note its line; say so when there is no answer."""
-        name = f"{self._name}/{service}"
+        name = f"{self.names.node}/{service}"
         key = (kind, name)
         if key not in self._clients:
             self._clients[key] = self._node.create_client(kind, name)

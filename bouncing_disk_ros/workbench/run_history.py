@@ -8,9 +8,10 @@ from __future__ import annotations
 import bisect
 import math
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -367,31 +368,26 @@ def numbers(values: Mapping[str, Value]) -> dict[str, float]:
 # The link of the pages to a run: what it is, whatever is behind it.
 
 
-class RunLink(Protocol):
+class RunLink(ABC):
     """One for all pages. Its history fills by itself; `send` returns at once.
 
     What comes of an action is seen in the history: rows, or a notice with the node's own line.
     """
 
     history: RunHistory
+    names = Names()
+    """How the simulator is called."""
+    source = ""
+    """What is shown, in a few words: a simulator, a bag."""
+    is_recorded = False
+    """Whether the run is over: it has a time slider and takes no commands."""
 
-    @property
-    def names(self) -> Names:
-        """How the simulator is called."""
-
-    @property
-    def source(self) -> str:
-        """What is shown, in a few words: a simulator, a bag."""
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether the run is over: it has a time slider and takes no commands."""
-
+    @abstractmethod
     def send(self, action: Action | Sequel) -> None:
         """Send an action, after those that were sent before."""
 
-    def tick(self) -> None:
+    def tick(self) -> None:  # noqa: B027 (most have nothing to look after)
         """Called in the loop of the pages a few times a second."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027
         """End what was started."""

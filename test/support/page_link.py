@@ -8,13 +8,12 @@ from bokeh.document import Document
 from bokeh.events import ButtonClick
 
 from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
-from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
 
 
-class ListLink:
+class ListLink(RunLink):
     """Keeps the actions in `sent`."""
 
-    is_recorded = False
     names = Names("/lab/bouncing_disk", "/lab")
     source = "a test"
 
@@ -24,12 +23,6 @@ class ListLink:
 
     def send(self, action: Action | Sequel) -> None:
         self.sent.append(action)
-
-    def tick(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
 
 
 def change(document: Document, name: str, attribute: str, value: Any) -> None:
