@@ -42,6 +42,7 @@ GUIDES = {
         "testing",
         "closed_loops",
         "juggling",
+        "reference_cases",
         "troubleshooting",
     ),
     "Reference": ("api", "model", "interfaces", "parameters", "security", "performance"),
@@ -72,6 +73,10 @@ SECTIONS: dict[str, tuple[str, str]] = {
         "What a bag says of a run; the guide is [recording](recording.md).",
         """read_run RunRecord summary_of orbit_of Orbit restitution_of friction_of Estimate
         platform_velocities impacts_from_msg bag""",
+    ),
+    "Reference cases": (
+        "How far a simulator is from the rigid-impact law: [reference cases](reference_cases.md).",
+        "reference_cases reference_case ReferenceCase compare_with_case Comparison",
     ),
     "Figures": ("What is drawn of results; `figures` draws those of any study.", "plots"),
     "Errors": ("What is raised.", "InputError FailedError"),

@@ -208,7 +208,10 @@ def reference_cases() -> tuple[ReferenceCase, ...]:
 
 
 def reference_case(wanted: object) -> ReferenceCase:
-    """The case of a number or a name."""
+    """The reference case of a number or a name; InputError for another.
+
+    >>> reference_case("drop").impacts["time_lower"]
+    """
     for case in CASES:
         if str(wanted).lstrip("0") == str(case.number) or wanted in (case.name, case.file_stem):
             return _loaded(case.number)
