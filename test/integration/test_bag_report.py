@@ -1,14 +1,17 @@
-"""bag_report as a process: on a real recording, on what it must refuse; files, exit codes."""
+"""bag_report on a real recording and on what it must refuse: files, exit codes, signals."""
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from bouncing_disk_ros import bag
+from support.in_process import ends
 from support.processes import Starter
 from support.recorded import RecordedRun, period_one_bag
 
@@ -44,21 +47,30 @@ def test_a_recorded_run_is_reported(start: Starter, tmp_path: Path) -> None:
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-def test_files_are_ours_or_left_alone(start: Starter, tmp_path: Path) -> None:
-    folder = period_one_bag(tmp_path / "run", 3.0)
+Report = Callable[..., tuple[int, str, list[str]]]
+"""Runs bag_report in the process of the test: exit code, stdout, lines of stderr."""
+
+
+@pytest.fixture
+def report(capfd: pytest.CaptureFixture[str]) -> Report:
+    return lambda *arguments: ends(capfd, "bag_report", *map(str, arguments))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bag of a short run; tests leave it as it is."""
+    return period_one_bag(tmp_path_factory.mktemp("bags") / "run", 3.0)
+
+
+def test_files_are_ours_or_left_alone(report: Report, folder: Path, tmp_path: Path) -> None:
+    given = folder, tmp_path / "first", "--figures", "svg"
     for _ in range(2):  # the second replaces what the first has made
-        code, report = start.finish(
-            "bag_report", str(folder), "--figures", "svg", str(tmp_path / "first"), timeout=WAIT
-        )
-        assert code == 0, report.output
+        assert report(*given)[0] == 0
     (tmp_path / "first.svg").write_text("a drawing of my own")
     before = (tmp_path / "first.html").read_bytes()
-    code, report = start.finish(
-        "bag_report", str(folder), str(tmp_path / "first"), "--figures", "svg", timeout=WAIT
-    )
+    code, _, (told,) = report(*given)
     assert code == 2
-    assert len(report.stderr.splitlines()) == 1
-    assert "a new file, or one that bag_report has made" in report.stderr
+    assert "a new file, or one that bag_report has made" in told
     assert (tmp_path / "first.svg").read_text() == "a drawing of my own"
     assert (tmp_path / "first.html").read_bytes() == before
 
@@ -72,8 +84,7 @@ def test_a_reader_that_leaves_costs_no_file(start: Starter, tmp_path: Path) -> N
     assert (tmp_path / "run_report.html").is_file()
 
 
-def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None:
-    folder = period_one_bag(tmp_path / "run", 3.0)
+def test_what_cannot_be_used_is_one_line(report: Report, folder: Path, tmp_path: Path) -> None:
     with bag.Writer(tmp_path / "two") as writer:
         for namespace in ("/left", "/right"):
             RecordedRun(writer, namespace).run(1.0)
@@ -87,35 +98,35 @@ def test_what_cannot_be_used_is_one_line(start: Starter, tmp_path: Path) -> None
         ((folder, "--run", "2"), "run: got 2, allowed: 1 to 1"),
         ((folder, "--figures", "pgn"), "Did you mean png?"),
     ):
-        code, report = start.finish("bag_report", *map(str, arguments), timeout=WAIT)
-        assert code == 2
-        assert report.stdout == ""
-        assert len(report.stderr.splitlines()) == 1, report.stderr
-        assert said in report.stderr
-    assert not list(tmp_path.glob("*_report.*"))
+        code, out, (told,) = report(*arguments)
+        assert (code, out) == (2, "")
+        assert said in told
+    code, _, (told,) = report(folder, "/proc/x")
+    assert code == 2
+    assert told.startswith("bag_report: output: got '/proc/x.html', allowed: a file in a folder")
+    assert not [*tmp_path.glob("*_report.*"), *folder.parent.glob("*_report.*")]
 
 
-def test_a_cut_off_bag_is_reported_with_what_is_missing(start: Starter, tmp_path: Path) -> None:
+def test_a_cut_off_bag_is_reported_with_what_is_missing(report: Report, tmp_path: Path) -> None:
     folder = period_one_bag(tmp_path / "run", 12.0)
     (folder / "metadata.yaml").unlink()
     (file,) = folder.glob("*.mcap")
     file.write_bytes(file.read_bytes()[:-400])
-    code, report = start.finish("bag_report", str(folder), "--text-only", timeout=WAIT)
-    assert code == 0, report.output
-    report.wait_for(r"damage +metadata.yaml is missing")
-    report.wait_for("orbit found +period-1")
+    code, out, _ = report(folder, "--text-only")
+    assert code == 0
+    assert re.search("damage +metadata.yaml is missing", out)
+    assert re.search("orbit found +period-1", out)
 
 
-@pytest.mark.parametrize("shell", [[], ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]])
-def test_it_is_interrupted_in_order(start: Starter, tmp_path: Path, shell: list[str]) -> None:
+def test_it_is_interrupted_in_order(start: Starter, folder: Path) -> None:
     """Also where a shell in the background had the signal ignored."""
-    folder = period_one_bag(tmp_path / "run", 3.0)
+    shell = ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]
     report = start.command([*shell, sys.executable, "-c", _INTERRUPTED, str(folder)])
     report.wait_for("reading")
     assert report.end(signal.SIGINT) == 130
     assert "bag_report: interrupted" in report.stderr
     assert "Traceback" not in report.stderr
-    assert not list(tmp_path.glob("*_report.*"))
+    assert not list(folder.parent.glob("*_report.*"))
 
 
 _INTERRUPTED = """
@@ -154,11 +165,3 @@ sys.modules.pop("numpy", None)
 sys.meta_path.insert(0, Slow())
 sys.exit(bag_report.main())
 """
-
-
-def test_an_output_that_cannot_be_written_is_named(start: Starter, tmp_path: Path) -> None:
-    folder = period_one_bag(tmp_path / "run", 3.0)
-    code, report = start.finish("bag_report", str(folder), "/proc/x", timeout=WAIT)
-    assert code == 2
-    (line,) = report.stderr.splitlines()
-    assert line.startswith("bag_report: output: got '/proc/x.html', allowed: a file in a folder")

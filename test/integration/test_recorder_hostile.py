@@ -201,19 +201,6 @@ def test_an_answer_on_its_way_at_the_end_is_waited_for(
         assert {"parameters/late.yaml", "preset/swum.yaml"} <= run.attachments.keys()
 
 
-def test_what_cannot_be_recorded_so_is_refused(start: Starter, tmp_path: Path) -> None:
-    """A preset that is none; a size below what the head of each file takes."""
-    for parameter, told in (
-        (f"presets:={tmp_path}/none.yaml", "preset: got"),
-        ("max_size:=0.002", "max_size: got '0.002 MB', allowed: 0 for one file, or at least 0.0"),
-    ):
-        code, process = start.finish("recorder", f"{tmp_path}/run", "--ros-args", "-p", parameter)
-        assert code == 2
-        (line,) = process.stderr.splitlines()
-        assert line.startswith(f"recorder: {told}")
-        assert not (tmp_path / "run").exists()
-
-
 # --- the end --------------------------------------------------------------------------------------
 def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
     start: Starter, talker: Talker, tmp_path: Path
@@ -245,6 +232,8 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
     last = heard[-1].status[0]
     assert "recording ended: File too large" in last.message
     assert process.stderr.count("recording ended: File too large") == 1
+    assert "received but not recorded" in process.stdout
+    assert "Traceback" not in process.output
     with bag.open(tmp_path / "run") as run:
         assert run.complete
         assert run.message_count > 0

@@ -313,7 +313,7 @@ def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
     peer.spin_until(lambda: peer.diagnostic("real time")[:2] == (0, "running"))  # anew, from here
 
 
-@pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (1e-6, 10**6), (3.0, 10**6)])
+@pytest.mark.parametrize(("frequency", "periods"), [(1e-6, 1), (3.0, 10**6)])
 def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
     live: LiveSimulators,
     peer: Peer,

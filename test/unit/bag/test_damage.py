@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import pickle
 import random
+import resource
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,7 +13,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
-from bouncing_disk_ros import bag
+from bouncing_disk_ros import bag, limits
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
@@ -139,6 +137,27 @@ def test_no_other_record_becomes_a_message(tmp_path: Path, whole: bytes, sent: l
             assert found == [tuple(row) for row in sent], f"bit {bit} of byte {place}"
 
 
+@pytest.mark.parametrize("count", ["chunk", "attachment", "metadata", "message"])
+def test_an_index_that_counts_other_records_than_it_names_is_not_taken(
+    tmp_path: Path, count: str
+) -> None:
+    short = content(messages=messages_of_a_run()[:12], per_chunk=5)
+    with bag.open(put(tmp_path / "whole", forged({}, short))) as run:
+        expected = list(run.messages())
+        assert "its index is damaged" not in "".join(run.remarks)
+    more = forged({f"statistics.{count}_count": lambda true: true + 1}, short)
+    with bag.open(put(tmp_path / "more", more)) as run:
+        assert "its index is damaged" in "".join(run.remarks)
+        assert list(run.messages()) == expected
+
+
+def test_a_chunk_beyond_the_limit_is_not_unpacked(tmp_path: Path) -> None:
+    short = content(messages=messages_of_a_run()[:12], compression="zstd", summary=False)
+    large = put(tmp_path / "run", forged({"chunk.size": limits.CHUNK + 1}, short))
+    with bag.open(large) as run:
+        assert f"at most {limits.CHUNK >> 20} MiB can be read" in "".join(run.remarks)
+
+
 def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
     source = Source(put(tmp_path / "run", whole) / "run_0.mcap")
     place, damaged = source.blocks[3].offset + 100, bytearray(whole)
@@ -192,38 +211,23 @@ def test_the_command_recovers(
     assert "not an .mcap file" in capsys.readouterr().err
 
 
-FULL = """
-import pickle, resource, sys
-from pathlib import Path
-sys.path.insert(0, sys.argv[3])
-from bouncing_disk_ros import bag
-from support.bags import messages, write
-limit = int(sys.argv[2])
-options = bag.Options(chunk_size=2000, compression="none")
-writer = bag.Writer(Path(sys.argv[1]), options)
-sent = list(messages(1000))
-Path(sys.argv[1] + ".sent").write_bytes(pickle.dumps([tuple(row) for row in sent]))
-resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-try:
-    write(writer, sent)
-    writer.close()
-except bag.WriteError as error:
-    print(error)
-    print(writer.lost_on_disk.total())
-"""
-
-
 def fill(tmp_path: Path, limit: int) -> tuple[Path, list[tuple[object, ...]], int]:
     """Write a bag to a disk that takes no file above `limit`; folder, what was sent, what lost."""
-    folder = tmp_path / "run"
-    support = str(Path(__file__).resolve().parents[2])
-    done = subprocess.run(
-        [sys.executable, "-c", FULL, str(folder), str(limit), support],
-        capture_output=True, text=True, check=True, timeout=60,
-    )  # fmt: skip
-    line, lost = done.stdout.splitlines()
-    assert "recording ended: File too large" in line
-    return folder, pickle.loads((tmp_path / "run.sent").read_bytes()), int(lost)
+    folder, sent = tmp_path / "run", list(messages(1000))
+    writer = bag.Writer(folder, bag.Options(chunk_size=2000, compression="none"))
+
+    def filled() -> None:
+        write(writer, sent)
+        writer.close()
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))  # Python ignores SIGXFSZ
+    try:
+        with pytest.raises(bag.WriteError, match="recording ended: File too large"):
+            filled()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    return folder, [tuple(row) for row in sent], writer.lost_on_disk.total()
 
 
 @pytest.mark.parametrize("limit", [170_000, 201_111, 252_345])

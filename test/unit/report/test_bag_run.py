@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +38,17 @@ def read(folder: Path, **options: Any) -> BagRun:
         run = BagRun(opened, ReadOptions(**options))
         assert sum(1 for _ in run.read()) == run.total or run.source.remarks
         return run
+
+
+@pytest.fixture(scope="module")
+def period_one(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """A bag of period 1 over 12 s, without some topics; each is made once."""
+
+    @cache
+    def made(*without: str) -> Path:
+        return period_one_bag(tmp_path_factory.mktemp("bags") / "run", without=without)
+
+    return made
 
 
 def test_a_bag_gives_what_was_simulated(tmp_path: Path) -> None:
@@ -108,15 +121,16 @@ def test_runs_are_told_apart_by_the_indices_that_begin_again(tmp_path: Path) -> 
         read(tmp_path / "run", run=4)
 
 
-def test_only_impacts_are_enough(tmp_path: Path) -> None:
+def test_only_impacts_are_enough(period_one: Callable[..., Path]) -> None:
     others = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
-    run = read(period_one_bag(tmp_path / "run", without=others))
+    run = read(period_one(*others))
     assert len(run.record.rows) > 30
     assert math.isnan(run.record.disk.mass)
     assert set(run.source.missing) == {*others, "disk/phase"}
-    without_motion = period_one_bag(tmp_path / "b", without=("platform/motion",))
     # stamps are then related to simulated time by the impacts
-    assert read(without_motion).record.states[-1].time == pytest.approx(12.0, abs=0.1)
+    assert read(period_one("platform/motion")).record.states[-1].time == pytest.approx(
+        12.0, abs=0.1
+    )
 
 
 def test_a_bag_without_a_simulator_is_one_clear_line(tmp_path: Path) -> None:
@@ -131,8 +145,8 @@ def test_a_bag_without_a_simulator_is_one_clear_line(tmp_path: Path) -> None:
         read(tmp_path / "arm")
 
 
-def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
-    folder = period_one_bag(tmp_path / "run")
+def test_times_and_rows_are_limited_as_asked(period_one: Callable[..., Path]) -> None:
+    folder = period_one()
     run = read(folder, begin=3.0, end=6.0)
     assert run.record.rows["time"].min() >= 3.0
     assert run.record.rows["time"].max() < 6.0
@@ -158,9 +172,10 @@ def test_times_and_rows_are_limited_as_asked(tmp_path: Path) -> None:
     ],
 )
 def test_times_without_anything_say_where_the_run_is(
-    tmp_path: Path, without: tuple[str, ...], limits: dict[str, float], given: str, why: str
-) -> None:
-    folder = period_one_bag(tmp_path / "run", without=without)
+    period_one: Callable[..., Path], without: tuple[str, ...], limits: dict[str, float],
+    given: str, why: str,
+) -> None:  # fmt: skip
+    folder = period_one(*without)
     times = read(folder).record.rows["time"]
     first = 0.0 if not without else times[0]  # else only the impacts tell
     last = 12.0 if not without else times[-1]
@@ -171,9 +186,11 @@ def test_times_without_anything_say_where_the_run_is(
     assert caught.value.hint == why
 
 
-def test_rows_beyond_the_limit_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_beyond_the_limit_are_counted(
+    period_one: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("bouncing_disk_ros.report.read_run._JOIN", 4)
-    run = read(period_one_bag(tmp_path / "run"), most_rows=10)
+    run = read(period_one(), most_rows=10)
     rows = run.record.rows
     assert 10 <= len(rows) < 10 + 2 * 4
     dropped = int(rows["index"][0])

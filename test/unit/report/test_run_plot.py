@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ def disk_of_the_preset() -> Disk:
     return Disk(*(float(values[name]) for name in Disk._fields))
 
 
+@cache
 def first_toss() -> RunRecord:
     """The demonstration without DDS, aligned by hand."""
     programme = load_programme("first_toss_to_period_1")
@@ -57,9 +59,8 @@ def test_panels_say_what_they_show(tmp_path: Path) -> None:
     }
     assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")
     assert figure.get_suptitle().endswith("orbit found: period-1")
-    for name in ("a.png", "b.svg", "c.pdf"):
-        save_picture(figure, tmp_path / "new" / name)
-        assert (tmp_path / "new" / name).stat().st_size > 10_000
+    save_picture(figure, tmp_path / "new" / "a.png")
+    assert (tmp_path / "new" / "a.png").stat().st_size > 10_000
 
 
 def points(line: Line2D) -> NDArray[np.float64]:
@@ -88,5 +89,6 @@ def test_speeds_are_drawn_over_time() -> None:
 
 def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
     figure = run_picture(RunRecord(disk_of_the_preset()), "empty")
-    save_picture(figure, tmp_path / "empty.png")
+    for name in ("empty.png", "b.svg", "c.pdf"):
+        save_picture(figure, tmp_path / name)
     assert figure.get_suptitle() == "empty"
