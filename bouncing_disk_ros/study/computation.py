@@ -17,7 +17,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.parameters import Value
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -164,6 +163,8 @@ class PlaneStudy(Study):
         for key in ("x", "y"):
             self._check_axis(key)
         if "restitution" in given:
+            from bouncing_disk_ros.maps.attractors import refuse_conservative  # brings its kernels
+
             refuse_conservative(float(given["restitution"]))
 
     def _check_axis(self, key: str) -> None:

@@ -59,17 +59,17 @@ def test_a_bag_is_reported_on_replayed_and_recovered(start: Starter, tmp_path: P
 
 def test_the_demonstration_tells_its_story(start: Starter, tmp_path: Path) -> None:
     picture = tmp_path / "demo.png"
-    node = begin(start, "demo", "--ros-args", "-p", f"picture:={picture}")
+    options = ["demo", "--ros-args", "-p"]
+    node = begin(start, *options, f"picture:={picture}", "+", *options, "picture:=demo.gif")
     assert node.wait(WAIT) == 0, node.output
+    assert re.findall(r"^demo ended with (\d)$", node.output, re.MULTILINE) == ["0", "2"]
     node.wait_for("^ .* changes to a helical motion")
     node.wait_for(r"^  orbit found +period-1: τ_imp 0\.736624 rad")
     node.wait_for(r"^  rotor speed +27\.390382 rad/s")
     node.wait_for("^Verified: the orbit found is period-1")
     assert "nan" not in node.output
     assert picture.stat().st_size > 10_000
-    wrong = begin(start, "demo", "--ros-args", "-p", "picture:=demo.gif")
-    assert wrong.wait(WAIT) == 2
-    wrong.wait_for("^demo: picture: got 'demo.gif', allowed: a file ending in .png")
+    node.wait_for("^demo: picture: got 'demo.gif', allowed: a file ending in .png")
 
 
 def test_the_workbench_simulates_by_itself(start: Starter) -> None:

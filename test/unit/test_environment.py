@@ -14,61 +14,67 @@ from bouncing_disk_ros import environment
 from bouncing_disk_ros.errors import InputError
 from support.places import installed
 
-
-@pytest.mark.parametrize("text", ["", "0", "7", "101", "102", "232"])
-def test_domains_that_dds_can_use(clean: pytest.MonkeyPatch, text: str) -> None:
-    clean.setenv("ROS_DOMAIN_ID", text)
-    environment.check_domain()
-
-
-@pytest.mark.parametrize("text", ["233", "300", "-1", "1.5", "abc", " 7", "0x7", "٣", "9" * 5000])
-def test_domains_that_are_refused(clean: pytest.MonkeyPatch, text: str) -> None:
-    clean.setenv("ROS_DOMAIN_ID", text)
-    with pytest.raises(InputError, match="a whole number from 0 to 232") as caught:
-        environment.check_domain()
-    assert caught.value.given == text
+DOMAIN, MIDDLEWARE, SECURITY = (
+    environment.check_domain, environment.check_middleware, environment.check_security,
+)  # fmt: skip
+ON = {"ROS_SECURITY_ENABLE": "true"}
 
 
-def test_middleware_must_be_installed(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.fixture
+def ros(clean: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
+    """Two middlewares are installed, and a keystore lies at tmp_path."""
     names = ("rmw_fastrtps_cpp", "rmw_zenoh_cpp", "rmw_implementation")
     prefix = installed(tmp_path / "ros", *(f"rmw_typesupport/{name}" for name in names))
     clean.setenv("AMENT_PREFIX_PATH", str(prefix))
-    environment.check_middleware()
-    clean.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
-    environment.check_middleware()
-    for wrong, hint in [
-        ("rmw_fastrtps", "Did you mean rmw_fastrtps_cpp"),
-        ("xyz", "Install it, or unset RMW_IMPLEMENTATION"),
-    ]:
-        clean.setenv("RMW_IMPLEMENTATION", wrong)
-        with pytest.raises(InputError, match="rmw_fastrtps_cpp or rmw_zenoh_cpp") as caught:
-            environment.check_middleware()
-        assert hint in caught.value.line
+    (tmp_path / "enclaves").mkdir()
+    return clean
 
 
 @pytest.mark.parametrize(
-    ("name", "text"),
-    [("ROS_SECURITY_ENABLE", "1"), ("ROS_SECURITY_ENABLE", "True"), ("ROS_SECURITY_STRATEGY", "x")],
+    ("check", "settings"),
+    [
+        *((DOMAIN, {"ROS_DOMAIN_ID": text}) for text in ("", "0", "7", "101", "102", "232")),
+        (MIDDLEWARE, {}),
+        (MIDDLEWARE, {"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}),
+        (SECURITY, {}),
+        (SECURITY, {"ROS_SECURITY_ENABLE": "false"}),
+        (SECURITY, {**ON, "ROS_SECURITY_KEYSTORE": "HERE"}),
+    ],
 )
-def test_security_is_not_left_off_by_a_spelling(
-    clean: pytest.MonkeyPatch, name: str, text: str
+def test_settings_that_ros_understands(
+    ros: pytest.MonkeyPatch, tmp_path: Path, check: Callable[[], None], settings: dict[str, str]
 ) -> None:
-    environment.check_security()
-    clean.setenv(name, text)
-    with pytest.raises(InputError, match=f"{name}: got '{text}', allowed: .* no other spelling"):
-        environment.check_security()
+    for name, text in settings.items():
+        ros.setenv(name, text.replace("HERE", str(tmp_path)))
+    check()
 
 
-def test_security_needs_a_keystore(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    clean.setenv("ROS_SECURITY_ENABLE", "false")
-    environment.check_security()
-    clean.setenv("ROS_SECURITY_ENABLE", "true")
-    for store in ("", str(tmp_path)):
-        clean.setenv("ROS_SECURITY_KEYSTORE", store)
-        with pytest.raises(InputError, match="a keystore: a folder with enclaves/ in it"):
-            environment.check_security()
-    (tmp_path / "enclaves").mkdir()
-    environment.check_security()
+@pytest.mark.parametrize(
+    ("check", "settings", "words"),
+    [
+        *(
+            (DOMAIN, {"ROS_DOMAIN_ID": text}, "a whole number from 0 to 232")
+            for text in ("233", "300", "-1", "1.5", "abc", " 7", "0x7", "٣", "9" * 5000)
+        ),
+        (MIDDLEWARE, {"RMW_IMPLEMENTATION": "rmw_fastrtps"},
+         "rmw_fastrtps_cpp or rmw_zenoh_cpp.*Did you mean rmw_fastrtps_cpp"),
+        (MIDDLEWARE, {"RMW_IMPLEMENTATION": "xyz"}, "Install it, or unset RMW_IMPLEMENTATION"),
+        *(
+            (SECURITY, {name: text}, f"{name}: got '{text}', allowed: .* no other spelling")
+            for name, text in (("ROS_SECURITY_ENABLE", "1"), ("ROS_SECURITY_ENABLE", "True"),
+                               ("ROS_SECURITY_STRATEGY", "x"))
+        ),
+        (SECURITY, ON, "a keystore: a folder with enclaves/ in it"),
+        (SECURITY, {**ON, "ROS_SECURITY_KEYSTORE": "/"}, "a keystore: a folder with enclaves/"),
+    ],
+)  # fmt: skip
+def test_settings_that_are_refused(
+    ros: pytest.MonkeyPatch, check: Callable[[], None], settings: dict[str, str], words: str
+) -> None:
+    for name, text in settings.items():
+        ros.setenv(name, text)
+    with pytest.raises(InputError, match=words):
+        check()
 
 
 def test_prepare_ends_with_one_line_and_code_2(

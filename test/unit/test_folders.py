@@ -14,40 +14,35 @@ from support.places import installed, private
 # logs and matplotlib
 
 
-def test_a_usable_home_needs_no_settings(clean: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("home", "settings", "logs", "matplotlib"),
+    [
+        ("usable", {}, None, None),
+        ("no folder", {"ROS_LOG_DIR": "TMP/logs"}, "TMP/logs", "PRIVATE/matplotlib"),
+        ("no folder", {"ROS_HOME": "TMP/ros"}, None, "PRIVATE/matplotlib"),
+        ("no folder", {"XDG_STATE_HOME": "TMP/state", "XDG_CONFIG_HOME": "TMP/config"},
+         "TMP/state/bouncing_disk_ros/log", "TMP/config/bouncing_disk_ros/matplotlib"),
+        ("unset", {}, "PRIVATE/log", "PRIVATE/matplotlib"),
+    ],
+)  # fmt: skip
+def test_logs_and_settings_go_where_they_can_be_written(
+    clean: pytest.MonkeyPatch, tmp_path: Path, home: str, settings: dict[str, str],
+    logs: str | None, matplotlib: str | None,
+) -> None:  # fmt: skip
+    def place(text: str) -> str:
+        return text.replace("TMP", str(tmp_path)).replace("PRIVATE", str(private(tmp_path)))
+
+    if home == "no folder":
+        (tmp_path / "file").touch()
+        clean.setenv("HOME", str(tmp_path / "file" / "home"))
+    elif home == "unset":
+        clean.delenv("HOME")
+    for name, text in settings.items():
+        clean.setenv(name, place(text))
     folders.use_log_folder()
     folders.use_matplotlib_folder()
-    assert not {"ROS_LOG_DIR", "MPLCONFIGDIR"} & os.environ.keys()
-
-
-@pytest.mark.parametrize("setting", ["ROS_LOG_DIR", "ROS_HOME"])
-def test_a_usable_log_folder_of_the_user_stays(
-    no_home: pytest.MonkeyPatch, tmp_path: Path, setting: str
-) -> None:
-    no_home.setenv(setting, str(tmp_path / "logs"))
-    folders.use_log_folder()
-    assert os.environ.get("ROS_LOG_DIR") in (None, str(tmp_path / "logs"))
-
-
-def test_without_home_logs_and_settings_go_to_xdg_folders(
-    no_home: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    no_home.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    no_home.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    folders.use_log_folder()
-    folders.use_matplotlib_folder()
-    assert os.environ["ROS_LOG_DIR"] == str(tmp_path / "state/bouncing_disk_ros/log")
-    assert os.environ["MPLCONFIGDIR"] == str(tmp_path / "config/bouncing_disk_ros/matplotlib")
-
-
-def test_without_home_and_xdg_they_go_to_the_temporary_folder(
-    no_home: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    no_home.delenv("HOME")
-    folders.use_log_folder()
-    folders.use_matplotlib_folder()
-    assert os.environ["ROS_LOG_DIR"] == str(private(tmp_path) / "log")
-    assert os.environ["MPLCONFIGDIR"] == str(private(tmp_path) / "matplotlib")
+    assert os.environ.get("ROS_LOG_DIR") == (None if logs is None else place(logs))
+    assert os.environ.get("MPLCONFIGDIR") == (None if matplotlib is None else place(matplotlib))
 
 
 def test_with_no_folder_for_logs_the_line_says_what_to_set(
@@ -72,13 +67,6 @@ def test_the_prefix_of_the_package_joins_the_index(
     assert os.environ["AMENT_PREFIX_PATH"] == f"{tmp_path}/ros:{prefix}"
     folders.use_package_index()
     assert os.environ["AMENT_PREFIX_PATH"] == f"{tmp_path}/ros:{prefix}"
-
-
-def test_an_index_that_has_the_package_stays(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    prefix = installed(tmp_path / "install", "packages/bouncing_disk_ros")
-    clean.setenv("AMENT_PREFIX_PATH", str(prefix))
-    folders.use_package_index()
-    assert os.environ["AMENT_PREFIX_PATH"] == str(prefix)
 
 
 def test_without_an_installed_package_the_index_stays_empty(

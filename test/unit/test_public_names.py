@@ -318,14 +318,6 @@ def test_what_is_no_result_of_a_study_is_not_drawn() -> None:
         bouncing_disk_ros.figures(simulate(0.0))  # type: ignore[arg-type]
 
 
-def test_everything_can_be_imported_without_ros() -> None:
-    code = (
-        "import sys; sys.modules['rclpy'] = None; from bouncing_disk_ros import *; "
-        "assert simulate and basins"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
-
-
 def test_a_result_is_opened_from_its_store_and_from_the_folder_of_a_command(tmp_path: Path) -> None:
     run_study("basins", tmp_path / "mine" / "result.zarr", **SMALL)
     for path in (tmp_path / "mine", tmp_path / "mine" / "result.zarr"):

@@ -12,7 +12,6 @@ from bouncing_disk_ros.maps.bifurcation_diagram import (
     Branch,
     begin,
     follow,
-    from_starts,
 )
 from bouncing_disk_ros.maps.continuation import Doubling, period_doublings
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
@@ -114,20 +113,6 @@ def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:
     figure.savefig(tmp_path / "figure.png")
     shares = density(branch, 0.0, math.tau)
     assert (shares.sum(axis=0) > 0).tolist() == (branch.values > 1 / math.pi).tolist()
-
-
-@pytest.mark.parametrize(
-    ("axis", "values"),
-    [("restitution", [0.5, 0.52]), ("phase_lag", [-1.0, 1.0]), ("angular_forcing", [1.0, 100.0])],
-)
-def test_each_parameter_has_its_axis(axis: str, values: list[float], tmp_path: Path) -> None:
-    section = NextCollisionMap(0.45, 0.5, 0.0, 10.0)
-    starts = [MapState(1.0, -0.01), MapState(0.7, -1.33)]
-    branch = from_starts(section, axis, np.array(values), starts, measured=100, kept=50)
-    figure = bifurcation_figure(branch, section, axis)
-    assert figure.axes[-1].get_xlabel().startswith(axis.replace("_", " "))
-    assert (figure.axes[0].get_xscale() == "log") == (axis == "angular_forcing")
-    figure.savefig(tmp_path / "figure.png")
 
 
 def test_contact_has_its_colour_and_its_onset_a_name(upward: Branch) -> None:

@@ -298,13 +298,6 @@ def test_a_map_names_attractors_that_the_search_missed(
     assert any("missed: period-4" in line for line in basin_lines(whole))
 
 
-def test_the_largest_toss_of_the_paper_is_found_whatever_the_map(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "toss_map", phase_lag_count=3, amplitude_angle_count=3)
-    assert float(found["extreme_airborne_speed"][0]) == pytest.approx(27.18, abs=0.005)
-    assert float(found["extreme_amplitude_angle"][0]) / math.pi == pytest.approx(0.2457, abs=2e-4)
-    assert set(found["code"].attrs["flag_values"]) >= set(np.unique(found["code"].values))
-
-
 @pytest.mark.parametrize("given", [{"initial_angular_velocity": 3.0}, {"load_torque": 0.001}])
 def test_a_toss_that_turns_without_the_platform_has_no_largest_speed_ratio(
     tmp_path: Path, given: dict[str, Value]

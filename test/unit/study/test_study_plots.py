@@ -36,6 +36,7 @@ def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
     figures = dict(definition.pictures(study, result))
     for figure in figures.values():
         figure.savefig(io.BytesIO(), format="png", dpi=40)
+        assert tool is motor or "(1)" not in text_of(figure), "an axis has the unit 1"
     lines = definition.lines(result)
     assert all("\n" not in line for line in lines)
     return figures, lines, result
@@ -114,24 +115,24 @@ def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Pat
     assert "impacts on the attractors" in [text.get_text() for text in legend.get_texts()]
 
 
-def test_no_axis_has_the_unit_1(tmp_path: Path) -> None:
-    for name, tool, given in (
-        ("b", bifurcation, {"count": 2, "settling": 50, "measured": 20, "kept": 5}),
-        ("s", basin_shares, {"count": 2, "samples": 6}),
-        (
-            "p",
-            parameter_map,
-            {"x_count": 2, "y_count": 2, "settling": 9, "measured": 256},
-        ),
-    ):
-        figures, _, _ = shown(tmp_path / name, tool, **given)
-        for figure in figures.values():
-            assert "(1)" not in text_of(figure)
+ONE = {"count": 1, "begin": 0.45, "end": 0.45}
+SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
 
 
-def test_one_pixel(tmp_path: Path) -> None:
-    figures, _, _ = shown(tmp_path, basins, width=1, height=1)
-    assert len(figures["basins"].axes) == 3
+@pytest.mark.parametrize(
+    ("tool", "given"),
+    [
+        (basins, {"width": 1, "height": 1}),
+        (basin_shares, {**ONE, "samples": 6}),
+        (bifurcation, {**ONE, **SHORT, "starts": 0}),
+        (bifurcation, {**ONE, **SHORT, "starts": 3}),
+    ],
+)
+def test_the_smallest_sizes_are_drawn(
+    tmp_path: Path, tool: ModuleType, given: dict[str, Value]
+) -> None:
+    figures, _, _ = shown(tmp_path, tool, **given)
+    assert list(figures) == [tool.DEFINITION.name]
 
 
 def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
@@ -157,10 +158,6 @@ def test_shares(tmp_path: Path) -> None:
     assert lines[0].startswith("  rest             at most 100.000 %, at 0.2")
 
 
-def test_shares_of_one_value(tmp_path: Path) -> None:
-    shown(tmp_path, basin_shares, begin=0.45, end=0.45, count=1, samples=6)
-
-
 @pytest.mark.parametrize("along", ["restitution", "phase_lag", "angular_forcing"])
 def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     ends = {"restitution": (0.4, 0.6), "phase_lag": (-1.0, 1.0), "angular_forcing": (1.0, 100.0)}
@@ -173,6 +170,9 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "impact", "Lyapunov"]
     name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
     assert f"in {name};" in text_of(figures["bifurcation"])
+    assert figures["bifurcation"].axes[-1].get_xlabel().startswith(along.replace("_", " "))
+    scale = figures["bifurcation"].axes[0].get_xscale()
+    assert (scale == "log") == (along == "angular_forcing")
     at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
     assert any(line.endswith(f"at {at:.6g}") for line in lines)
 
@@ -254,13 +254,16 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
 
 
 def test_toss_maps(tmp_path: Path) -> None:
-    figures, lines, _ = shown(tmp_path, toss_map, phase_lag_count=9, amplitude_angle_count=9,
+    figures, lines, result = shown(tmp_path, toss_map, phase_lag_count=9, amplitude_angle_count=9,
                               trajectory_lags="0")  # fmt: skip
     assert list(figures) == ["toss_map", "trajectories"]
     assert [line.split(" at ")[0].strip() for line in lines] == [
         "largest airborne speed", "largest speed ratio", "largest efficiency"
     ]  # fmt: skip
     assert "phase lag" in labels(figures["toss_map"])[2][0]
+    assert float(result["extreme_airborne_speed"][0]) == pytest.approx(27.18, abs=0.005)  # paper
+    assert float(result["extreme_amplitude_angle"][0]) / math.pi == pytest.approx(0.2457, abs=2e-4)
+    assert set(result["code"].attrs["flag_values"]) >= set(np.unique(result["code"].values))
 
 
 def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
@@ -272,18 +275,23 @@ def test_paths_of_which_one_never_lets_go(tmp_path: Path) -> None:
     assert math.isfinite(float(lines[0].split("τ_sep = ")[1].split()[0]))
 
 
-def test_one_value_is_drawn_without_a_warning(tmp_path: Path) -> None:
-    small = {"count": 1, "settling": 10, "measured": 20, "kept": 5}
-    for starts in (0, 3):
-        figures, _, _ = shown(
-            tmp_path / str(starts),
-            bifurcation,
-            begin=0.45,
-            end=0.45,
-            starts=starts,
-            **small,
-        )
-        assert list(figures) == ["bifurcation"]
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"restitution": 0.3, "begin": 0.6, "end": 0.65}, True),
+        ({"restitution": 0.3, "begin": 0.6, "end": 0.69, "doublings": 1}, False),
+        ({"restitution": 0.3, "begin": 0.6, "end": 0.65, "doublings": 0}, False),
+        ({"along": "restitution", "begin": 0.5, "end": 0.52}, False),
+    ],
+)
+def test_an_axis_that_ends_before_the_first_doubling_is_told(
+    tmp_path: Path, given: dict[str, Value], told: bool
+) -> None:
+    _, lines, _ = shown(tmp_path, bifurcation, **SHORT, **given, count=2)
+    line = (
+        "  no period doubling up to 0.65: at ε = 0.3 the first is at 0.677151, so let the axis end "
+    )
+    assert [one for one in lines if "no period doubling" in one] == [line + "beyond it"] * told
 
 
 def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
