@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.maps.attractor_search import find_attractors
     from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
     from bouncing_disk_ros.maps.basin_labels import label_starts
-    from bouncing_disk_ros.maps.boundary import (
+    from bouncing_disk_ros.maps.continuation import period_doublings
+    from bouncing_disk_ros.maps.label_maps import (
         basin_entropy,
         box_dimension,
         uncertainty_exponent,
     )
-    from bouncing_disk_ros.maps.continuation import period_doublings
     from bouncing_disk_ros.maps.mean_speed import best_lag
     from bouncing_disk_ros.maps.next_collision import (
         Impacts,
@@ -117,7 +117,7 @@ _PUBLIC = {
     "maps.attractors": "Attractor AttractorKind Attractors",
     "maps.basin_labels": "label_starts",
     "maps.mean_speed": "best_lag",
-    "maps.boundary": "basin_entropy box_dimension uncertainty_exponent",
+    "maps.label_maps": "basin_entropy box_dimension uncertainty_exponent",
     "maps.continuation": "period_doublings",
     "resilience_studies.curve_family": "curve_family",
     "resilience_studies.edge_states": "EdgeState edge_state saddle_of",

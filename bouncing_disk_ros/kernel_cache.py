@@ -49,8 +49,7 @@ _STUDIES: Shares = (
     ),
     (
         "maps.lanes.basin_kernel",
-        "maps.lanes.toss_lanes",
-        "maps.lyapunov_and_speed",
+        "maps.rotation_map",
         "maps.map_tangent",
         "maps.axial_flights",
         "motor_study.motor_cell",

@@ -188,9 +188,6 @@ class NextEvent(NamedTuple):
     steps: int
 
 
-NEXT_EVENT = types.NamedTuple([types.int64, types.float64, types.float64, types.int64], NextEvent)
-
-
 def disk_record(disk: Disk, report_speed: float) -> NDArray[np.void]:
     """The disk as the kernels read it, with what follows from it."""
     record = np.zeros(1, DISK_DTYPE)

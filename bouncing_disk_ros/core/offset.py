@@ -189,10 +189,6 @@ class Lane(NamedTuple):
         """The segment in force just after an instant."""
         return self._plan_at(ns).segment_at(ns)
 
-    def state_at(self, ns: int) -> OffsetState:
-        """Position, velocity and acceleration at an instant; at a knot what is stated there."""
-        return self.segment_at(ns).at(ns)
-
     def boundary_after(self, ns: int) -> int:
         """The next instant at which another segment begins; NEVER if there is none."""
         i = bisect_right(self.plans, ns, key=lambda plan: plan.begin_ns)

@@ -16,7 +16,7 @@ These need an ε that is the same in all impacts, and change with the law by han
   `parameter_plane`, `continuation.existence_limit`, `motor_curves`,
   `juggling.loop_settings.period_one_points`;
 - the greatest speed: `mean_speed` (best lag), `manifold_growth.no_return`;
-- friction in lanes: `rotation_lanes` keeps (1 + ε)/Γ_T of a lane;
+- friction in lanes: `attractor_lanes` keeps (1 + ε)/Γ_T of a lane;
 - equations of orbits and controllers: `resilience_studies.orbit_curves`, `fatal_changes`,
   `report.stability`, `juggling.kernels.toss_planner` and `strategies`, `juggling.target_orbit`,
   `juggling.compute`;

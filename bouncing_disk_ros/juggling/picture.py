@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from bouncing_disk_ros.colours import BLACK, REST, UNRESOLVED, VERMILION
 from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame
-from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.label_maps import downsample
 
 COLORS = {-1: UNRESOLVED, 0: REST, 1: REST, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""

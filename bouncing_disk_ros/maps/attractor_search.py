@@ -31,9 +31,9 @@ from bouncing_disk_ros.maps.axial_map import (
     axial_orbit,
 )
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lyapunov_and_speed import LYAPUNOV, measure_attractor
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
 
 LONGEST = 64
 """Most impacts in one repetition of an orbit that is looked for."""

@@ -17,17 +17,18 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.maps.attractors import contact_is_forgotten
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, ORBIT_KIND, ORBIT_TAU, ORBIT_W
-from bouncing_disk_ros.maps.lyapunov_and_speed import (
+from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_IMPACT,
     MEAN_PER_TIME,
     MEASURED,
+    ORBIT_SPEED,
+    ORBIT_TURNED,
     measure_attractor,
 )
-from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
-from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 
 AXES = ("axial_forcing", "restitution", "phase_lag", "angular_forcing")
 """The parameters that a diagram can run along: the fields of NextCollisionMap."""

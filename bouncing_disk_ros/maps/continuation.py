@@ -1,9 +1,9 @@
-"""Period doublings of periodic orbits, by continuation to the multiplier −1.
+"""Along a parameter: period doublings of orbits, and where an attractor first holds contact.
 
 An orbit of n impacts is followed along Γ or ε by Newton's method (predictor: its derivative by the
 parameter). With trace T and determinant ε²ⁿ of its derivatives, a multiplier is −1 where
 1 + T + ε²ⁿ = 0; that root gives the point to about the last digits of a float64. The doubled orbit
-is found by iteration a little further on.
+is found by iteration a little further on. The first complete chatter is found by halving.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.maps.next_collision import Array, MapState
+from bouncing_disk_ros.maps.axial_flights import impacts_before_contact
+from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import (
     PeriodicOrbit,
     followed,
@@ -30,6 +31,7 @@ FEIGENBAUM = 4.669201609102990
 _MARCH = 48
 _SETTLE = 4000
 _HALVINGS = 40
+_ONSET_STEPS = 64
 
 
 class Doubling(NamedTuple):
@@ -211,3 +213,59 @@ def _doubled(point: Doubling, axis: str, limit: float, step: float) -> PeriodicO
             return orbit
         step *= 0.5
     return None
+
+
+class ContactOnset(NamedTuple):
+    """Where an attractor first holds a complete chatter, with contact, seen in finite time."""
+
+    without: float  # no contact in `impacts` impacts here ...
+    value: float  # ... and some here
+    impacts: int
+
+
+def contact_onset(
+    section: NextCollisionMap,
+    axis: str,
+    limit: float,
+    start: MapState,
+    *,
+    impacts: int = 100_000,
+    digits: float = 1e-6,
+) -> ContactOnset | None:
+    """The first value on the way to `limit` at which the attractor is seen to hold contact.
+
+    `start` is a state on the attractor at the value of `section`. The way is halved until
+    `digits` are left, each value starting from the last state without contact. Rare chatters
+    escape `impacts` impacts, so the true onset lies a little earlier. None: no contact at `limit`.
+    Raises InputError for a start whose orbit holds contact.
+    """
+    check_axis(axis)
+    low, high = float(getattr(section, axis)), float(limit)
+    state = _without_contact(section, start, impacts)
+    if state is None:
+        raise InputError("start", start, "a state whose orbit holds no contact at its own value")
+    for value in np.linspace(low, high, _ONSET_STEPS + 1)[1:]:
+        after = _without_contact(replace(section, **{axis: float(value)}), state, impacts)
+        if after is None:
+            high = float(value)
+            break
+        low, state = float(value), after
+    else:
+        return None
+    while abs(high - low) > digits:
+        middle = 0.5 * (low + high)
+        after = _without_contact(replace(section, **{axis: middle}), state, impacts)
+        if after is None:
+            high = middle
+        else:
+            low, state = middle, after
+    return ContactOnset(low, high, impacts)
+
+
+def _without_contact(section: NextCollisionMap, start: MapState, impacts: int) -> MapState | None:
+    """The state after some impacts; None where a complete chatter comes before."""
+    state = np.array(section.checked(start)[:2])
+    axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
+    if impacts_before_contact(state, axial_forcing, restitution, impacts) >= 0:
+        return None
+    return MapState(float(state[0]), float(state[1]))

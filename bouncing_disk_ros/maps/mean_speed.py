@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +21,17 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, ORBIT_DELAY, ORBIT_KIND
 from bouncing_disk_ros.maps.golden_section import golden_section
-from bouncing_disk_ros.maps.lyapunov_and_speed import (
+from bouncing_disk_ros.maps.rotation_map import (
     MEAN_PER_TIME,
     MEASURED,
-    measure_attractor,
-)
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.rotation_map import (
     ORBIT_SPEED,
     ORBIT_TURNED,
     collision_orbit,
+    measure_attractor,
 )
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 IMPACTS = 6_000
 """Impacts that stand for one repetition of an orbit that does not repeat."""

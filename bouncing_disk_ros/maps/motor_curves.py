@@ -32,21 +32,13 @@ def no_load_speed(motion: Motion, disk: Disk) -> float:
 def stall_torque(motion: Motion, disk: Disk) -> float:
     """The active load at which the mean speed is 0, or friction gives way: min(T*, I ω |V|/π), N·m.
 
-    It has the sign of V. A brake has none: see `knee_torque`.
+    It has the sign of V. A brake has none.
     """
     speed = no_load_speed(motion, disk)
     if math.isnan(speed):
         return math.nan
     balanced = 2.0 * disk.inertia * motion.frequency * speed
     return math.copysign(min(friction_limit(disk), abs(balanced)), balanced)
-
-
-def knee_torque(motion: Motion, disk: Disk) -> float:
-    """Where a brake begins to stop the rotor before the next impact: min(T*, I ω |V|/(2π)), N·m."""
-    speed = no_load_speed(motion, disk)
-    if math.isnan(speed):
-        return math.nan
-    return min(friction_limit(disk), disk.inertia * motion.frequency * abs(speed))
 
 
 def _against(disk: Disk, sign: float) -> float:
@@ -79,34 +71,6 @@ def mean_speed(motion: Motion, disk: Disk) -> float:
         return math.nan  # it turns back in each period
     given = min(abs(speed), friction_limit(disk) / momentum)
     return 0.5 * sign * momentum * given**2 / torque
-
-
-class PowerFlow(NamedTuple):
-    """Means over a period of the stator, W."""
-
-    output: float  # work on load and brake
-    impacts: float  # lost by restitution
-    friction: float  # lost in the slip of impacts
-    efficiency: float  # output over all three; nan where one of both is not > 0
-
-
-def power_flow(motion: Motion, disk: Disk) -> PowerFlow:
-    """Where the work of the stator goes while each impact sticks at once; nan elsewhere."""
-    orbit = period_one(motion, disk)
-    speed = no_load_speed(motion, disk)
-    if orbit is None:
-        return PowerFlow(*[math.nan] * 4)
-    sign = math.copysign(1.0, speed)
-    if not _keeps_turning(motion, disk, speed):
-        return PowerFlow(*[math.nan] * 4)
-    torque, momentum = _against(disk, sign), disk.inertia * motion.frequency
-    output = torque * (abs(speed) - 0.5 * torque / momentum)
-    lost = (1.0 - disk.restitution**2) * orbit.axial_impact_velocity**2
-    impacts = 0.5 * disk.mass * lost * motion.frequency
-    friction = 0.5 * torque**2 / momentum
-    taken = output + impacts + friction
-    known = output > 0.0 and taken > 0.0
-    return PowerFlow(output, impacts, friction, output / taken if known else math.nan)
 
 
 class PreloadRegimes(NamedTuple):

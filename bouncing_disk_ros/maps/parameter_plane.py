@@ -29,13 +29,13 @@ from bouncing_disk_ros.maps.axial_map import (
 )
 from bouncing_disk_ros.maps.bifurcation_diagram import STATE
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.lyapunov_and_speed import (
+from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_TIME,
     MEASURED,
+    ORBIT_TURNED,
 )
-from bouncing_disk_ros.maps.rotation_map import ORBIT_TURNED
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]

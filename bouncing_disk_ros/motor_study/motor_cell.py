@@ -11,9 +11,10 @@ and brake only ever bring two speeds of the disk closer together. So:
   forgotten when they have met; then the means are over a stretch that grows until the speed is
   known well enough. Two that do not meet have not settled.
 
-Where roundings decide how the motion goes on from one contact to the next (`rounding`), it would
-come back all the same, for contact ends in one state. The next one there begins with a restitution
-that is one rounding less: the means are those of motors that are equal within roundings.
+Where roundings decide how the motion goes on from one contact to the next
+(`map_tangent.largest_error`), it would come back all the same, for contact ends in one state. The
+next one there begins with a restitution that is one rounding less: the means are those of motors
+that are equal within roundings.
 """
 
 from __future__ import annotations

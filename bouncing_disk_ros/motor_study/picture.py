@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame
-from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.parameters import TABLE
 
 KIND_COLORS: Mapping[int, str] = {

@@ -21,6 +21,7 @@ from bouncing_disk_ros.maps.basin_labels import (
     MOST,
     UNRESOLVED,
     Basins,
+    Labelled,
     LabelRule,
     chaotic_labels,
     impacts_needed,
@@ -28,9 +29,6 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_starts,
 )
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.start_window import (
-    Labelled,
-)
 
 Array = NDArray[np.float64]
 

@@ -344,7 +344,7 @@ class Topics(Outlet):
         """Publish the first figure, and of a map its field."""
         from sensor_msgs.msg import CompressedImage
 
-        from bouncing_disk_ros.maps.row_blocks import downsample
+        from bouncing_disk_ros.maps.label_maps import downsample
 
         stamp = self._node.get_clock().now().to_msg()
         message = CompressedImage(format="png", data=file.read_bytes() if file else _png(figure))

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import math
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 SOURCE = Path(__file__).with_name("impacts.c")
 LANES = Path(__file__).with_name("lanes.c")
-TOSSES = Path(__file__).with_name("tosses.c")
 #: what gcc needs to vectorise: no errno, no traps; nothing is reordered
 VECTOR_FLAGS = (
     "-mprefer-vector-width=512",
@@ -97,29 +94,3 @@ class CLanes:
         states = (tau.ctypes.data, w.ctypes.data, len(tau))
         numbers = (axial_forcing, restitution, *point, *rule)
         self._library.label(*states, *numbers, labels.ctypes.data)
-
-
-class CTosses:
-    """`tosses` of tosses.c, compiled into a folder."""
-
-    def __init__(self, folder: Path) -> None:
-        library = folder / "tosses.so"
-        subprocess.run(["gcc", *FLAGS[:-1], str(TOSSES), "-o", str(library), FLAGS[-1]], check=True)
-        number, array = ctypes.c_double, ctypes.c_void_p
-        self._tosses = ctypes.CDLL(str(library)).tosses
-        self._tosses.argtypes = [array, ctypes.c_long, *[number] * 5, array, array]
-        self._tosses.restype = None
-
-    def tosses(
-        self,
-        starts: NDArray[np.float64],
-        frequency: float,
-        disk: Any,
-        out: NDArray[np.float64],
-        codes: NDArray[np.int8],
-    ) -> None:
-        """Do what `single_toss.toss_each` does, without a limit of events."""
-        k = disk[0]
-        names = ("grip", "g", "mass", "inertia")
-        numbers = (math.tau * frequency, *(float(k[name]) for name in names))
-        self._tosses(starts.ctypes.data, len(starts), *numbers, out.ctypes.data, codes.ctypes.data)

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.axial import RESTITUTION, Regime
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.lyapunov_and_speed import LYAPUNOV, measure_attractor
+from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
 
 TRAJECTORIES, FEW = 1024, 16  # in the lanes; one by one
 SETTLING, MEASURED, KEPT = 100, 100, 10

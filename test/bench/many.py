@@ -1,4 +1,4 @@
-"""Many trajectories, basins and tosses by the lanes, beside their peers, in turns.
+"""Many trajectories and basins by the lanes, beside their peers, in turns.
 
 Times are those of the processor, so that the load of other programs counts for less: of the calling
 thread, but for JAX, which has threads of its own, of the process.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +19,8 @@ from bench.c_reference import CLanes, CReference
 from bench.lyapunov import lyapunov_runs
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, row
-from bench.toss_peers import ANGLES, LAGS, TossMap, peer_of
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.rotation_lanes import iterate_rotation
 
 PART = "many trajectories"
 TRAJECTORIES, IMPACTS, ROUNDS = 1024, 200, 60
@@ -45,8 +42,7 @@ class _Regime:
             np.full(n, regime.axial_forcing),
             np.full(n, RESTITUTION),
         )
-        self._counts, self._sums = np.zeros((n, 2), np.int64), np.zeros((n, 2))
-        self._lags, self._angular = np.full(n, -0.7), np.full(n, 100.0)
+        self._counts = np.zeros((n, 2), np.int64)
         self._folder = folder
         self._out = np.empty((TRAJECTORIES, 2))
 
@@ -59,14 +55,6 @@ class _Regime:
         tau, w = self.states()
         iterate_axial(tau, w, self._forcings, self._restitutions, impacts, self._counts)
         return tau, w
-
-    def rotation(self) -> int:
-        """The lanes with rotation."""
-        speed = np.zeros(TRAJECTORIES)
-        arguments = (*self.states(), speed, self._forcings, self._restitutions)
-        turning = (self._lags, self._angular)
-        iterate_rotation(*arguments, *turning, IMPACTS, self._counts, self._sums)
-        return TRAJECTORIES * IMPACTS
 
     def in_place(self, function: Callable[[Floats, Floats, int], object], impacts: int) -> Run:
         """Run of a peer, compared with the lanes first."""
@@ -125,19 +113,17 @@ def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
         return TRAJECTORIES * IMPACTS
 
     peers, notes = subject.peers()
-    times = interleaved({"lanes": lanes, "rotation": subject.rotation, **peers}, ROUNDS)
+    times = interleaved({"lanes": lanes, **peers}, ROUNDS)
     if why := missing("scipy"):
         notes.append(why)
     else:
         times |= interleaved({"SciPy": subject.scipy}, 5)
     where = f"Γ = {regime.axial_forcing} ({regime.name})"
     rows = [row(PART, f"{name}, {where}", "ns an impact", list(t)) for name, t in times.items()]
-    aims = {"C": 1.0, "rotation": 1.25, "heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
+    aims = {"C": 1.0, "heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
     for name, aim in aims.items():
         if name == "C" and name in times:
             values, text, bound = times["lanes"] / times[name], "lanes / vectorised C", Aim(aim)
-        elif name == "rotation":
-            values, text, bound = times[name] / times["lanes"], "with rotation / axial", Aim(aim)
         elif name in times:
             values, text = times[name] / times["lanes"], f"{name} / lanes"
             bound = Aim(at_least=aim)
@@ -145,33 +131,6 @@ def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
             continue
         rows.append(row(PART, f"{text}, {where}", "×", list(values), bound))
     return rows, notes
-
-
-def _toss(folder: Path) -> list[Row]:
-    """The toss map of Fig. 2: whole calls, what they allocate and convert included."""
-    subject, peer = TossMap(LAGS, ANGLES), peer_of(folder)
-    calls: dict[str, Callable[[], object]] = {
-        "lanes": subject.lanes,
-        "scalar rides": subject.scalar,
-    }
-    if peer is not None:
-        calls["scalar C"] = partial(subject.by, peer)
-
-    def counted(call: Callable[[], object]) -> int:
-        call()
-        return LAGS * ANGLES
-
-    runs: dict[str, Run] = {name: partial(counted, call) for name, call in calls.items()}
-    times = interleaved(runs, ROUNDS // 6)
-    where = f"single toss, map {LAGS} × {ANGLES}"
-    rows = [row(PART, f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
-    values = list(times["lanes"] / times["scalar rides"])
-    rows.append(row(PART, f"lanes / scalar core, {where}", "×", values))
-    if peer is not None:
-        lanes, scalar = (list(times[k] / times["scalar C"]) for k in ("lanes", "scalar rides"))
-        rows.append(row(PART, f"lanes / scalar C, {where}", "×", lanes, Aim(at_most=0.3)))
-        rows.append(row(PART, f"scalar core / scalar C, {where}", "×", scalar))
-    return rows
 
 
 def _lyapunov(regime: Regime) -> list[Row]:
@@ -193,5 +152,4 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
         skipped |= set(notes)
     for axial_forcing in (0.45, 0.55):
         rows += basin_map.measure(axial_forcing, folder)
-    rows += _toss(folder)
     return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]

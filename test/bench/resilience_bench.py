@@ -7,12 +7,12 @@ import time
 import numpy as np
 
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.maps.start_window import (
+from bouncing_disk_ros.maps.basin_labels import (
     label_window,
     window_starts,
 )
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
 from bouncing_disk_ros.resilience_studies.fatal_changes import (
     measure as measure_attractor,

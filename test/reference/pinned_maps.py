@@ -61,11 +61,6 @@ def lanes(seed: int) -> Any:
     return pinned.carried(drawn_starts(seed, n, 2), drawn_parameters(seed, n, 2), 50 + 10 * seed)
 
 
-def rotating_lanes(seed: int) -> Any:
-    n = 100 + 37 * seed
-    return pinned.carried(drawn_starts(seed, n, 3), drawn_parameters(seed, n, 4), 50 + 10 * seed)
-
-
 def attractor(place: int) -> Any:
     axial_forcing, restitution = PLATFORMS[place]
     starts = [[0.74, -1.33, 0.5], *drawn_starts(500 + place, 1, 3).tolist()]
@@ -149,11 +144,7 @@ def a_setting(seed: int) -> Any:
 
 
 def ridden(seed: int) -> Any:
-    return pinned.ridden(drawn_tosses(seed, 150 + seed), a_setting(seed))
-
-
-def ridden_one_by_one(seed: int) -> Any:
-    return pinned.ridden(drawn_tosses(seed, 40), a_setting(seed), one_by_one=True)
+    return pinned.ridden(drawn_tosses(seed, 40), a_setting(seed))
 
 
 LAGS, ANGLES = np.linspace(-3.0, 3.0, 13), np.linspace(0.0, 1.5, 9)
@@ -182,7 +173,6 @@ def runs() -> Runs:
     yield from seeded("map", "axial", 3, axial)
     yield from seeded("map", "rotating", 3, rotating)
     yield from seeded("map", "axial lanes", 4, lanes, in_lanes=True)
-    yield from seeded("map", "rotating lanes", 4, rotating_lanes, in_lanes=True)
     yield from seeded("map", "attractor measured", places, attractor)
     yield from seeded("map", "attractors in lanes", 3, attractor_lanes, in_lanes=True)
     yield from seeded("map", "derivatives", 3, derivatives)
@@ -201,10 +191,8 @@ def runs() -> Runs:
     yield plain(
         "map", "doublings over restitution", pinned.doublings, 0.45, 0.5, "restitution", 0.7, 1
     )
-    yield plain("map", "end of an orbit", pinned.ending, 0.45, 0.5, 0.2)
-    yield from seeded("toss", "in lanes", 8, ridden, in_lanes=True)
-    yield from seeded("toss", "one by one", 4, ridden_one_by_one)
-    yield from seeded("toss", "map", 6, toss_map, in_lanes=True)
+    yield from seeded("toss", "one by one", 4, ridden)
+    yield from seeded("toss", "map", 6, toss_map)
     yield from seeded("toss", "paths", 3, paths)
     yield from seeded("toss", "in time", 3, trajectory)
     yield plain("toss", "fastest", best_toss, "airborne_speed", 0.0)

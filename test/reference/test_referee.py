@@ -1,4 +1,4 @@
-"""The core against the referee (bouncing_disk_ros.proof): random runs, maps and tosses.
+"""The core against the referee (bouncing_disk_ros.proof): random runs and maps.
 
 Each event is proved in interval arithmetic from the numbers before it. None may be refuted; that
 rounding decides (a graze) is rare. `make soak` has a hundred times as many
@@ -13,11 +13,10 @@ from collections import Counter
 from bouncing_disk_ros.proof.exact_records import Outcome
 from reference.cases import examples
 from support.map_proof import prove_collision
-from support.random_maps import random_collisions, random_tosses
+from support.random_maps import random_collisions
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
-from support.toss_proof import prove_toss
 
-MANY_FLIGHTS, COLLISIONS, TOSSES = examples(2_000), examples(3_000), 1_000
+MANY_FLIGHTS, COLLISIONS = examples(2_000), examples(3_000)
 PINNED = (639,)
 """Runs that were refuted once: a short flight in a cross-fade to a far higher frequency."""
 PATIENCE = 60.0
@@ -44,14 +43,4 @@ def test_steps_of_the_lanes_are_proved() -> None:
         verdict = prove_collision(collision)
         counts[verdict.outcome] += 1
         assert verdict.outcome is not Outcome.REFUTED, (collision, verdict)
-    assert counts[Outcome.UNDECIDED] <= 3
-
-
-def test_tosses_are_proved() -> None:
-    counts: Counter[Outcome] = Counter()
-    for seed in range(TOSSES // 100):
-        for toss in random_tosses(seed, 100):
-            verdict = prove_toss(toss)
-            counts[verdict.outcome] += 1
-            assert verdict.outcome is not Outcome.REFUTED, (toss, verdict)
     assert counts[Outcome.UNDECIDED] <= 3

@@ -17,8 +17,7 @@ import pytest
 from mpmath import mp, mpf
 
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.toss_extremes import extreme
-from bouncing_disk_ros.maps.tosses import PAPER, PAPER_DISK, motion_of, toss
+from bouncing_disk_ros.maps.tosses import PAPER, PAPER_DISK, extreme, motion_of, toss
 from reference.precise import Constants
 from reference.precise_contact import Contact, Turning
 from reference.precise_path import Path, Real

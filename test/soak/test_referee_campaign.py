@@ -23,14 +23,13 @@ import pytest
 
 from bouncing_disk_ros.proof.exact_records import Outcome, Verdict
 from support.map_proof import prove_collision
-from support.random_maps import random_collisions, random_tosses
+from support.random_maps import random_collisions
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
-from support.toss_proof import prove_toss
 
 ROOT = Path(__file__).resolve().parents[2]
 MANY_FLIGHTS = int(os.environ.get("BOUNCING_DISK_REFEREE_FLIGHTS", "1000000"))
 STATE = Path(os.environ.get("BOUNCING_DISK_REFEREE_STATE", ROOT / "output" / "referee.json"))
-RUNS, COLLISIONS, TOSSES = 500, 5_000, 100
+RUNS, COLLISIONS = 500, 5_000
 """Of one part."""
 PATIENCE = 60.0  # s for one run
 GIVEN_UP_PART = 1e-3
@@ -118,13 +117,3 @@ def test_steps_of_the_lanes_are_proved(progress: Progress) -> None:
         return counts
 
     progress.work("lanes", MANY_FLIGHTS, part)
-
-
-def test_tosses_are_proved(progress: Progress) -> None:
-    def part(seed: int) -> Counter[str]:
-        counts: Counter[str] = Counter()
-        for toss in random_tosses(seed, TOSSES):
-            counts.update(_counted("tosses", toss, prove_toss(toss)))
-        return counts
-
-    progress.work("tosses", MANY_FLIGHTS // 10, part)

@@ -20,13 +20,12 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
 from bouncing_disk_ros.maps.basin_labels import label_starts
-from bouncing_disk_ros.maps.boundary import (
+from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
     box_dimension,
     uncertainty_exponent,
 )
-from bouncing_disk_ros.maps.continuation import period_doublings
-from bouncing_disk_ros.maps.grazing import orbit_end
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.lanes.basin_kernel import (
@@ -36,16 +35,19 @@ from bouncing_disk_ros.maps.lanes.basin_kernel import (
     label_lanes,
 )
 from bouncing_disk_ros.maps.lanes.lane_table import fused
-from bouncing_disk_ros.maps.lanes.rotation_lanes import iterate_rotation
-from bouncing_disk_ros.maps.lyapunov_and_speed import measure_attractor
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.mean_speed import best_lag, settled_speeds
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
-from bouncing_disk_ros.maps.rotation_map import collision_orbit
-from bouncing_disk_ros.maps.toss_extremes import extreme
-from bouncing_disk_ros.maps.toss_path import toss_paths, toss_trajectory
-from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
+from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
+from bouncing_disk_ros.maps.tosses import (
+    TossSetting,
+    extreme,
+    toss,
+    toss_paths,
+    toss_pixels,
+    toss_trajectory,
+)
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
@@ -280,18 +282,12 @@ def derivatives(start: Sequence[float], given: Sequence[float], impacts: int) ->
 
 
 def carried(starts: Floats, given: Floats, impacts: int) -> Content:
-    """Many trajectories (n, 2) or (n, 3) in lanes, at parameters (n, 2) or (n, 4)."""
-    tau, w, *speed = (column.copy() for column in starts.T)
-    counts, sums = np.zeros((len(starts), 2), np.int64), np.zeros((len(starts), 2))
-    axial_forcing, restitution, *more = (np.ascontiguousarray(column) for column in given.T)
-    if speed:
-        lag, angular = more
-        iterate_rotation(
-            tau, w, speed[0], axial_forcing, restitution, lag, angular, impacts, counts, sums
-        )
-    else:
-        iterate_axial(tau, w, axial_forcing, restitution, impacts, counts)
-    return [tau, w, speed, counts, sums]
+    """Many axial trajectories (n, 2) in lanes, at parameters (n, 2)."""
+    tau, w = (column.copy() for column in starts.T)
+    counts = np.zeros((len(starts), 2), np.int64)
+    axial_forcing, restitution = (np.ascontiguousarray(column) for column in given.T)
+    iterate_axial(tau, w, axial_forcing, restitution, impacts, counts)
+    return [tau, w, counts]
 
 
 def measured_in_lanes(starts: Floats, given: Floats, settling: int, impacts: int) -> Content:
@@ -395,12 +391,6 @@ def doublings(
     return [[nearly(point.value), _orbit_numbers(point.orbit)] for point in found]
 
 
-def ending(axial_forcing: float, restitution: float, limit: float) -> Content:
-    """Where the period-1 orbit ends along the axial forcing."""
-    found = orbit_end(fixed_point(axial_forcing, restitution), "axial_forcing", limit)
-    return [str(found.kind), nearly(found.value, 8)]
-
-
 # --- single tosses --------------------------------------------------------------------------------
 def setting(arc: float, frequency: float, **values: float) -> TossSetting:
     """A setting of tosses; `values` are parameters of the disk."""
@@ -408,10 +398,9 @@ def setting(arc: float, frequency: float, **values: float) -> TossSetting:
     return TossSetting(arc, frequency, Disk(*(float(whole[name]) for name in Disk._fields)))
 
 
-def ridden(starts: Floats, given: TossSetting, one_by_one: bool = False) -> Content:
-    """Tosses of a table (n, 5): A, Φ, θ, τ, α̇; in lanes or one by one."""
-    events = 1000 if one_by_one else None
-    return list(toss_pixels(starts, given.frequency, given.disk, events))
+def ridden(starts: Floats, given: TossSetting) -> Content:
+    """Tosses of a table (n, 5): A, Φ, θ, τ, α̇."""
+    return list(toss_pixels(starts, given.frequency, given.disk))
 
 
 def toss_map(lags: Floats, angles: Floats, given: TossSetting, **start: float) -> Content:

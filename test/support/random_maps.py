@@ -1,4 +1,4 @@
-"""Random steps of the next-collision map and random single tosses, as the lanes compute them."""
+"""Random steps of the next-collision map, as the lanes compute them."""
 
 from __future__ import annotations
 
@@ -7,19 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.layout import disk_record
-from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.lanes.axial_lanes import (
     COUNT_CONTACTS,
     COUNT_RESTS,
     iterate_axial,
 )
-from bouncing_disk_ros.maps.lanes.toss_lanes import tosses
-from bouncing_disk_ros.proof.event_trace import disk_of
-from bouncing_disk_ros.proof.exact_records import MotionRecord
 from support.map_proof import Collision, MapKind
-from support.random_runs import GRAVITY, log_uniform
-from support.toss_proof import Toss
 
 Floats = NDArray[np.float64]
 
@@ -56,47 +49,3 @@ def random_collisions(seed: int, n: int) -> list[Collision]:
         Collision(*row)._replace(kind=MapKind(kind))
         for row, kind in zip(table.tolist(), kinds.tolist(), strict=True)
     ]
-
-
-def random_disk(rng: np.random.Generator) -> Disk:
-    """A disk with friction, some with a preload or a load torque that is less than friction."""
-    mass, friction, radius = (
-        log_uniform(rng, 1e-3, 10.0),
-        log_uniform(rng, 1e-3, 2.0),
-        log_uniform(rng, 0.01, 0.3),
-    )
-    weight = mass * GRAVITY
-    preload = weight * (0.0, log_uniform(rng, 1e-3, 1e3), -0.5)[rng.integers(3)]
-    load = 0.0
-    if rng.random() < 0.3:
-        load = float(rng.uniform(-0.9, 0.9)) * friction * radius * (weight + preload)
-    gyration = log_uniform(rng, 0.01, 0.3)
-    return Disk(mass, 0.5, friction, radius, gyration, GRAVITY, preload, load)
-
-
-def random_tosses(seed: int, n: int) -> list[Toss]:
-    """Tosses with one disk and frequency: Aω²/g 0.5 to 1000, platforms that turn by next to nothing
-    or very much, starts at the lowest point or anywhere, at rest or turning."""
-    rng, k = np.random.default_rng(seed), np.arange(n)
-    disk, frequency = random_disk(rng), log_uniform(rng, 1e-3, 1e6)
-    record = disk_record(disk, 0.0)
-    numbers, inertia = disk_of(record), float(record["inertia"][0])
-    omega = math.tau * frequency
-    ratio = np.where(k % 4 == 0, log_uniforms(rng, 0.5, 1e3, n), rng.uniform(0.9, 6.0, n))
-    amplitude = numbers.g / omega**2 * ratio
-    scale = amplitude * numbers.grip
-    turning = np.where(k % 5 == 0, 0.0, scale * log_uniforms(rng, 1e-3, 1e3, n))
-    lag = rng.uniform(-math.pi, math.pi, n)
-    leave = np.arcsin(np.minimum(1.0 / ratio, 1.0))
-    lag = np.where(k % 11 == 0, -leave, lag)  # no torque is needed where the load is zero
-    tau = np.where(k % 2 == 0, 1.5 * math.pi, rng.uniform(0.0, math.tau, n))
-    speed = np.where(k % 3 == 0, 0.0, rng.normal(size=n) * omega * np.maximum(turning, scale))
-    starts = np.stack([amplitude, turning, lag, tau, speed], axis=1)
-    out, codes = tosses(starts, frequency, disk)
-    found = []
-    for start, row, code in zip(starts.tolist(), out.tolist(), codes.tolist(), strict=True):
-        a, p, theta, phase, spin = start
-        motion = MotionRecord(False, 0, 0, 0, 0.0, a, 0.0, p, 0.0, frequency, 0.0, theta, 0.0)
-        works = (row[2] / disk.mass, row[3] / inertia)
-        found.append(Toss(motion, numbers, phase, spin, code, row[0], row[1], *works))
-    return found

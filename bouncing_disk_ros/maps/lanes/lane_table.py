@@ -168,7 +168,7 @@ def assign_lane(z: Scratch, i: int, job: int, left: float, state: Any) -> None:
 
 @lane
 def set_impact(z: Scratch, i: int, tau: float, w: float) -> None:
-    """Put a lane at an impact; until the next `launch` its delay is nan, and nothing happens."""
+    """Put a lane at an impact; its delay is nan, and nothing happens, until `launch_lanes`."""
     z[TAU + i] = tau
     z[W + i] = w
     z[SPEED + i] = rebound(w, z[RESTITUTION + i])

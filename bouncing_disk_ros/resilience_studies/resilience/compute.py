@@ -11,8 +11,8 @@ import xarray as xr
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import refuse_conservative
+from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.start_window import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule, measure

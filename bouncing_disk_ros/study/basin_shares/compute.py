@@ -15,26 +15,27 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import (
-    THRESHOLD,
     Attractor,
     AttractorKind,
     Attractors,
     refuse_conservative,
 )
-from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, shares
-from bouncing_disk_ros.maps.mean_speed import best_lag
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.start_window import (
+from bouncing_disk_ros.maps.basin_labels import (
     IN_CONTACT,
+    UNRESOLVED,
     Labelled,
     label_window,
+    shares,
     window_starts,
 )
+from bouncing_disk_ros.maps.mean_speed import best_lag
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (
     FLAGS,
     LINES,
     MOST_POINTS,
+    THRESHOLD,
     lines_of,
     put_attractor,
 )

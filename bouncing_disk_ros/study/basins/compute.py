@@ -32,14 +32,16 @@ from bouncing_disk_ros.maps.basin_labels import (
     shares,
     unresolved_fraction,
 )
-from bouncing_disk_ros.maps.boundary import (
+from bouncing_disk_ros.maps.label_maps import (
+    PIXELS,
+    LabelMap,
     basin_entropy,
     box_dimension,
+    row_blocks,
     uncertainty_exponent,
 )
 from bouncing_disk_ros.maps.mean_speed import settled_speeds
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.row_blocks import PIXELS, LabelMap, row_blocks
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import (
     Arrays,

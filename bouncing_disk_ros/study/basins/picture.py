@@ -25,7 +25,7 @@ from bouncing_disk_ros.colours import (
     YELLOW,
 )
 from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame, typeset
-from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.label_maps import downsample
 
 OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""

@@ -25,12 +25,13 @@ from bouncing_disk_ros.maps.bifurcation_diagram import (
     from_starts,
 )
 from bouncing_disk_ros.maps.continuation import (
+    ContactOnset,
     Doubling,
+    contact_onset,
     existence_limit,
     feigenbaum_ratios,
     period_doublings,
 )
-from bouncing_disk_ros.maps.grazing import ContactOnset, contact_onset
 from bouncing_disk_ros.maps.next_collision import (
     MapState,
     NextCollisionMap,

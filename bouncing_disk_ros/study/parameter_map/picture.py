@@ -25,7 +25,7 @@ from bouncing_disk_ros.colours import (
     YELLOW,
 )
 from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame, typeset
-from bouncing_disk_ros.maps.row_blocks import downsample
+from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow

@@ -13,18 +13,16 @@ import xarray as xr
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.toss_extremes import (
-    Extreme,
-    Ridge,
-    bounded_measures,
-    extreme,
-    ridge,
-)
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
+    Extreme,
+    Ridge,
     TossSetting,
+    bounded_measures,
     check_setting,
+    extreme,
+    ridge,
     toss,
 )
 from bouncing_disk_ros.parameters import DEFAULTS, Value

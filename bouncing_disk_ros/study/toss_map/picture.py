@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.figure_style import mark_in_pi, new_figure
-from bouncing_disk_ros.maps.toss_extremes import Extreme, Ridge
-from bouncing_disk_ros.maps.tosses import Floats, Toss
+from bouncing_disk_ros.maps.tosses import Extreme, Floats, Ridge, Toss
 from bouncing_disk_ros.study.toss_paths.picture import DPI
 
 _STAYS = "#c8c8c8"

@@ -10,7 +10,7 @@ import numpy as np
 
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.toss_path import toss_paths
+from bouncing_disk_ros.maps.tosses import toss_paths
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.toss_map.compute import setting_of
@@ -47,7 +47,7 @@ class TossPaths(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in `toss_path.TossPaths`."""
+        """As in `tosses.TossPaths`."""
         both, one = ("path", "forcing_phase"), ("path",)
         return {
             "arc": Field(both, "float64", "m", "arc along the circle of radius a_e", "a_e β"),

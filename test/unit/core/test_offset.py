@@ -211,9 +211,9 @@ def test_a_future_splice_leaves_what_is_before_it() -> None:
     first = Lane().spliced(0, [cubic(SECOND, 0.1, 0.0), cubic(2 * SECOND, 0.0, 0.0)])
     both = first.spliced(SECOND // 2, [cubic(3 * SECOND, -0.1, 0.0)])
     for ns in range(0, SECOND // 2 + 1, SECOND // 20):
-        assert both.state_at(ns) == first.state_at(ns)
+        assert both.segment_at(ns).at(ns) == first.segment_at(ns).at(ns)
     assert both.jump_at(SECOND // 2) == 0.0
-    assert both.state_at(4 * SECOND).position == -0.1
+    assert both.segment_at(4 * SECOND).at(4 * SECOND).position == -0.1
     assert both.boundary_after(0) == SECOND // 2
     assert both.boundary_after(3 * SECOND) == int(NEVER)
 
@@ -221,7 +221,7 @@ def test_a_future_splice_leaves_what_is_before_it() -> None:
 def test_an_earlier_splice_replaces_a_later_one() -> None:
     lane = Lane().spliced(SECOND, [line(2 * SECOND, 1.0)])
     lane = lane.spliced(SECOND // 2, [line(3 * SECOND, 0.5)])
-    assert lane.state_at(2 * SECOND).position == pytest.approx(0.3)
+    assert lane.segment_at(2 * SECOND).at(2 * SECOND).position == pytest.approx(0.3)
     assert len(lane.plans) == 2
 
 

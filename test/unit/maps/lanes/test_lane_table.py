@@ -8,7 +8,6 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -124,52 +123,6 @@ def test_no_first_delay_passes_the_impact() -> None:
     assert near > 0.7 * compared
 
 
-def exact_impact(tau: float, u: float, forcing: float, near: float) -> tuple[Any, Any]:
-    """τ and w_A of the impact near a delay, in 40 digits."""
-    with mpmath.workdps(40):
-        phase, speed, top = mpmath.mpf(tau), mpmath.mpf(u), mpmath.mpf(forcing)
-
-        def gap(d: Any) -> Any:
-            rise = mpmath.sin(phase + d) - mpmath.sin(phase) - d * mpmath.cos(phase)
-            return speed * d - d * d / (2 * mpmath.pi) - top * rise
-
-        d = mpmath.findroot(gap, near)
-        return mpmath.fmod(phase + d, 2 * mpmath.pi), mpmath.diff(gap, d)
-
-
-def test_single_flights_are_exact() -> None:
-    """Beside a root in 40 digits, near the lane's: that it is the first says the scalar map."""
-    n = 200
-    rng = np.random.default_rng(37)
-    tau, forcing = rng.uniform(0, math.tau, n), rng.uniform(0.1, 1.2, n)
-    w = -(10.0 ** rng.uniform(-3, 0.7, n))
-    found = carried((tau, w, forcing, np.full(n, 0.5)), 1)
-    steps = [orbit(tau[i], w[i], forcing[i], 0.5, 1)[0] for i in range(n)]
-    compared = 0
-    for i, step in enumerate(steps):
-        if (
-            step[ORBIT_KIND] != MAP_IMPACT or step[ORBIT_W] > -1e-3
-        ):  # a graze magnifies the rounding
-            continue
-        exact = exact_impact(tau[i], -0.5 * w[i], forcing[i], step[ORBIT_DELAY])
-        assert abs(found[0][i] - exact[0]) < 1e-12
-        assert abs(found[1][i] - exact[1]) < 1e-12
-        compared += 1
-    assert compared > 150
-
-
-def test_the_period_1_orbit_keeps_its_phase() -> None:
-    n = LANES + 5
-    phase = math.acos(1.0 / (3.0 * 0.45))
-    tau, w = np.full(n, phase), np.full(n, -4.0 / 3.0)
-    counts = np.zeros((n, 2), np.int64)
-    iterate_axial(tau, w, np.full(n, 0.45), np.full(n, 0.5), 1000, counts)
-    np.testing.assert_allclose(tau, phase, rtol=0, atol=5e-15)
-    np.testing.assert_allclose(w, -4.0 / 3.0, rtol=0, atol=5e-15)
-    assert (tau == tau[0]).all()
-    assert not counts.any()
-
-
 def test_trajectories_know_nothing_of_each_other() -> None:
     """The same bits in any order, in any company, in one go or in two."""
     n = 30 * LANES + 7
@@ -268,20 +221,6 @@ def test_labels_are_those_of_the_rule(
     np.testing.assert_array_equal(found[0], [e[0] for e in expected])
     np.testing.assert_array_equal(found[1], [e[1] for e in expected])
     assert set(found[0]) == labels
-
-
-def test_labels_know_nothing_of_each_other() -> None:
-    rng = np.random.default_rng(35)
-    tau, w = rng.uniform(0, math.tau, 1000), -rng.uniform(0, 5, 1000)
-    points, of = np.empty((0, 2)), np.empty(0, np.int32)
-    whole = labelled(tau, w, 0.55, points, of, 200)
-    order = rng.permutation(1000)[: LANES + 3]
-    part = labelled(tau[order], w[order], 0.55, points, of, 200)
-    shared = labelled(tau, w, 0.55, points, of, 200, workers=2)
-    for k in range(3):
-        np.testing.assert_array_equal(whole[k][order], part[k])
-        np.testing.assert_array_equal(whole[k], shared[k])
-    assert set(whole[0].tolist()) == {CONTACT, UNDECIDED}
 
 
 def test_the_simulator_does_not_load_the_lanes() -> None:

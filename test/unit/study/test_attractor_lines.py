@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.maps.attractors import (
+from bouncing_disk_ros.maps.attractors import AttractorKind
+from bouncing_disk_ros.study.attractor_lines import (
     MEMORY,
-    AttractorKind,
     Seen,
     attractor_distance,
     match_attractors,

@@ -1,9 +1,10 @@
-"""Measures of the boundary of basins: basin entropy, uncertainty exponent, box dimension.
+"""Maps of labels (rows, columns), and measures of the boundary of basins in them.
 
-All three read a map of labels (rows, columns) in blocks of rows, and look at squares of k × k
-pixels, or at pixels k apart, for several k. A label is known at the centre of its pixel alone: so a
-square of any size is judged by the same number of labels, its corners. (Judged by all its k² labels
-a small square misses more of the boundary than a large one, and the dimension comes out too low.)
+Maps too large for memory are read in blocks of rows, or downsampled. Basin entropy, uncertainty
+exponent and box dimension look at squares of k × k pixels, or at pixels k apart, for several k. A
+label is known at the centre of its pixel alone: so a square of any size is judged by the same
+number of labels, its corners. (Judged by all its k² labels a small square misses more of the
+boundary than a large one, and the dimension comes out too low.)
 Sources: A. Daza et al., "Basin entropy" (Sci. Rep. 6, 31416, 2016); C. Grebogi, S. McDonald, E.
 Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
 """
@@ -11,22 +12,66 @@ Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.row_blocks import LabelMap, row_blocks
 
-FRACTAL = math.log(2.0)
-"""A boundary basin entropy above ln 2 means a fractal boundary (Daza et al., sufficient)."""
+PIXELS = 2**25
+"""About so many pixels of a map are in memory at a time."""
 FEWEST_SIZES = 3
 _STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306)
 """97.5 % of Student's t with 1, 2, 3 … degrees of freedom; the last one for more, too."""
 LARGEST = 256
 """Largest square and distance (pixels): blocks of a huge map overlap by so much."""
+
+
+class LabelMap(Protocol):
+    """Labels (rows, columns): an array, or what is read where it is sliced (xarray, Zarr)."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        ...
+
+    @property
+    def ndim(self) -> int:
+        """2."""
+        ...
+
+    def __getitem__(self, key: slice, /) -> Any:
+        """Some rows."""
+        ...
+
+
+def row_blocks(
+    labels: LabelMap, begin: int, end: int, unit: int = 1, before: int = 0, after: int = 0
+) -> Iterator[NDArray[Any]]:
+    """Rows begin to end in blocks of whole units, the last one cut at `end`.
+
+    Each comes with so many rows `before` and `after` it, those that the map has, in the smallest
+    type that holds its labels: less memory to go through.
+    """
+    rows, columns = labels.shape
+    length = unit * max(1, PIXELS // (columns * unit))
+    for first in range(begin, end, length):
+        last = min(first + length, end)
+        yield narrow(np.asarray(labels[max(first - before, 0) : min(last + after, rows)]))
+
+
+def narrow(labels: NDArray[np.integer]) -> NDArray[Any]:
+    """The labels in the smallest type that holds them."""
+    low, high = int(labels.min()), int(labels.max())
+    return labels.astype(np.result_type(np.min_scalar_type(low), np.min_scalar_type(high)))
+
+
+def downsample(field: Any, most: int) -> NDArray[Any]:
+    """Every k-th pixel of a map (array or xarray), so that each side has less than twice `most`."""
+    rows, columns = (max(1, length // most) for length in field.shape)
+    return np.asarray(field[rows // 2 :: rows, columns // 2 :: columns])
 
 
 class BasinEntropy(NamedTuple):

@@ -11,20 +11,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps import row_blocks as label_strips
-from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps import label_maps
 from bouncing_disk_ros.maps.basin_labels import (
-    label_starts,
     shares,
     unresolved_fraction,
 )
-from bouncing_disk_ros.maps.boundary import (
-    FRACTAL,
+from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
     box_dimension,
     uncertainty_exponent,
 )
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 CANTOR = math.log(2.0) / math.log(3.0)
 
@@ -32,17 +28,6 @@ CANTOR = math.log(2.0) / math.log(3.0)
 def disc(n: int) -> NDArray[np.int64]:
     y, x = np.mgrid[0:n, 0:n] / n - 0.5
     return (x * x + y * y < 0.16).astype(np.int64)
-
-
-def cantor_stripes(levels: int, rows: int) -> NDArray[np.int64]:
-    """Stripes with borders at the middle-third Cantor set: gaps of odd level in another basin."""
-    n = 3**levels
-    label = np.zeros(n, np.int64)
-    digits = np.arange(n)
-    for level in range(levels, 0, -1):  # the coarsest digit 1 decides
-        place = 3 ** (levels - level)
-        label[(digits // place) % 3 == 1] = level
-    return np.tile(label % 2, (rows, 1))
 
 
 def test_one_basin_has_no_boundary() -> None:
@@ -58,7 +43,7 @@ def test_smooth_boundary() -> None:
     labels = disc(1024)
     for law, known in ((uncertainty_exponent(labels), 1.0), (box_dimension(labels), 1.0)):
         assert abs(law.exponent - known) < law.uncertainty < 0.03
-    assert basin_entropy(labels).boundary < FRACTAL
+    assert basin_entropy(labels).boundary < math.log(2.0)
 
 
 def sampled_cantor_stripes(n: int) -> NDArray[np.int8]:
@@ -102,39 +87,6 @@ def test_basins_of_grebogi_mcdonald_ott_yorke() -> None:
     assert abs(2.0 - alpha.exponent - 1.8) < alpha.uncertainty < 0.03
 
 
-@pytest.mark.parametrize("axial_forcing", [0.48, 0.52, 0.55])
-@pytest.mark.parametrize("window", [(0.0, math.tau, -5.0, 0.0), (3.0, 3.5, -4.0, -3.5)])
-def test_boxes_and_uncertainty_agree_at_the_same_distances(
-    axial_forcing: float, window: tuple[float, float, float, float]
-) -> None:
-    section = NextCollisionMap(axial_forcing, 0.5)
-    coarse = (np.arange(24) + 0.5) / 24
-    starts = [(math.tau * x, -5.0 * y) for y in coarse for x in coarse]
-    attractors = find_attractors(section, starts)
-    centres = (np.arange(384) + 0.5) / 384
-    left, right, low, high = window
-    tau, w = np.meshgrid(left + (right - left) * centres, low + (high - low) * centres)
-    labels = label_starts(attractors, section, tau.ravel(), w.ravel()).label.reshape(tau.shape)
-    periodic = right - left == math.tau
-    law, alpha = (
-        measure(labels, periodic=periodic) for measure in (box_dimension, uncertainty_exponent)
-    )
-    apart = abs(law.exponent - (2.0 - alpha.exponent))
-    assert apart < math.hypot(law.uncertainty, alpha.uncertainty)
-
-
-def test_a_slope_that_changes_with_size_widens_the_interval() -> None:
-    """Stripes of 256 pixels with noise at their borders: a plane at small sizes, lines at large."""
-    rng = np.random.default_rng(8)
-    stripes = (np.arange(1024)[None, :] // 256 % 2).repeat(1024, 0)
-    near = np.abs((np.arange(1024)[None, :] + 128) % 256 - 128) < 12
-    labels = np.where(near, rng.integers(0, 2, (1024, 1024)), stripes)
-    law, parts = box_dimension(labels), [box_dimension(labels, k) for k in ((1, 2, 4), (8, 32, 64))]
-    assert abs(parts[0].exponent - parts[1].exponent) > 0.4
-    for part in parts:
-        assert abs(part.exponent - law.exponent) < law.uncertainty
-
-
 def test_straight_line_counts_exactly() -> None:
     """A vertical line at column 32: pixels within d on both sides see the other label."""
     labels = (np.arange(64)[None, :] >= 32).repeat(64, 0).astype(np.int64)
@@ -153,19 +105,12 @@ def test_entropy_of_equal_shares() -> None:
     assert entropy.boundary_squares == 10
 
 
-def test_cantor_stripes_have_the_exponent_of_the_cantor_set() -> None:
-    """The borders of the stripes: D = 1 + ln 2/ln 3, and α = 1 − ln 2/ln 3 (Grebogi et al.)."""
-    labels = cantor_stripes(9, 3**6)
-    law = uncertainty_exponent(labels, [3**k for k in range(1, 6)])
-    assert abs(law.exponent - (1.0 - CANTOR)) < 0.02
-
-
 def test_random_labels_fill_the_plane() -> None:
     labels = np.random.default_rng(7).integers(0, 4, (512, 512))
     assert abs(uncertainty_exponent(labels).exponent) < 0.03
     assert abs(box_dimension(labels).exponent - 2.0) < 0.003
     entropy = basin_entropy(labels, 16)
-    assert entropy.boundary > FRACTAL
+    assert entropy.boundary > math.log(2.0)
     assert entropy.boundary == pytest.approx(math.log(4.0), abs=0.02)
 
 
@@ -194,6 +139,6 @@ def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: boo
     with pytest.MonkeyPatch.context() as patch:
         whole = measured()
         for pixels in (1, 7 * columns, rows * columns // 2):
-            patch.setattr(label_strips, "PIXELS", pixels)
+            patch.setattr(label_maps, "PIXELS", pixels)
             assert measured() == whole
     assert unresolved_fraction(labels) == np.mean(labels == -1)
