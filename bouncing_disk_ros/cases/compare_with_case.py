@@ -39,6 +39,10 @@ def main(args: Sequence[str] | None = None) -> int:
         "--tolerance", type=float, default=1e-9,
         help="s, m, m/s, rad, rad/s: what an error may be; default: 1e-9",
     )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE",
+        help="another value of a parameter of the case, which is then enclosed anew",
+    )  # fmt: skip
     parser.add_argument("--figure", metavar="FILE", help=f"a picture: {', '.join(_KINDS)}")
     given = parser.parse_args(split_arguments(args)[0])
     folders.use_package_index()
@@ -51,15 +55,26 @@ def _run(given: argparse.Namespace) -> int:
     with ending_at_once(NAME):
         announce_compilation(NAME)
         from bouncing_disk_ros.cases.comparison import compare_with_case
+        from bouncing_disk_ros.cases.files import reference_case
 
     if given.figure and Path(given.figure).suffix[1:] not in _KINDS:
         raise InputError("figure", given.figure, f"a file name that ends with {', '.join(_KINDS)}")
-    found = compare_with_case(given.case, given.file, tolerance=given.tolerance)
+    changes = dict(map(_change, given.set))
+    case = reference_case(given.case, **changes)
+    found = compare_with_case(case, given.file, tolerance=given.tolerance)
     print("\n".join(found.lines), flush=True)
     if given.figure:
         found.figure().savefig(given.figure)
         print(f"written: {given.figure}")
     return ExitCode.DONE if found.is_within else ExitCode.FAILED
+
+
+def _change(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise InputError("set", text, "NAME=VALUE, such as restitution=0.7") from None
 
 
 if __name__ == "__main__":

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import csv
 import functools
+import importlib.util
 import io
 import json
 import math
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.cases.definitions import CASES, Case
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError, MissingLibraryError, closest
 from bouncing_disk_ros.folders import share_directory
-from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.parameters import TABLE, checked
 
 if TYPE_CHECKING:
     from flint import arb
@@ -207,25 +209,50 @@ def reference_cases() -> tuple[ReferenceCase, ...]:
     return tuple(_loaded(case.number) for case in CASES)
 
 
-def reference_case(wanted: object) -> ReferenceCase:
+def reference_case(wanted: object, **changes: float) -> ReferenceCase:
     """The reference case of a number or a name; InputError for another.
+
+    `changes` are parameters of the case with other values: its events are then enclosed anew, which
+    needs python-flint and takes up to a minute.
 
     >>> reference_case("drop").impacts["time_lower"]
     """
+    names = [case.name for case in CASES]
     for case in CASES:
         if str(wanted).lstrip("0") == str(case.number) or wanted in (case.name, case.file_stem):
-            return _loaded(case.number)
-    names = [case.name for case in CASES]
+            return _changed(case, changes) if changes else _loaded(case.number)
     allowed = f"1 to {len(CASES)}, or a name: {', '.join(names)}"
     raise InputError("case", wanted, allowed, closest(str(wanted), names))
+
+
+def _changed(case: Case, changes: Mapping[str, object]) -> ReferenceCase:
+    """A case with other parameters, enclosed now."""
+    if importlib.util.find_spec("flint") is None:
+        raise MissingLibraryError("a changed parameter of a case", "python-flint")
+    from bouncing_disk_ros.cases.enclosure import UndecidedError, enclose
+
+    kept = {"frequency", "initial_forcing_phase", "initial_with_platform"}
+    known = [name for name in case.parameters if name not in kept]
+    for name in changes:
+        if name not in known:
+            raise InputError("parameter", name, ", ".join(known), closest(name, known))
+    values = {name: float(value) for name, value in checked(changes).items()}
+    other = case._replace(parameters={**case.parameters, **values})
+    try:
+        return ReferenceCase(other, _events(events_text(enclose(other))))
+    except UndecidedError as error:
+        raise InputError("parameters", changes, f"a case that can be enclosed: {error}") from None
 
 
 @functools.cache
 def _loaded(number: int) -> ReferenceCase:
     case = CASES[number - 1]
-    path = folder() / f"{case.file_stem}.csv"
-    with path.open(encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
+    return ReferenceCase(case, _events((folder() / f"{case.file_stem}.csv").read_text("utf-8")))
+
+
+def _events(text: str) -> NDArray[np.void]:
+    """The events of a CSV file as rows."""
+    header, *rows = csv.reader(io.StringIO(text))
     bounds = header[2:-1]
     dtype = [("event", "<i8"), ("kind", "U10"), *((b, "<f8") for b in bounds), ("condition", "<f8")]
     table = [
@@ -234,7 +261,7 @@ def _loaded(number: int) -> ReferenceCase:
     ]
     events = np.array(table, dtype)
     events.setflags(write=False)
-    return ReferenceCase(case, events)
+    return events
 
 
 def _outward(text: str, column: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -212,6 +213,29 @@ def test_one_flight_at_a_time_does_not_add_errors_up() -> None:
     assert [m.event for m in found.matches if found.is_off(m)] == [10]
 
 
+def test_a_file_of_six_digits_that_ends_in_rest_gets_the_verdict_of_the_formula(
+    tmp_path: Path,
+) -> None:
+    """Restitution 0.7, rest below 0.1 m/s, steps of 10 ms and both sides of each event."""
+    g, e, t, v = 9.81, 0.7, math.sqrt(2.0 / 9.81), math.sqrt(2.0 * 9.81)
+    rows, begin, up = [(0.0, 1.0)], 0.0, 0.0
+    while v > 0.1:
+        steps = np.arange(math.floor(begin * 100) + 1, math.floor(t * 100) + 1) / 100
+        height = up * (steps - begin) - 0.5 * g * (steps - begin) ** 2 + (begin == 0.0)
+        rows += [*zip(steps, height, strict=True), (t, 0.0), (t, 0.0)]
+        begin, up, v = t, e * v, e * v
+        t += 2.0 * v / g
+    file = tmp_path / "ball.csv"
+    file.write_text("time,h\n" + "\n".join(f"{a:.6g},{b:.6g}" for a, b in rows), "utf-8")
+    found = compare_with_case(reference_case("drop", restitution=0.7), file, tolerance=1e-3)
+    there = [match for match in found.matches if match.errors]
+    assert [match.event for match in there][:6] == [1, 2, 3, 4, 5, 6]
+    assert abs(there[0].errors["time"]) < 3e-6  # 1e-6 m over a jump of 7.5 m/s, and 5e-7 s
+    assert not any(line.startswith("restitution") for line in found.lines)
+    lines = compare_with_case("drop", file).lines
+    assert any(line.startswith("restitution: 0.7") for line in lines), "\n".join(lines)
+
+
 # --- the commands ---------------------------------------------------------------------------------
 def test_the_commands_list_compare_and_draw(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -234,13 +258,13 @@ def test_the_commands_list_compare_and_draw(
         ("dorp", "time\n1\n", "Did you mean drop?"),
         ("22", "time\n1\n", "case: got '22', allowed: 1 to 21"),
         ("drop", "", "a CSV file with rows"),
-        ("drop", "t,x\n1,2\n", "time (s) among them"),
+        ("drop", "s,x\n1,2\n", "time (s) among them"),
         ("drop", "time\n2\n1\n", "rows in the order of time"),
         ("drop", "time\nnan\n", "finite numbers"),
         ("drop", "time,kind\n1,bounce\n", "kind: got 'bounce'"),
         ("drop", "1,2,3\n", "a first row with the names of the columns"),
         ("drop", "time\n1,2\n", "1 values in each row"),
-        ("drop", "0,1\n1,1\n", "at least 4, at rising times"),
+        ("drop", "0,1\n1,1\n", "at least 4 instants"),
         ("drop", "flight,time\n99,1\n", "flight: got 99"),
     ],
 )
