@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import TURNS_BYTES
 from bouncing_disk_ros.run.work_turns import TURN_NS, WorkTurns
+from bouncing_disk_ros.units import NS
 
 
 class Clocks:
@@ -82,3 +85,11 @@ def test_what_waits_is_bounded_and_can_be_dropped() -> None:
     assert clocks.turns.waiting == 0
     assert not clocks.turns.turn()
     assert clocks.done == [0]
+
+
+def test_waiting_costs_no_turn() -> None:
+    """The clock of spent time is the processor's: work that only waits leaves the turn as it is."""
+    turns = WorkTurns(lambda: None)
+    assert turns.take("a", 1, lambda: threading.Event().wait(4 * TURN_NS / NS)) is False
+    assert turns.take("b", 1, lambda: True)
+    assert turns.waiting == 0
