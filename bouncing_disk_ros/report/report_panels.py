@@ -34,9 +34,9 @@ from bouncing_disk_ros.report.panel import (
 )
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.rotor_speed import Speeds, Transient, TransientKind, flown
-from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, Health
+from bouncing_disk_ros.report.run_record import Health
 from bouncing_disk_ros.report.run_report import Report
-from bouncing_disk_ros.report.section import return_map_of, section_of, single_impacts
+from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.report.spans import Segment, known
 
 INDEXED = re.compile(
@@ -235,7 +235,6 @@ ZOOMED = 0.5 * math.pi
 """A return map whose phases lie within this (rad) shows their part of the plane alone ..."""
 LEAST_MARGIN = 0.05
 """... with so much (rad) around them at least: an orbit of one phase is a point."""
-_ANY_MOTION = Motion(0.0, 0.0, 1.0, 0.0)
 
 
 def panels(report: Report, most: int) -> list[Panel]:
@@ -359,9 +358,8 @@ def _points(report: Report) -> tuple[Column, Column, float]:
     if part is None or part.segment.motion is None or not known(part.segment.disk):
         rows = rows[single_impacts(rows) & (np.abs(rows["y"]) < LARGEST_FLOAT32)]  # none at its end
         return rows["forcing_phase"], rows["y"].astype(float), math.nan
-    section = section_of(rows, part.segment.motion, part.segment.disk)
-    scale = velocity_scale(part.segment.motion, part.segment.disk)
-    return section.forcing_phase.values, section.axial_impact_velocity.values, scale
+    rows, given = rows[single_impacts(rows)], (part.segment.motion, part.segment.disk)
+    return rows["forcing_phase"], section_velocity(rows, *given), velocity_scale(*given)
 
 
 def _section(report: Report, most: int) -> Panel:
@@ -383,10 +381,7 @@ def _section(report: Report, most: int) -> Panel:
 
 
 def _return_map(report: Report, most: int) -> Panel:
-    rows = report.shown_rows
-    # phases do not depend on the units of velocity, which may not be known
-    pairs = return_map_of(rows, _ANY_MOTION, UNKNOWN_DISK)
-    x, y = pairs.forcing_phase.values, pairs.next_forcing_phase.values
+    x, y = (rows["forcing_phase"] for rows in successive_impacts(report.shown_rows))
     keep = spread(len(x), most)
     note = downsample(len(keep), len(x), "pairs, chosen at random")
     drawn, zoomed = [], False

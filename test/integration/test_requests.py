@@ -9,7 +9,8 @@ import ast
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from lifecycle_msgs.msg import Transition
@@ -17,9 +18,13 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
 from rclpy.lifecycle import LifecycleNode
+from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 import bouncing_disk_ros
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REQUEST_ITEMS
+from bouncing_disk_ros.ros.requests import guard_services
 from support import requests
 from support.live import LiveSimulators
 from support.processes import Process, Starter
@@ -90,6 +95,26 @@ def test_a_request_that_cannot_be_satisfied_is_answered_and_counted(
     peer.next_diagnostics()
     assert peer.diagnostic("inputs")[2]["refused"] == "9"
     assert [record["kind"] for record in peer.records].count("parameters") == 1
+
+
+def test_no_error_of_a_callback_or_of_its_answer_reaches_the_executor() -> None:
+    """It would end the node: rclpy raises it where the node spins."""
+
+    def fails(*_: Any) -> Any:
+        raise ZeroDivisionError("by hand")
+
+    service = SimpleNamespace(
+        callback=fails, send_response=fails, srv_type=Trigger, srv_name="/disk/boom"
+    )
+    refused: list[InputError] = []
+    guard_services(cast("Node", SimpleNamespace(services=[service])), refused.append)
+    answer = service.callback(Trigger.Request(), Trigger.Response())
+    service.send_response(answer, None)
+    assert not answer.success
+    assert "~/boom: got 'a request that ended in ZeroDivisionError'" in answer.message
+    assert [error.given for error in refused] == [
+        "a request that ended in ZeroDivisionError", "a client"
+    ]  # fmt: skip
 
 
 def test_every_request_to_a_simulator_is_answered(

@@ -33,7 +33,11 @@ from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.report.rotor_speed import Transient, transient_of
 from bouncing_disk_ros.report.run_report import Report, report_of
-from bouncing_disk_ros.report.section import Axis, return_map_of, section_of
+from bouncing_disk_ros.report.section import (
+    section_velocity,
+    single_impacts,
+    successive_impacts,
+)
 from bouncing_disk_ros.run.simulate import simulate
 from support.digest import nearly
 from support.recorded import START_NS, RecordedRun
@@ -242,9 +246,17 @@ class Observed:
 
     def section(self) -> Content:
         """The section and the return map."""
-        parts = [*section_of(self.rows, self.motion, self.disk),
-                 *return_map_of(self.rows, self.motion, self.disk)]  # fmt: skip
-        return [part.values if isinstance(part, Axis) else part for part in parts]
+        single, (first, second) = (
+            self.rows[single_impacts(self.rows)],
+            successive_impacts(self.rows),
+        )
+        given = self.motion, self.disk
+        return [
+            single["index"].astype(np.int64), single["forcing_phase"],
+            section_velocity(single, *given), first["index"].astype(np.int64),
+            first["forcing_phase"], second["forcing_phase"], section_velocity(first, *given),
+            section_velocity(second, *given),
+        ]  # fmt: skip
 
     def orbit(self) -> Content:
         """The orbit found, by the rows alone and with the map."""
