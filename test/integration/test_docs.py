@@ -49,9 +49,10 @@ NO_PYTEST_SETTINGS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": N
 
 
 RUN_ALL = """
-import runpy, sys
+import os, runpy, sys
 for file in sys.argv[1:]:
     print(file)
+    os.chdir(os.path.dirname(file))
     runpy.run_path(file, run_name="__main__")
 """
 
@@ -188,40 +189,42 @@ def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
         assert "```python\n" in section, name
 
 
-PYTHON = {
-    page: [text for name, text in blocks("python") if name == page and not is_fragment(text)]
-    for page in PAGES
-}
-
-
-#: the blocks of one page take 30 s; test_public_names.py computes each of its studies
-LONG = {"studies.md": pytest.mark.interop}
-RUN = [pytest.param(page, marks=LONG.get(page, ())) for page in sorted(PYTHON) if PYTHON[page]]
-
-
-@pytest.mark.timeout(300)
-@pytest.mark.parametrize("page", RUN)
-def test_python_runs(page: str, tmp_path: Path) -> None:
-    """Each block by itself, in one process for those of a page: imports take most of the time."""
+def run_blocks(chosen: list[tuple[str, str]], folder: Path) -> None:
+    """Each block by itself, all scripts in one process: imports take most of the time."""
     home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
     plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     tests: list[str] = []
     scripts: list[str] = []
-    for number, block in enumerate(PYTHON[page]):
-        file = tmp_path / f"test_block_{number}.py"
+    for number, (page, block) in enumerate(chosen):
+        file = folder / page / f"test_block_{number}.py"
+        file.parent.mkdir(exist_ok=True)
         file.write_text(block, "utf-8")
         (tests if "def test_" in block else scripts).append(str(file))
-    for command in (["-m", "pytest", "-q", *plugins, *tests], ["-c", RUN_ALL, *scripts]):
-        if command[-1] not in (plugins[-1], RUN_ALL):
+    for command, files in (
+        (["-m", "pytest", "-q", *plugins], tests),
+        (["-c", RUN_ALL], scripts),
+    ):
+        if files:
             done = subprocess.run(
-                [sys.executable, *command],
-                cwd=tmp_path,
+                [sys.executable, *command, *files],
+                cwd=folder,
                 capture_output=True,
                 text=True,
                 timeout=280,
                 env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
             )
-            assert done.returncode == 0, f"{page}:\n{done.stdout}{done.stderr}"
+            assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+
+
+LONG = "studies.md"
+"""Its blocks take 30 s; test_public_names.py computes each of its studies."""
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.interop)])
+def test_python_runs(long: bool, tmp_path: Path) -> None:
+    chosen = [(page, text) for page, text in blocks("python") if (page == LONG) == long]
+    run_blocks([(page, text) for page, text in chosen if not is_fragment(text)], tmp_path)
 
 
 @pytest.mark.parametrize(("page", "block"), blocks("yaml"))
