@@ -46,34 +46,6 @@ def finish(process: Process, number: int = signal.SIGINT) -> None:
     assert not process.complaints
 
 
-def test_a_run_is_recorded_and_replays(start: Starter, tmp_path: Path) -> None:
-    process = recorder(start, tmp_path / "run", "compression:=lz4", "status_period:=0.5")
-    start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
-    process.wait_for("subscribed to /disk/impacts")
-    # most are joint_states, 100 a second: about ten impacts
-    process.wait_for(r"recording: .* ([4-9]\d\d|\d{4,}) messages")
-    finish(process, signal.SIGTERM)
-    assert "/disk/impacts" in process.stdout
-    with bag.open(tmp_path / "run") as run:
-        assert run.complete
-        rows = run.rows("/disk/impacts")
-        records = [from_json(text) for text in run.columns("/disk/inputs", ["data"])["data"]]
-        parameters = yaml.safe_load(run.attachments["parameters/bouncing_disk.yaml"])
-        assert {"versions.yaml", "recorder.yaml", "preset/pizza_multiple_toss.yaml"} <= set(
-            run.attachments
-        )
-        assert run.notes["lost_impact_rows"] == "0"
-        assert run.topics["/disk/inputs"].qos[0]["durability"] == "transient_local"
-    values = parameters["/bouncing_disk"]["ros__parameters"]
-    assert values["preset"] == "pizza_multiple_toss"
-    assert rows.dtype == IMPACT_DTYPE
-    assert len(rows) > 3
-    np.testing.assert_array_equal(rows["index"], np.arange(len(rows)) + rows["index"][0])
-    again, _ = replayed(records, round(float(rows["time"][-1]) * 1e9) + 1)
-    first = int(rows["index"][0])
-    assert again[first : first + len(rows)].tobytes() == rows.tobytes()
-
-
 def test_a_recorder_works_though_time_stands_still(
     start: Starter, talker: Talker, tmp_path: Path
 ) -> None:
@@ -89,13 +61,16 @@ def test_a_recorder_works_though_time_stands_still(
         assert run.start_ns >= begun  # times of reception are the machine's
 
 
-def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Path) -> None:
-    process = recorder(start, tmp_path / "run", "max_duration:=2.0")
+def test_a_run_is_recorded_in_files_of_which_each_replays_alone(
+    start: Starter, tmp_path: Path
+) -> None:
+    process = recorder(start, tmp_path / "run", "max_duration:=2.0", "compression:=lz4")
     simulator = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
     simulator.wait_for("running at")
     third = tmp_path / "run" / "run_2.mcap"
     wait_until(third.is_file)
-    finish(process)
+    finish(process, signal.SIGTERM)
+    assert "/disk/impacts" in process.stdout
     own = ("/disk/inputs", "/disk/phase", "/platform/motion")
     with bag.open(tmp_path / "run" / "run_1.mcap") as run:
         assert all(run.topics[name].count for name in own)
@@ -106,11 +81,22 @@ def test_a_later_file_of_a_split_bag_replays_alone(start: Starter, tmp_path: Pat
     again, _ = replayed(records, round(float(rows["time"][-1]) * 1e9) + 1)
     first = int(np.searchsorted(again["index"], rows["index"][0]))
     assert again[first : first + len(rows)].tobytes() == rows.tobytes()
-    with bag.open(tmp_path / "run") as run:  # the records are gapless and nothing comes twice
-        texts = run.columns("/disk/inputs", ["data"])["data"]
+    with bag.open(tmp_path / "run") as run:  # records and rows are gapless, and nothing comes twice
+        assert run.complete
+        texts, rows = run.columns("/disk/inputs", ["data"])["data"], run.rows("/disk/impacts")
         number = run.message_count
+        parameters = yaml.safe_load(run.attachments["parameters/bouncing_disk.yaml"])
+        assert {"versions.yaml", "recorder.yaml", "preset/pizza_multiple_toss.yaml"} <= set(
+            run.attachments
+        )
+        assert run.notes["lost_impact_rows"] == "0"
+        assert run.topics["/disk/inputs"].qos[0]["durability"] == "transient_local"
+    assert parameters["/bouncing_disk"]["ros__parameters"]["preset"] == "pizza_multiple_toss"
     index = [from_json(text)["index"] for text in texts]
     assert index == list(range(index[0], index[0] + len(index)))
+    assert rows.dtype == IMPACT_DTYPE
+    assert len(rows) > 3
+    np.testing.assert_array_equal(rows["index"], np.arange(len(rows)) + rows["index"][0])
     with Reader(tmp_path / "run") as reader:
         assert sum(1 for _ in reader.messages()) == reader.message_count == number
 

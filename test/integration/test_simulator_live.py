@@ -220,23 +220,6 @@ def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
     late.close()
 
 
-def test_the_record_of_a_live_run_replays_bit_for_bit(live: LiveSimulators, peer: Peer) -> None:
-    live(peer, real_time_factor=5.0, axial_amplitude=0.05, snapshot_period=0.5)
-    peer.settle()
-    peer.spin_until(lambda: len(peer.rows) > 20)
-    for k in range(20):
-        peer.command((0.05 * k, {"axial_amplitude": 0.04 + 0.001 * k, "frequency": 3.0 + 0.1 * k}))
-        peer.publish("disk/impulse", wrench("z", 0.002 * k))
-        peer.set_parameters(restitution=0.4 + 0.01 * k)
-    peer.call(Trigger, "reset")
-    count = len(peer.rows)
-    peer.spin_until(lambda: len(peer.rows) > count + 50)
-    peer.call(SetBool, "pause", SetBool.Request(data=True))
-    # records may be found only after the service has answered
-    peer.spin_until(lambda: bool(peer.records) and bool(peer.records[-1].get("paused")))
-    peer.check_replay()
-
-
 def test_parameters_are_described_set_and_refused(live: LiveSimulators, peer: Peer) -> None:
     live(peer, restitution=1, preset="pizza_multiple_toss")
     peer.settle()
