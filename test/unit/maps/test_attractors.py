@@ -70,7 +70,7 @@ def test_close_to_a_doubling_nothing_is_unresolved() -> None:
     assert "period-2" in [a.name for a in above.found]
 
 
-@pytest.mark.parametrize(("axial_forcing", "restitution"), [(0.487, 0.5), (0.34, 0.8), (0.45, 0.8)])
+@pytest.mark.parametrize(("axial_forcing", "restitution"), [(0.487, 0.5), (0.45, 0.8)])
 def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: float) -> None:
     one = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS)
     other = find_attractors(NextCollisionMap(axial_forcing, restitution), STARTS[::-1])

@@ -101,23 +101,6 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
     np.testing.assert_allclose(down.mean_speed[::-1], one.mean_speed, atol=1e-10)
 
 
-def test_several_starts_at_each_value() -> None:
-    starts = [MapState(1.0, -0.01), MapState(0.2, -1.33)]
-    branch = from_starts(
-        PAPER, "axial_forcing", np.array([0.3, 0.34]), starts, measured=500, kept=7
-    )
-    assert branch.forcing_phase.shape == (2, 2, 7)
-    assert np.isnan(branch.mean_speed[0]).all()  # at rest below 1/π
-    assert np.isnan(branch.forcing_phase[0]).all()
-    assert (branch.contacts[1] > 0.0).tolist() == [True, False]
-    alone = follow(
-        PAPER, "axial_forcing", np.array([0.34]), begin(PAPER, starts[0]), measured=500, kept=7
-    )
-    np.testing.assert_allclose(
-        alone.forcing_phase[0, 0], branch.forcing_phase[1, 0], rtol=0, atol=1e-11
-    )
-
-
 def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside `follow` from each of them; in pieces and on threads to the bit."""
     starts = [MapState(0.3 * k, -0.2 * k, 0.1 * k) for k in range(1, 12)]
@@ -147,15 +130,6 @@ def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) 
     assert not whole.contact[0].any()  # at rest
     assert np.isnan(whole.contacts[0]).all()
     assert whole.contact[1].any()
-
-
-def test_from_rest_the_way_up_goes_on() -> None:
-    values = np.array([0.3, 0.31, 0.32, 0.33])
-    branch = follow(
-        PAPER, "axial_forcing", values, begin(NextCollisionMap(0.3, 0.5), MapState(1.0, -1.0))
-    )
-    assert np.isnan(branch.mean_speed[:2]).all()
-    assert (branch.contacts[2:] > 0.0).all()
 
 
 @pytest.mark.parametrize("axis", AXES)

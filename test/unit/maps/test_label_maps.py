@@ -68,25 +68,6 @@ def test_small_boxes_do_not_miss_more_of_a_fractal_than_large_ones() -> None:
     assert abs(2.0 - alpha.exponent - (1.0 + CANTOR)) < alpha.uncertainty < 0.03
 
 
-def test_basins_of_grebogi_mcdonald_ott_yorke() -> None:
-    """The map of "Final state sensitivity" (1983), two attracting points: α ≈ 0.2, D ≈ 1.8."""
-    n = 512
-    centres = (np.arange(n) + 0.5) / n
-    theta, x = np.meshgrid(math.tau * centres, centres - 0.5)
-    # chaotic transients last some 10 steps: after 150 all but a few in a million have settled
-    for _ in range(150):
-        sine, cosine = np.sin(theta), np.cos(theta)
-        double = 2.0 * sine * cosine
-        fourth = 2.0 * double * (1.0 - 2.0 * sine * sine)
-        theta, x = theta + 1.32 * double - 0.90 * fourth - x * sine, -0.3 * cosine
-    labels = (np.cos(theta) > 0.0).astype(np.int8)
-    law, alpha = (
-        measure(labels, periodic=True) for measure in (box_dimension, uncertainty_exponent)
-    )
-    assert abs(law.exponent - 1.8) < law.uncertainty < 0.03
-    assert abs(2.0 - alpha.exponent - 1.8) < alpha.uncertainty < 0.03
-
-
 def test_straight_line_counts_exactly() -> None:
     """A vertical line at column 32: pixels within d on both sides see the other label."""
     labels = (np.arange(64)[None, :] >= 32).repeat(64, 0).astype(np.int64)

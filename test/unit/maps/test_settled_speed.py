@@ -106,7 +106,10 @@ def test_contact_after_a_chatter_has_the_speed_of_the_simulation(angular_forcing
     assert found == pytest.approx(expected, abs=1e-8)  # instants are whole nanoseconds
 
 
-def test_rest_has_no_speed() -> None:
-    section = NextCollisionMap(0.2, 0.5, 0.0, 10.0)
+@pytest.mark.parametrize("axial_forcing", [0.2, 0.6])
+def test_rest_and_what_roundings_decide_have_no_speed(axial_forcing: float) -> None:
+    """At 0.6 they decide how long it is from contact to contact."""
+    section = NextCollisionMap(axial_forcing, 0.5, 0.0, 10.0)
     known = find_attractors(section, STARTS)
+    assert [one.cycles for one in known.found] == [0]
     assert np.isnan(settled_speeds(known, section, np.zeros(2))).all()

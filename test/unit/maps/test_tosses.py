@@ -106,15 +106,6 @@ def test_from_rest_no_disk_outruns_its_platform(lag: float, angle: float) -> Non
     assert mirrored.efficiency == pytest.approx(found.efficiency, abs=1e-13)
 
 
-def test_mass_changes_no_ratio() -> None:
-    lag, angle = np.linspace(-3, 3, 7)[:, None], np.linspace(0.1, 1.4, 5)
-    heavy = toss(lag, angle, TossSetting(disk=PAPER_DISK._replace(mass=8.0)))
-    light = toss(lag, angle)
-    np.testing.assert_allclose(heavy.airborne_speed, light.airborne_speed, rtol=1e-14)
-    np.testing.assert_allclose(heavy.efficiency, light.efficiency, rtol=1e-13)
-    np.testing.assert_allclose(heavy.input_energy, 32.0 * light.input_energy, rtol=1e-13)
-
-
 def test_a_table_may_be_cut_anywhere() -> None:
     rng = np.random.default_rng(11)
     low, high = [0.0, 0.0, -4.0, 0.0, -30.0], [0.3, 2.0, 4.0, 6.28, 30.0]
@@ -159,12 +150,6 @@ def test_without_friction_nothing_turns() -> None:
     )
     assert found.airborne_speed == 5.0
     assert found.efficiency == 0.0
-
-
-def test_numbers_of_numpy_will_do() -> None:
-    disk = PAPER_DISK._replace(friction=np.float64(0.6), gravity=np.float64(10.0))
-    setting = TossSetting(np.float64(0.25), np.float64(3.0), disk)
-    assert toss(0.1, 0.7, setting) == toss(0.1, 0.7)
 
 
 def test_whole_turns_of_the_start_phase_change_nothing() -> None:
@@ -353,9 +338,7 @@ def test_ridge_without_slip() -> None:
 
 OTHERS = [  # setting, α̇ and τ at the start: hills oblique to the grid, creases, a braked disk
     (TossSetting(0.12, 2.7, PAPER_DISK._replace(friction=0.13)), 8.0, 5.5),
-    (TossSetting(0.33, 4.1, PAPER_DISK._replace(friction=0.9, load_torque=0.05)), -5.0, LOWEST),
     (TossSetting(0.45, 2.2, PAPER_DISK._replace(friction=1.3)), 0.0, 3.9),
-    (TossSetting(0.08, 4.9, PAPER_DISK._replace(friction=0.3)), 0.0, LOWEST),
 ]
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
 
 import pytest
 
@@ -35,6 +38,7 @@ def events(motion: Motion, kind: Kind, *, fade: Motion | None = None) -> list[Ev
     return [event for event in trace(run, 4 * NS) if event.kind is kind]
 
 
+@cache
 def both(kind: Kind) -> list[Event]:
     """Events in steady motions and in a cross-fade from one to the other."""
     found = events(TOSSED, kind) + events(SHAKEN, kind)
@@ -72,61 +76,48 @@ def test_an_event_that_is_passed_over_is_refuted(kind: Kind) -> None:
         assert NAMES[kind] in verdict.reason
 
 
-def test_slips_of_the_wrong_sign_are_refuted() -> None:
-    for event in both(Kind.SLIP):
-        assert prove(event._replace(value=-event.value)).outcome is Outcome.REFUTED
-    for event in both(Kind.SLIP_ENDS):
-        before = event.before._replace(slip_sign=-event.before.slip_sign)
-        assert prove(event._replace(before=before)).outcome is Outcome.REFUTED
+def begun(**other: Any) -> Callable[[Event], Event]:
+    """Nothing is said to happen, to a disk that begins with other numbers."""
+    return lambda event: event._replace(kind=Kind.PROPAGATED, before=event.before._replace(**other))
 
 
-def test_sticking_where_the_disk_slides_is_refuted() -> None:
-    for event in both(Kind.SLIP_ENDS):
-        before = event.before._replace(phase=Phase.STICKING)
-        carried = event._replace(kind=Kind.PROPAGATED, before=before)
-        assert prove(carried).outcome is Outcome.REFUTED
+def faster_after(event: Event) -> Event:
+    assert event.after is not None
+    return event._replace(after=event.after._replace(omega=event.after.omega + 1e-11))
 
 
-@pytest.mark.parametrize("off", [1e-9, -1e-9])
-def test_sticking_at_another_speed_than_the_platform_s_is_refuted(off: float) -> None:
-    for event in both(Kind.SLIP):
-        before = event.before._replace(omega=event.before.omega + off)
-        verdict = prove(event._replace(before=before))
+def off_the_platform(event: Event, off: float) -> Event:
+    return event._replace(before=event.before._replace(omega=event.before.omega + off))
+
+
+def turned(event: Event) -> Event:
+    return event._replace(before=event.before._replace(slip_sign=-event.before.slip_sign))
+
+
+STICKS = "the speed of a disk that sticks"
+WRONG: list[tuple[Kind, Callable[[Event], Event], str]] = [
+    (Kind.SLIP, lambda event: event._replace(value=-event.value), ""),
+    (Kind.SLIP_ENDS, turned, ""),
+    (Kind.SLIP_ENDS, begun(phase=Phase.STICKING), ""),
+    (Kind.SLIP, lambda event: off_the_platform(event, 1e-9), STICKS),
+    (Kind.SLIP, lambda event: off_the_platform(event, -1e-9), STICKS),
+    (Kind.SLIP, begun(phase=Phase.SLIDING, slip_sign=1.0), ""),
+    (Kind.SLIP, begun(phase=Phase.SLIDING, slip_sign=-1.0), ""),
+    (Kind.SLIP, begun(phase=Phase.FLIGHT), "gap"),
+    *[(kind, faster_after, "turns on") for kind in NAMES],
+    (Kind.SLIP, lambda event: event._replace(kind=Kind.SLIP_ENDS), "cannot end STICKING"),
+]
+
+
+@pytest.mark.parametrize(("kind", "wrong", "reason"), WRONG)
+def test_what_is_wrong_in_an_event_is_refuted(
+    kind: Kind, wrong: Callable[[Event], Event], reason: str
+) -> None:
+    """Signs of slip, sticking where it slides, other speeds before and after, a flight."""
+    for event in both(kind):
+        verdict = prove(wrong(event))
         assert verdict.outcome is Outcome.REFUTED
-        assert "the speed of a disk that sticks" in verdict.reason
-
-
-def test_sliding_where_the_disk_sticks_is_refuted() -> None:
-    for event in both(Kind.SLIP):
-        for sign in (1.0, -1.0):
-            before = event.before._replace(phase=Phase.SLIDING, slip_sign=sign)
-            carried = event._replace(kind=Kind.PROPAGATED, before=before)
-            assert prove(carried).outcome is Outcome.REFUTED
-
-
-def test_flight_where_the_platform_presses_is_refuted() -> None:
-    for event in both(Kind.SLIP):
-        before = event.before._replace(phase=Phase.FLIGHT)
-        verdict = prove(event._replace(kind=Kind.PROPAGATED, before=before))
-        assert verdict.outcome is Outcome.REFUTED
-        assert "gap" in verdict.reason
-
-
-def test_another_speed_after_an_event_is_refuted() -> None:
-    for kind in (Kind.SLIP, Kind.SLIP_ENDS, Kind.SEPARATION, Kind.CHATTER):
-        for event in both(kind):
-            assert event.after is not None
-            after = event.after._replace(omega=event.after.omega + 1e-11)
-            verdict = prove(event._replace(after=after))
-            assert verdict.outcome is Outcome.REFUTED
-            assert "turns on" in verdict.reason
-
-
-def test_an_event_that_cannot_end_the_phase_is_refuted() -> None:
-    for event in both(Kind.SLIP):
-        verdict = prove(event._replace(kind=Kind.SLIP_ENDS))
-        assert verdict.outcome is Outcome.REFUTED
-        assert "cannot end STICKING" in verdict.reason
+        assert reason in verdict.reason
 
 
 def test_chatter_that_does_not_complete_is_refuted() -> None:
