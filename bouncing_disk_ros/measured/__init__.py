@@ -1,0 +1,1 @@
+"""Models fitted to measured impacts: parameters with intervals, and what comes next."""

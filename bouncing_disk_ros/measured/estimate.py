@@ -1,0 +1,314 @@
+"""Estimates with intervals from impact times: profiles of the likelihood, averaged over scatter.
+
+For a given ratio ρ = σ_ε/c the scale c is profiled analytically. Then a parameter has the
+confidence distribution T_(n-p)(± √((n-p)(exp(D/n) - 1))), with D the fall of 2 log L along its
+profile: the threshold n ln(1 + t²/(n-p)). Few impacts do not tell ρ. Its best value is 0 too often,
+and the intervals there are too short. So the distributions of all ρ are averaged with their
+restricted likelihood and weights uniform in log(1 + ρ/s), where s is the spread of restitution that
+errors of times make. With scatter that can be seen the intervals cover 95 %, with less they are
+longer. An interval also holds what the profile over ρ and all else holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigvals_banded
+from scipy.optimize import brentq
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from bouncing_disk_ros.measured.likelihood import (
+    AMPLITUDE,
+    FREQUENCY,
+    fit_parameters,
+    true_times,
+)
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability that an interval holds the true value."""
+_LARGEST_RATIO = 1e5
+"""Of the scatter to the spread that errors of times make."""
+_NODES, _LEAST_NODES, _ZOOMS, _DROP = 25, 7, 8, 9.0
+_FAILED = 1e299
+_FAR = 1e3
+"""How many times its value a parameter is looked for."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """Times of impacts with their errors.
+
+    `times`: s, increasing; a missed impact stands at its supposed time. `errors`: standard
+    deviations, s, or parts of them where `is_absolute` is false. `missed`: which times were not
+    measured. `contact`: after which times the disk stayed on the platform. `floor`: least scale of
+    errors that are not absolute.
+    """
+
+    times: Array
+    errors: Array
+    missed: NDArray[np.bool_]
+    contact: NDArray[np.bool_]
+    is_absolute: bool
+    floor: float
+
+    @property
+    def count(self) -> int:
+        """Equations that tell something."""
+        return len(self.times) - 2 - int(self.missed.sum())
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is known and what is fitted: `free` are indices of RESTITUTION, AMPLITUDE ...
+
+    `scatter`: standard deviation of the restitution, None: fitted. `gravity`: m/s².
+    """
+
+    free: tuple[int, ...]
+    gravity: float
+    scatter: float | None
+
+    def steps(self, p: Array, span: float) -> Array:
+        """Steps for derivatives by the parameters."""
+        scale = max(abs(p[AMPLITUDE]), 1e-3 * self.gravity / max(p[FREQUENCY], 1.0) ** 2)
+        return np.array([1e-6, 1e-6 * scale, 1e-6, 1e-6 / max(span, 1e-6)])
+
+
+@dataclass
+class Node:
+    """The fit for one ratio ρ: parameters, true times, sum of squares, and -2 log of the rest."""
+
+    rho: float
+    p: Array
+    times: Array
+    squares: float
+    log_det: float
+    information: Array
+    weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with the ends of its interval; not told where these are the ends of its range."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Profiles:
+    """Fits of one model to data at all ratios ρ that matter, and profiles through them."""
+
+    def __init__(self, data: Data, model: Model, start: Array) -> None:
+        self.data, self.model = data, model
+        self.span = float(data.times[-1] - data.times[0])
+        self.degrees = data.count - len(model.free)
+        self.nodes = self._nodes(start)
+
+    # --- one fit ---------------------------------------------------------------------------------
+    def fit(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
+        """The fit at one ratio; `squares` is above 1e299 where there is none."""
+        p, th, size = start.copy(), times.copy(), len(free)
+        h = np.zeros((size, size))
+        squares, log_det = fit_parameters(
+            self.data.times, self.data.errors, self.data.contact, p, np.array(free, np.int64),
+            self.model.steps(p, self.span), self.model.gravity, rho, th, h,
+        )  # fmt: skip
+        return Node(rho, p, th, squares, log_det, h)
+
+    def cost(self, node: Node) -> float:
+        """-2 log of the likelihood, the scale profiled where it is not known."""
+        if node.squares >= _FAILED:
+            return math.inf
+        if self.data.is_absolute:
+            return node.squares + node.log_det
+        return self.data.count * math.log(self._squares(node)) + node.log_det
+
+    def _squares(self, node: Node) -> float:
+        """Sum of squares, at least that of the smallest scale."""
+        return max(node.squares, self.data.count * self.data.floor**2, 1e-300)
+
+    def scale(self, node: Node) -> float:
+        """c: of the errors, 1 where they are absolute."""
+        if self.data.is_absolute:
+            return 1.0
+        return math.sqrt(self._squares(node) / max(self.degrees, 1))
+
+    def covariance(self, node: Node) -> Array:
+        """Of the free parameters; directions that are not told are bounded by their range."""
+        ranges = self._ranges(node)
+        h = node.information / self.scale(node) ** 2 + np.diag(1.0 / ranges**2)
+        return np.asarray(np.linalg.inv(h), float)
+
+    def _ranges(self, node: Node) -> Array:
+        all_ranges = (1.0, 10.0 * abs(node.p[AMPLITUDE]) + 1e-9, math.pi, node.p[FREQUENCY])
+        return np.array([all_ranges[i] for i in self.model.free])
+
+    # --- ratios ----------------------------------------------------------------------------------
+    def _nodes(self, start: Array) -> list[Node]:
+        free = self.model.free
+        spread = self._spread(start)
+        if self.model.scatter is not None:
+            return [self._approached(self.model.scatter, spread, start)]
+        most = min(_LARGEST_RATIO, 1.0 / spread) if self.data.is_absolute else _LARGEST_RATIO
+        low, high = 0.0, math.log1p(most)
+        count, state, times = _NODES, start, self.data.times
+        for _ in range(_ZOOMS):
+            places = np.linspace(high, low, count)
+            nodes = []
+            for x in places:
+                nodes.append(self.fit(spread * math.expm1(x), state, times, free))
+                if nodes[-1].squares < _FAILED:
+                    state, times = nodes[-1].p, nodes[-1].times
+            logs = np.array([self._log_weight(node) for node in nodes])
+            best = int(np.argmax(logs))
+            if not math.isfinite(logs[best]):
+                return nodes[:1]
+            held = np.flatnonzero(logs > logs[best] - _DROP)
+            state, times = nodes[best].p, nodes[best].times
+            if len(held) >= _LEAST_NODES or high - low < 1e-3:
+                break
+            low, high = places[min(held[-1] + 1, count - 1)], places[max(held[0] - 1, 0)]
+            count = 2 * _LEAST_NODES
+        return self._weighed([nodes[i] for i in held], logs[held] - logs[best])
+
+    def _approached(self, rho: float, spread: float, start: Array) -> Node:
+        """The fit at one ratio, by way of larger ones: with them the likelihood has fewer tops.
+
+        Where the last one has no mode of the true times that can be found, the one before stands.
+        """
+        state, times = start, self.data.times
+        ratios = [larger * spread for larger in (1e3, 1e2, 1e1, 1.0, 0.1, 0.01)]
+        last = self.fit(ratios[0], state, times, self.model.free)
+        for ratio in [*(one for one in ratios[1:] if one > rho), rho]:
+            node = self.fit(ratio, state, times, self.model.free)
+            if node.squares < _FAILED:
+                last, state, times = node, node.p, node.times
+        return last
+
+    @staticmethod
+    def _weighed(nodes: list[Node], logs: Array) -> list[Node]:
+        weights = np.exp(logs)
+        weights /= weights.sum()
+        return [replace(node, weight=float(w)) for node, w in zip(nodes, weights, strict=True)]
+
+    def _spread(self, start: Array) -> float:
+        """Spread of restitution that errors of times make: root of S's median eigenvalue."""
+        n = len(self.data.times) - 2
+        low, white = np.zeros((n, 3)), np.zeros(n)
+        true_times(
+            self.data.times, self.data.errors, self.data.contact, start, self.model.gravity, 0.0,
+            self.data.times.copy(), low, white,
+        )  # fmt: skip
+        bands = np.zeros((3, n))
+        bands[0] = (low**2).sum(axis=1)
+        bands[1, : n - 1] = low[:-1, 0] * low[1:, 1] + low[:-1, 1] * low[1:, 2]
+        bands[2, : n - 2] = low[:-2, 0] * low[2:, 2]
+        found = eigvals_banded(bands, lower=True) if n > 2 else bands[0]
+        return math.sqrt(max(float(np.median(found)), 1e-300))
+
+    def _log_weight(self, node: Node) -> float:
+        """Log of the restricted likelihood."""
+        if node.squares >= _FAILED:
+            return -math.inf
+        h = node.information + np.diag((self.scale(node) / self._ranges(node)) ** 2)
+        size = float(np.linalg.slogdet(h)[1]) if len(h) else 0.0
+        if self.data.is_absolute:
+            return -0.5 * (node.squares + node.log_det + size)
+        return -0.5 * (self.degrees * math.log(self._squares(node)) + node.log_det + size)
+
+    # --- estimates -------------------------------------------------------------------------------
+    @property
+    def best(self) -> Node:
+        """The node of most weight."""
+        return max(self.nodes, key=lambda node: node.weight)
+
+    @property
+    def estimate(self) -> Array:
+        """Parameters, averaged over the ratios."""
+        return np.asarray(sum(node.weight * node.p for node in self.nodes))
+
+    def interval(self, index: int, low: float, high: float) -> Interval:
+        """The interval of a free parameter; an end beyond low or high is that bound."""
+        value = float(self.estimate[index])
+        if self.degrees < 1 and not self.data.is_absolute:
+            return Interval(value, low, high)
+        place = self.model.free.index(index)
+        width = math.sqrt(sum(n.weight * self.covariance(n)[place, place] for n in self.nodes))
+        tail = 0.5 * (1.0 - LEVEL)
+        return Interval(
+            value,
+            self._end(index, value, -width, low, tail),
+            self._end(index, value, width, high, 1.0 - tail),
+        )
+
+    def _end(self, index: int, value: float, step: float, bound: float, wanted: float) -> float:
+        """Where the confidence distribution is `wanted`; the bound if it is not up to there."""
+        below, confidence = wanted < 0.5, self.confidence(index)
+        sign = -1.0 if below else 1.0
+        last = bound if math.isfinite(bound) else value + sign * _FAR * max(abs(value), abs(step))
+        inner, outer = value, value + 2.0 * step
+        while True:
+            outer = max(outer, last) if below else min(outer, last)
+            if (confidence(outer) > wanted) != below:
+                break
+            if outer == last:
+                return bound
+            inner, outer = outer, outer + 2.0 * (outer - inner)
+        if (confidence(inner) > wanted) != below:
+            return inner
+        width = 1e-3 * abs(step)
+        return float(brentq(lambda x: confidence(x) - wanted, inner, outer, xtol=width))
+
+    def confidence(self, index: int) -> Callable[[float], float]:
+        """The confidence distribution of a free parameter: a function from 0 to 1."""
+        place = self.model.free.index(index)
+        others = [i for i in self.model.free if i != index]
+        slopes = [self._slopes(node, place) for node in self.nodes]
+        known = [[node] for node in self.nodes]
+        lowest = min(self.cost(node) for node in self.nodes)
+
+        @cache
+        def distribution(x: float) -> float:
+            total, least, side = 0.0, math.inf, 1.0 if x > self.estimate[index] else -1.0
+            for i, node in enumerate(self.nodes):
+                near = min(known[i], key=lambda one: abs(one.p[index] - x))
+                start = near.p.copy()
+                start[others] += slopes[i] * (x - start[index])
+                start[index] = x
+                found = self.fit(node.rho, start, near.times, others)
+                if found.squares >= _FAILED:
+                    start[others] = near.p[others]
+                    found = self.fit(node.rho, start, near.times, others)
+                if found.squares < _FAILED:
+                    known[i].append(found)
+                least = min(least, self.cost(found))
+                own = 1.0 if x > node.p[index] else -1.0
+                total += node.weight * self._share(own, self.cost(found) - self.cost(node))
+            best = self._share(side, least - lowest)
+            return max(total, best) if side < 0.0 else min(total, best)
+
+        return distribution
+
+    def _slopes(self, node: Node, place: int) -> Array:
+        """How the other free parameters follow one along its profile."""
+        covariance = self.covariance(node)
+        return np.asarray(np.delete(covariance[place], place) / covariance[place, place])
+
+    def _share(self, side: float, fall: float) -> float:
+        """The confidence distribution where 2 log L is lower by `fall` than at its top."""
+        fall = max(fall, 0.0)
+        if self.data.is_absolute:
+            return float(norm.cdf(side * math.sqrt(fall)))
+        if fall > 600.0 * self.data.count:
+            return 1.0 if side > 0.0 else 0.0
+        root = math.sqrt(self.degrees * math.expm1(fall / self.data.count))
+        return float(student.cdf(side * root, self.degrees))

@@ -1,0 +1,245 @@
+"""`fit_impacts`: the model behind measured impacts, with intervals, and the impacts to come."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+from numpy.typing import ArrayLike
+
+from bouncing_disk_ros.errors import FailedError, InputError, one_line
+from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.predict import (
+    Draws,
+    Prediction,
+    draws_of,
+    interval_of,
+    predicted,
+    rest_parameters,
+)
+from bouncing_disk_ros.measured.reading import Recording, recording_of
+from bouncing_disk_ros.measured.starts import first_values
+from bouncing_disk_ros.parameters import DEFAULTS, Value
+from bouncing_disk_ros.regular_file import replaced
+from bouncing_disk_ros.run.presets import PRESET_KEY
+
+NOMINAL = 1e-6
+"""Errors that are not given are multiples of this, s."""
+
+
+@dataclass(frozen=True)
+class ImpactFit:
+    """What `fit_impacts` found. Times in s, lengths in m, angles in rad.
+
+    `parameters`: name -> value with the ends of its 95 % interval: restitution, scatter and
+    time_error; at rest also first_flight, end (of all bounces), first_height; on a vibrating
+    platform axial_forcing, axial_amplitude, forcing_phase (at time 0), frequency if it was fitted.
+    `times`: the true times as estimated; `residuals`: measured minus estimated times. `flights`:
+    columns take-off and landing velocity, m/s, height above the take-off, m. `restitutions`:
+    coefficient of each inner impact, `speeds`: of these impacts relative to the platform, m/s.
+    `untold`: parameters that these data do not tell. `prediction`: impacts to come.
+    """
+
+    name: str
+    frequency: float
+    gravity: float
+    parameters: dict[str, Interval]
+    times: Array
+    residuals: Array
+    flights: Array
+    restitutions: Array
+    speeds: Array
+    untold: tuple[str, ...]
+    prediction: Prediction
+    profiles: Profiles
+
+    def __getitem__(self, name: str) -> Interval:
+        """A parameter by its name."""
+        return self.parameters[name]
+
+    @property
+    def preset(self) -> dict[str, Value]:
+        """Parameters of the simulator; InputError where the data do not tell them."""
+        if self.untold:
+            given, hint = ", ".join(self.untold), "Record a transient, or more impacts."
+            raise InputError("preset", f"no {given}", "a fit whose data tell all parameters", hint)
+        values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
+                  "gravity": self.gravity}  # fmt: skip
+        if self.frequency > 0.0:
+            values["frequency"] = float(self.profiles.estimate[FREQUENCY]) / math.tau
+            values["axial_amplitude"] = self["axial_amplitude"].value
+            values["initial_forcing_phase"] = self["forcing_phase"].value
+        else:
+            height = self.parameters.get("first_height")
+            values |= {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
+            values |= {"initial_height": height.value} if height else {}
+        return dict(values)
+
+    def write_preset(self, file: str | Path) -> None:
+        """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""
+        content = yaml.safe_dump({PRESET_KEY: {"ros__parameters": self.preset}}, sort_keys=False)
+        text = f"# fitted by fit_impacts to {one_line(self.name)}\n{content}"
+        replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
+
+
+def fit_impacts(
+    source: str | Path | ArrayLike,
+    *,
+    frequency: float = 0.0,
+    frequency_error: float = 0.0,
+    axial_amplitude: float = 0.0,
+    gravity: float = 0.0,
+    height: float = 0.0,
+    time_error: float = 0.0,
+    scatter: float = -1.0,
+    errors: ArrayLike | None = None,
+    column: str = "",
+    namespace: str = "",
+) -> ImpactFit:
+    """The model behind measured impacts: parameters with 95 % intervals, and what comes next.
+
+    - `source`: times of impacts in s (an array), or a file of them: a text, or a bag.
+    - `frequency`: of the platform, Hz; 0: it is at rest. `frequency_error`: how well that is
+      known, Hz; above 0 it is fitted. `axial_amplitude`: of the platform, m; 0: fitted.
+    - `gravity`: m/s²; 0: standard gravity. `height`: of the release at rest, m, if no impact
+      is missed: then gravity is found.
+    - `time_error`: standard deviation of the times, s; 0: fitted. `errors`: one for each time, s;
+      with time_error 0 only their ratios count.
+    - `scatter`: standard deviation of the restitution from impact to impact; below 0: fitted.
+    - `column`, `namespace`: of a text and of a bag that have several.
+
+    Raises InputError for data or values that cannot be used, FailedError where no model fits.
+
+    >>> fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], time_error=1e-4)["restitution"]
+    """
+    recording = recording_of(source, column, namespace)
+    if scatter > 0.0 and time_error == 0.0:
+        hint = "Give time_error too, or leave the scatter to the fit."
+        raise InputError("scatter", scatter, "0, or below 0, without time_error", hint)
+    own = recording.errors if errors is None else np.asarray(errors, float)
+    if own is not None and own.shape != recording.times.shape:
+        raise InputError("errors", f"{own.size}", f"{len(recording.times)}, one for each time")
+    known = _Known(
+        math.tau * frequency, math.tau * frequency_error, axial_amplitude,
+        gravity or float(DEFAULTS["gravity"]), height, time_error,
+        None if scatter < 0.0 else scatter,
+    )  # fmt: skip
+    return known.fit(recording, own)
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known beside the times; 0: not known."""
+
+    frequency: float  # rad/s; 0: at rest
+    frequency_error: float
+    amplitude: float
+    gravity: float
+    height: float
+    time_error: float
+    scatter: float | None
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Indices of the parameters that are fitted."""
+        if self.frequency == 0.0:
+            return (RESTITUTION,)
+        fitted = {RESTITUTION: True, AMPLITUDE: self.amplitude == 0.0, PHASE: True,
+                  FREQUENCY: self.frequency_error > 0.0}  # fmt: skip
+        return tuple(index for index, is_fitted in fitted.items() if is_fitted)
+
+    def fit(self, recording: Recording, errors: Array | None) -> ImpactFit:
+        """The fit of a recording."""
+        data = self._data(recording, errors)
+        model = Model(self.free, self.gravity, self.scatter)
+        tried = [Profiles(data, model, start) for start in self._starts(data.times)]
+        profiles = min(tried, key=lambda one: one.cost(one.best))
+        if not profiles.cost(profiles.best) < math.inf:
+            raise FailedError(f"{recording.name}: no model fits; are times missed, or of others?")
+        draws = draws_of(profiles)
+        parameters = self._parameters(profiles, draws)
+        best = profiles.best
+        flights, speeds = flights_of(best.times, profiles.estimate, self.gravity)
+        return ImpactFit(
+            recording.name, self.frequency / math.tau, self.gravity, parameters, best.times,
+            data.times - best.times, flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0],
+            _untold(parameters), predicted(profiles, draws), profiles,
+        )  # fmt: skip
+
+    def _data(self, recording: Recording, errors: Array | None) -> Data:
+        count, least = len(recording.times), recording.resolution
+        none = np.zeros(count, bool)
+        if self.time_error > 0.0 or errors is None:
+            size = max(self.time_error, least) if self.time_error > 0.0 else NOMINAL
+            errors = np.full(count, size)
+        floor = least / float(np.median(errors))
+        return Data(recording.times, errors, none, none, self.time_error > 0.0, floor)
+
+    def _starts(self, times: Array) -> list[Array]:
+        if self.frequency == 0.0:
+            flights = np.diff(times)
+            return [np.array([float(np.median(flights[1:] / flights[:-1])), 0.0, 0.0, 1.0])]
+        step = 1.0 / (times[-1] - times[0])
+        width = math.ceil(2.0 * self.frequency_error / step)
+        tried = self.frequency + step * np.arange(-width, width + 1)
+        found = [p for w in tried for p in first_values(times, float(w), self.gravity)]
+        for p in found:
+            p[AMPLITUDE] = self.amplitude or p[AMPLITUDE]
+        return found
+
+    def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
+        found = {"restitution": profiles.interval(RESTITUTION, 0.0, 1.0)}
+        if self.frequency == 0.0:
+            found |= rest_parameters(draws, self.gravity, self.height)
+        else:
+            found |= self._platform(profiles)
+        if not profiles.data.is_absolute:
+            nominal = float(np.median(profiles.data.errors))
+            found["time_error"] = interval_of(nominal * draws.scale)
+        if self.scatter is None:
+            found["scatter"] = interval_of(draws.scatter)
+        return found
+
+    def _platform(self, profiles: Profiles) -> dict[str, Interval]:
+        """Forcing, amplitude, phase, frequency: of a platform with A > 0."""
+        found, p = {}, profiles.estimate
+        if AMPLITUDE in self.free:
+            a = profiles.interval(AMPLITUDE, 0.0, math.inf)
+            part = p[FREQUENCY] ** 2 / (math.pi * self.gravity)
+            found["axial_forcing"] = Interval(part * a.value, part * a.low, part * a.high)
+            found["axial_amplitude"] = a
+        phase = profiles.interval(PHASE, p[PHASE] - math.pi, p[PHASE] + math.pi)
+        turns = math.floor(phase.value / math.tau) * math.tau
+        found["forcing_phase"] = Interval(
+            *(x - turns for x in (phase.value, phase.low, phase.high))
+        )
+        if FREQUENCY in self.free:
+            w = profiles.interval(FREQUENCY, 0.0, math.inf)
+            found["frequency"] = Interval(*(x / math.tau for x in (w.value, w.low, w.high)))
+        return found
+
+
+def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:
+    """The parameters whose interval is their whole range."""
+    widest = {"restitution": 1.0, "axial_forcing": math.inf, "forcing_phase": math.tau - 1e-9}
+    found = ((name, parameters[name]) for name in widest if name in parameters)
+    return tuple(name for name, one in found if one.high - one.low >= widest[name])
+
+
+def flights_of(th: Array, p: Array, g: float) -> tuple[Array, Array]:
+    """Flights (N - 1, 3): take-off and landing velocity, height; and (N - 2, 2) inner impacts.
+
+    The impacts' columns: velocity relative to the platform before and after.
+    """
+    angle = p[FREQUENCY] * th + p[PHASE]
+    s, d = p[AMPLITUDE] * np.sin(angle), p[AMPLITUDE] * p[FREQUENCY] * np.cos(angle)
+    duration = np.diff(th)
+    up = np.diff(s) / duration + 0.5 * g * duration
+    down = up - g * duration
+    height = np.where(up > 0.0, up**2 / (2.0 * g), 0.0)
+    flights = np.column_stack([up, down, height])
+    return flights, np.column_stack([down[:-1] - d[1:-1], up[1:] - d[1:-1]])

@@ -1,0 +1,165 @@
+"""Draws from what a fit leaves open: what follows from it, and the impacts to come, with intervals.
+
+A draw takes a ratio ρ by its weight, a scale, parameters, and true times given these (Gaussian at
+the mode; Durbin and Koopman, "A simple and efficient simulation smoother", Biometrika 2002).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve_banded
+
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
+from bouncing_disk_ros.measured.likelihood import (
+    AMPLITUDE,
+    FREQUENCY,
+    PHASE,
+    RESTITUTION,
+    equations,
+    true_times,
+)
+
+SEED = 20090
+MOST_IMPACTS = 20
+"""That are predicted."""
+_TAIL = 100.0 * (1.0 - LEVEL) / 2.0
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Parameters (M, 4), true times (M, N), scatter and scale of errors (M) of all draws."""
+
+    parameters: Array
+    times: Array
+    scatter: Array
+    scale: Array
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Times of the impacts to come, s, with the ends of their intervals: arrays of one length.
+
+    It ends where an interval is as long as the flight before it, or a flight is over in contact.
+    """
+
+    times: Array
+    low: Array
+    high: Array
+
+
+def interval_of(values: Array, best: float | None = None) -> Interval:
+    """Median and interval of draws; `best`: in place of the median."""
+    low, middle, high = np.percentile(values, [_TAIL, 50.0, 100.0 - _TAIL])
+    return Interval(float(middle) if best is None else best, float(low), float(high))
+
+
+def draws_of(profiles: Profiles) -> Draws:
+    """Draws; as many as take about as long for long recordings as for short ones."""
+    data, rng = profiles.data, np.random.default_rng(SEED)
+    count = int(np.clip(20_000 // len(data.times), 100, 400))
+    chosen = rng.choice(len(profiles.nodes), count, p=[node.weight for node in profiles.nodes])
+    rows = [_draw(profiles, profiles.nodes[i], rng) for i in chosen]
+    parameters, times, scatter, scale = zip(*(row for row in rows if row), strict=True)
+    return Draws(np.array(parameters), np.array(times), np.array(scatter), np.array(scale))
+
+
+def _draw(
+    profiles: Profiles, node: Node, rng: np.random.Generator
+) -> tuple[Array, Array, float, float] | None:
+    data, free = profiles.data, list(profiles.model.free)
+    spread = 1.0
+    if not data.is_absolute and profiles.degrees > 0:
+        spread = math.sqrt(profiles.degrees / rng.chisquare(profiles.degrees))
+    p, th, n = node.p.copy(), node.times.copy(), len(data.times) - 2
+    covariance = profiles.covariance(node)
+    p[free] += spread * rng.multivariate_normal(np.zeros(len(free)), covariance, method="eigh")
+    scale = spread * profiles.scale(node)
+    low, white = np.zeros((n, 3)), np.zeros(n)
+    g = profiles.model.gravity
+    if true_times(data.times, data.errors, data.contact, p, g, node.rho, th, low, white)[0] > 1e299:
+        return None
+    e, b, scatters = np.zeros(n), np.zeros((n, 3)), np.zeros(n)
+    equations(th, data.contact, p, g, e, b, scatters)
+    noise = scale * data.errors * rng.standard_normal(n + 2)
+    sides = sum(b[:, m] * noise[m : n + m] for m in range(3))
+    sides = sides + scale * node.rho * scatters * rng.standard_normal(n)
+    bands = np.zeros((3, n))
+    bands[0], bands[1, :-1], bands[2, :-2] = low[:, 0], low[1:, 1], low[2:, 2]
+    solved = cho_solve_banded((bands, True), sides)
+    for m in range(3):
+        noise[m : n + m] -= data.errors[m : n + m] ** 2 * b[:, m] * solved
+    return p, th + noise, scale * node.rho, scale
+
+
+def rest_parameters(draws: Draws, gravity: float, height: float) -> dict[str, Interval]:
+    """What follows at rest: first flight, end of all bounces, height of the release.
+
+    With the height of the release known, gravity in its place.
+    """
+    eps = draws.parameters[:, RESTITUTION]
+    first = draws.times[:, 1] - draws.times[:, 0]
+    last = draws.times[:, -1] - draws.times[:, -2]
+    end = np.where(eps < 1.0, draws.times[:, -1] + last * eps / np.maximum(1.0 - eps, 1e-9), np.inf)
+    released = first**2 / (8.0 * eps**2)
+    found = {"first_flight": interval_of(first), "end": interval_of(end)}
+    if height > 0.0:
+        return found | {"gravity": interval_of(height / released)}
+    return found | {"first_height": interval_of(gravity * released)}
+
+
+def predicted(profiles: Profiles, draws: Draws) -> Prediction:
+    """The impacts after the last one."""
+    rng = np.random.default_rng(SEED)
+    at_rest = draws.parameters[0, AMPLITUDE] == 0.0
+    coming = (_at_rest if at_rest else _vibrating)(profiles, draws, rng)
+    rows = []
+    before = float(np.median(draws.times[:, -1]))
+    for column in coming.T:
+        if not np.isfinite(column).all():
+            break
+        found = interval_of(column)
+        if found.high - found.low > found.value - before:
+            break
+        rows.append((found.value, found.low, found.high))
+        before = found.value
+    values = np.array(rows).reshape(-1, 3)
+    return Prediction(values[:, 0], values[:, 1], values[:, 2])
+
+
+def _restitutions(draws: Draws, rng: np.random.Generator) -> Array:
+    noise = rng.standard_normal((len(draws.scatter), MOST_IMPACTS))
+    each = draws.parameters[:, RESTITUTION, None] + draws.scatter[:, None] * noise
+    return np.asarray(np.clip(each, 0.0, 1.0))
+
+
+def _at_rest(_profiles: Profiles, draws: Draws, rng: np.random.Generator) -> Array:
+    last = draws.times[:, -1] - draws.times[:, -2]
+    flights = last[:, None] * np.cumprod(_restitutions(draws, rng), axis=1)
+    return np.asarray(draws.times[:, -1:] + np.cumsum(flights, axis=1))
+
+
+def _vibrating(profiles: Profiles, draws: Draws, rng: np.random.Generator) -> Array:
+    """By the next-collision map, an impact at a time: each has its own restitution."""
+    g, coming = profiles.model.gravity, np.full((len(draws.times), MOST_IMPACTS), np.nan)
+    if profiles.data.contact[-2]:
+        return coming
+    for i, each in enumerate(_restitutions(draws, rng)):
+        p, (before, at) = draws.parameters[i], draws.times[i, -2:]
+        w, a = p[FREQUENCY], abs(p[AMPLITUDE])
+        phase = p[PHASE] + (math.pi if p[AMPLITUDE] < 0.0 else 0.0)
+        here, there = w * at + phase, w * before + phase
+        fall = a * (math.sin(here) - math.sin(there)) / (at - before) - 0.5 * g * (at - before)
+        speed = (fall - a * w * math.cos(here)) * w / (math.pi * g)
+        state = MapState(here, min(speed, 0.0))
+        for k, restitution in enumerate(each):
+            step = NextCollisionMap(a * w * w / (math.pi * g), float(restitution)).orbit(state, 1)
+            if not len(step.delay):
+                break
+            at += step.delay[0] / w
+            coming[i, k] = at
+            state = MapState(step.forcing_phase[0], step.axial_impact_velocity[0])
+    return coming

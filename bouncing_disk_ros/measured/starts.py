@@ -1,0 +1,55 @@
+"""First values of a fit on a vibrating platform: for a given ε the equations are linear."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_RESTITUTIONS = np.linspace(0.02, 0.98, 33)
+_ROUNDS = 6
+
+
+def first_values(times: Array, frequency: float, gravity: float, most: int = 4) -> list[Array]:
+    """Likely parameters (ε, A, φ, ω), the best first.
+
+    Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. The sum
+    of absolute errors is minimised (weighted least squares), so some wrong times do not matter.
+    """
+    tm, tp = np.diff(times)[:-1], np.diff(times)[1:]
+    s, d = _bases(times, frequency)
+    up, down, here = np.diff(s)[:, 1:] / tp, np.diff(s)[:, :-1] / tm, d[:, 1:-1]
+    found = []
+    for restitution in _RESTITUTIONS:
+        rows = (up + restitution * down - (1.0 + restitution) * here).T
+        wanted = -0.5 * gravity * (tp - restitution * tm)
+        pair, cost = _robust(rows, wanted)
+        size, phase = math.hypot(*pair), math.atan2(pair[1], pair[0])
+        found.append((cost, np.array([restitution, size, phase, frequency])))
+    costs = [math.inf, *(cost for cost, _ in found), math.inf]
+    lowest = [
+        i - 1 for i in range(1, len(costs) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])
+    ]
+    chosen = sorted((found[i] for i in lowest), key=lambda pair: pair[0])
+    return [p for _, p in chosen[:most]]
+
+
+def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
+    """Position and velocity of platforms sin ωt and cos ωt, (2, N) each."""
+    angle = frequency * times
+    sine, cosine = np.sin(angle), np.cos(angle)
+    return np.array([sine, cosine]), frequency * np.array([cosine, -sine])
+
+
+def _robust(rows: Array, wanted: Array) -> tuple[Array, float]:
+    """Least absolute errors by weights, and their mean."""
+    weights: Array = np.ones(len(wanted))
+    pair, errors = np.zeros(2), np.abs(wanted)
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weights)
+        pair = np.linalg.lstsq(rows * root[:, None], wanted * root, rcond=1e-9)[0]
+        errors = np.abs(rows @ pair - wanted)
+        weights = 1.0 / np.maximum(errors, 1e-3 * max(float(errors.mean()), 1e-300))
+    return pair, float(errors.mean())

@@ -1,0 +1,67 @@
+"""Impacts to be measured: an independent simulation, with scatter of the restitution."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+GRAVITY = 9.80665
+_STEPS = 100
+"""Of a period of the platform, in the search for an impact."""
+
+
+def at_rest(
+    rng: np.random.Generator, count: int, error: float, scatter: float, restitution: float = 0.75,
+    first: float = 0.45,
+) -> Array:  # fmt: skip
+    """Times of impacts on a platform at rest; `first`: the first flight, s."""
+    each = restitution + scatter * rng.standard_normal(count - 2)
+    flights = first * np.concatenate([[1.0], np.cumprod(each)])
+    times = 0.3 + np.concatenate([[0.0], np.cumsum(flights)])
+    return times + error * rng.standard_normal(count)
+
+
+def vibrating(
+    rng: np.random.Generator, runs: int, count: int, forcing: float, restitution: float,
+    scatter: float = 0.0, skip: int = 0, frequency: float = 20.0, gravity: float = GRAVITY,
+) -> tuple[Array, Array]:  # fmt: skip
+    """True times (runs, count) of impacts without chatter, and the phase φ of each run.
+
+    Flights are searched in steps of 1/100 period and bisected; runs with shorter flights are left
+    out, so there may be fewer. Times begin anew at 0 after `skip` impacts.
+    """
+    w = math.tau * frequency
+    amplitude = forcing * math.pi * gravity / w**2
+    at, step = np.zeros(runs), 1.0 / frequency / _STEPS
+    phase = rng.uniform(0.0, math.tau, runs)
+    speed = amplitude * w * np.cos(phase) + rng.uniform(0.6, 1.4, runs) * math.pi * gravity / w
+    times, good = np.zeros((runs, count + skip)), np.ones(runs, bool)
+    for i in range(count + skip):
+        start = amplitude * np.sin(w * at + phase)
+
+        def gap(d: Array, start: Array = start, at: Array = at, speed: Array = speed) -> Array:
+            drop: Array = start + speed * d - 0.5 * gravity * d * d
+            return drop - amplitude * np.sin(w * (at + d) + phase)
+
+        high = np.full(runs, 2.0 * step)
+        good &= gap(high) > 0.0
+        for _ in range(60 * _STEPS):
+            flying = (gap(high) > 0.0) & good
+            if not flying.any():
+                break
+            high = np.where(flying, high + step, high)
+        low = high - step
+        for _ in range(52):
+            middle = 0.5 * (low + high)
+            above = gap(middle) > 0.0
+            low, high = np.where(above, middle, low), np.where(above, high, middle)
+        at = at + high
+        times[:, i] = at
+        platform = amplitude * w * np.cos(w * at + phase)
+        landing = speed - gravity * high - platform
+        speed = platform - (restitution + scatter * rng.standard_normal(runs)) * landing
+    begun = times[:, skip] - 0.01
+    return (times[:, skip:] - begun[:, None])[good], np.mod(phase + w * begun, math.tau)[good]
