@@ -99,6 +99,10 @@ _TABLE: dict[str, tuple[str, str]] = {
         "cases.compare_with_case",
         "compare any simulator's events or samples with a reference case",
     ),
+    "fit_impacts": (
+        "measured.fit_impacts",
+        "fit measured impacts: parameters with intervals, the impacts to come, a preset",
+    ),
     "workbench": (
         "workbench.workbench",
         "see a run and touch it on a page in the browser: live, or of a bag",

@@ -39,6 +39,7 @@ GUIDES = {
         "recording",
         "replay",
         "report",
+        "measured",
         "testing",
         "closed_loops",
         "juggling",

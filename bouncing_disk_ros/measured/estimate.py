@@ -158,7 +158,7 @@ class Profiles:
         spread = self._spread(start)
         if self.model.scatter is not None:
             return [self._approached(self.model.scatter, spread, start)]
-        most = min(_LARGEST_RATIO, 1.0 / spread) if self.data.is_absolute else _LARGEST_RATIO
+        most = 1.0 / spread if self.data.is_absolute else _LARGEST_RATIO
         low, high = 0.0, math.log1p(most)
         count, state, times = _NODES, start, self.data.times
         for _ in range(_ZOOMS):

@@ -224,10 +224,15 @@ class _Known:
 
 
 def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:
-    """The parameters whose interval is their whole range."""
-    widest = {"restitution": 1.0, "axial_forcing": math.inf, "forcing_phase": math.tau - 1e-9}
-    found = ((name, parameters[name]) for name in widest if name in parameters)
-    return tuple(name for name, one in found if one.high - one.low >= widest[name])
+    """The parameters that are not bounded on both sides: intervals that reach an end of a range."""
+    turn = math.tau - 1e-9
+    open_ended = {
+        "restitution": lambda one: one.low <= 0.0 or one.high >= 1.0,
+        "axial_forcing": lambda one: one.low <= 0.0 or one.high == math.inf,
+        "forcing_phase": lambda one: one.high - one.low >= turn,
+    }
+    given = [name for name in open_ended if name in parameters]
+    return tuple(name for name in given if open_ended[name](parameters[name]))
 
 
 def flights_of(th: Array, p: Array, g: float) -> tuple[Array, Array]:

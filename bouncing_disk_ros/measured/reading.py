@@ -1,8 +1,7 @@
-"""Measured times from a text, a bag, a sound or an array. InputError where they are unusable."""
+"""Measured times from a text, a bag or an array; InputError where they cannot be used."""
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +17,6 @@ MOST_IMPACTS = 20_000
 """Impacts of one fit."""
 MOST_BYTES = 64 << 20
 """Of a text file."""
-_SOUNDS = (".wav", ".flac", ".ogg", ".mp3", ".aif", ".aiff", ".au")
-_UNREADABLE = (".m4a", ".aac", ".mp4", ".3gp", ".amr", ".wma", ".caf", ".mov")
 _TIME_NAMES = ("time", "t", "times", "seconds", "s")
 _INCREASING = "increasing times in seconds"
 
@@ -37,7 +34,7 @@ class Recording:
 def recording_of(
     source: str | Path | ArrayLike, column: str = "", namespace: str = ""
 ) -> Recording:
-    """The impacts of an array, a text file, a bag or a sound.
+    """The impacts of an array, a text file or a bag.
 
     `column`: of a text file, its name or its number from 1 on; default: a column called time or t,
     else the first. Errors are taken from a column called error.
@@ -45,11 +42,6 @@ def recording_of(
     if isinstance(source, (str, Path)):
         path = Path(source).expanduser()
         suffix = path.suffix.lower()
-        if suffix in _UNREADABLE:
-            hint = f"Convert it: ffmpeg -i {path.name} {path.stem}.wav"
-            raise InputError("recording", str(path), ", ".join(_SOUNDS), hint)
-        if suffix in _SOUNDS:
-            return _from_sound(path)
         if path.is_dir() or suffix == ".mcap":
             return _from_bag(path, namespace)
         return _from_text(path, column)
@@ -145,7 +137,7 @@ def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]
     return values, decimals
 
 
-# --- bags and sounds ------------------------------------------------------------------------------
+# --- bags -----------------------------------------------------------------------------------------
 def _from_bag(path: Path, namespace: str) -> Recording:
     """Times of the impacts of the last run, and nothing else of it."""
     from bouncing_disk_ros.bag import BagError
@@ -158,10 +150,3 @@ def _from_bag(path: Path, namespace: str) -> Recording:
     rows = record.rows
     times = np.asarray(rows["time"], float)[np.asarray(rows["count"]) == 1]
     return checked(path.name, np.unique(times), None, 0.5e-9)
-
-
-def _from_sound(path: Path) -> Recording:
-    from bouncing_disk_ros.measured.sound import impact_times
-
-    heard = impact_times(path)
-    return checked(path.name, heard.times, heard.errors, math.ulp(1.0))

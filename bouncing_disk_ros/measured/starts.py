@@ -46,10 +46,12 @@ def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
 def _robust(rows: Array, wanted: Array) -> tuple[Array, float]:
     """Least absolute errors by weights, and their mean."""
     weights: Array = np.ones(len(wanted))
-    pair, errors = np.zeros(2), np.abs(wanted)
+    pair: Array = np.zeros(2)
+    errors: Array = np.abs(wanted)
     for _ in range(_ROUNDS):
         root = np.sqrt(weights)
-        pair = np.linalg.lstsq(rows * root[:, None], wanted * root, rcond=1e-9)[0]
+        found = np.linalg.lstsq(rows * root[:, None], wanted * root, rcond=1e-9)[0]
+        pair = np.asarray(found, float)
         errors = np.abs(rows @ pair - wanted)
         weights = 1.0 / np.maximum(errors, 1e-3 * max(float(errors.mean()), 1e-300))
     return pair, float(errors.mean())

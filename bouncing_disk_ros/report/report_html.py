@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
+from collections.abc import Sequence
 from html import escape
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -24,7 +25,7 @@ from bouncing_disk_ros.report.panel import (
 )
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import INDEXED, absent, headline, panels
-from bouncing_disk_ros.report.report_text import segment_rows, tables
+from bouncing_disk_ros.report.report_text import Table, segment_rows, tables
 from bouncing_disk_ros.report.run_report import Report
 
 MOST_POINTS = 5000
@@ -55,15 +56,37 @@ dt { color: #555; }
 def report_html(report: Report) -> str:
     """The whole page, BokehJS included."""
     title, subtitle = headline(report)
-    figures = "\n".join(
-        _figure(panel, place, absent(report, panel))
-        for place, panel in enumerate(panels(report, MOST_POINTS))
+    about = (
+        "Shaded: the platform changes its motion. Made by bag_report of bouncing_disk_ros\n"
+        "from the bag alone"
     )
-    words = "\n".join(
+    drawn = [(panel, absent(report, panel)) for panel in panels(report, MOST_POINTS)]
+    segments = f"""<h2>Segments of steady motion</h2>
+<div class="wide">{_segments(report)}</div>
+"""
+    return html_page(title, subtitle, drawn, tables(report), about, segments)
+
+
+def html_page(
+    title: str,
+    subtitle: str,
+    drawn: Sequence[tuple[Panel, str]],
+    words: Sequence[Table],
+    about: str,
+    between: str = "",
+) -> str:
+    """A page of panels (with the reason why one is empty) and tables, BokehJS included.
+
+    `about`: who made it; `between`: HTML between panels and tables.
+    """
+    figures = "\n".join(
+        _figure(panel, place, absence) for place, (panel, absence) in enumerate(drawn)
+    )
+    sections = "\n".join(
         f"<section><h2>{_marked(table.title)}</h2><dl>"
         + "".join(f"<dt>{_marked(name)}</dt><dd>{_marked(text)}</dd>" for name, text in table.rows)
         + "</dl></section>"
-        for table in tables(report)
+        for table in words
     )
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -82,14 +105,11 @@ def report_html(report: Report) -> str:
 <div class="grid">
 {figures}
 </div>
-<h2>Segments of steady motion</h2>
-<div class="wide">{_segments(report)}</div>
-<div class="grid">
-{words}
+{between}<div class="grid">
+{sections}
 </div>
-<p class="about">Shaded: the platform changes its motion. Made by bag_report of bouncing_disk_ros
-from the bag alone, with BokehJS (BSD licence; version {escape(version("bokeh"))}), which is part of
-this file.</p>
+<p class="about">{about}, with BokehJS (BSD licence; version
+{escape(version("bokeh"))}), which is part of this file.</p>
 </body>
 </html>
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,16 +26,20 @@ _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
 
 
 def report_page(report: Report) -> Figure:
-    """All panels, two in a row; the last one of an odd number has a row."""
-    parts = panels(report, MOST_POINTS)
-    rows = math.ceil(len(parts) / 2)
+    """All panels of a report."""
+    drawn = [(panel, absent(report, panel)) for panel in panels(report, MOST_POINTS)]
+    return panels_page(*headline(report), drawn)
+
+
+def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -> Figure:
+    """Panels, with the reason why one is empty: two in a row; the last of an odd number has one."""
+    rows = math.ceil(len(drawn) / 2)
     figure = new_figure(10.0, 4.3 * rows)
     grid = figure.add_gridspec(rows, 2)
-    for place, panel in enumerate(parts):
-        alone = place == len(parts) - 1 and place % 2 == 0
+    for place, (panel, absence) in enumerate(drawn):
+        alone = place == len(drawn) - 1 and place % 2 == 0
         axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
-        _draw(axes, panel, absent(report, panel))
-    title, subtitle = headline(report)
+        _draw(axes, panel, absence)
     figure.suptitle(f"{_plain(title)}\n{_math(subtitle)}", fontsize=12)
     return figure
 

@@ -1,0 +1,109 @@
+"""The executable `fit_impacts`: from measured impacts to a model with intervals, and a preset."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bouncing_disk_ros import folders
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, MissingLibraryError
+from bouncing_disk_ros.kernel_cache import announce_compilation
+from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.measured.fit import ImpactFit
+
+NAME = "fit_impacts"
+_ABOUT = """Fit measured times of impacts: restitution, platform, scatter and errors with 95 %
+intervals, and the impacts to come. The recording is a text with a column of seconds, or a bag.
+Writes RECORDING_fit.yaml, a preset for the simulator and the studies, RECORDING_fit.html, a page
+with plots, and figures."""
+_EXAMPLE = "ros2 run bouncing_disk_ros fit_impacts times.csv --ros-args -p frequency:=20.0"
+_SPECS = (
+    Spec("frequency", 0.0, "Hz", "frequency of the platform; 0: it is at rest", "f", low=0.0,
+         high=1e7),
+    Spec("frequency_error", 0.0, "Hz", "how well the frequency is known; above 0 it is fitted",
+         low=0.0, high=1e7),
+    Spec("axial_amplitude", 0.0, "m", "amplitude of the platform, if it is known; 0: fitted", "A",
+         low=0.0, high=1e6),
+    Spec("gravity", 0.0, "m/s²", "acceleration of gravity; 0: standard gravity", "g", low=0.0,
+         high=1e9),
+    Spec("height", 0.0, "m", "height of the release at rest, if no impact is missed: then gravity "
+         "is found", low=0.0, high=1e6),
+    Spec("time_error", 0.0, "s", "standard deviation of the times; 0: fitted", low=0.0, high=1e6),
+    Spec("scatter", -1.0, "1", "standard deviation of the restitution from impact to impact; "
+         "below 0: fitted", "σ_ε", low=-1.0, high=1.0),
+    Spec("column", "", "", "of a text with several: a name, or a number from 1 on; default: time, "
+         "t, or the first"),
+    Spec("namespace", "", "", "of a bag with several simulators"),
+    Spec("figures", "png", "", "kinds of figure files: any of png, pdf, svg, or none"),
+)  # fmt: skip
+OPTIONS = {spec.name: spec for spec in _SPECS}
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Fit a recording; exit code 0 done, 1 no model fits, 2 bad input, 130 interrupted."""
+    start = Start(NAME, _ABOUT, OPTIONS, _EXAMPLE, args, ExitCode.INTERRUPTED, needs_ros=False)
+    parser = start.parser
+    parser.usage = f"{NAME} [--help] RECORDING [OUTPUT] [--ros-args -p NAME:=VALUE ...]"
+    parser.add_argument("recording", help="a text file with a column of seconds, or a bag")
+    parser.add_argument("output", nargs="?", help="name of the files; default: RECORDING_fit")
+    given = start.parse()
+    return run_without_ros(NAME, partial(_fit, start, given))
+
+
+def _fit(start: Start, given: argparse.Namespace) -> int:
+    values = option_values(start.overrides, OPTIONS)
+    kinds = figure_kinds(str(values.pop("figures")))
+    folders.use_matplotlib_folder()
+    with start.stop.importing():
+        announce_compilation(NAME)
+        try:
+            from bouncing_disk_ros.measured.fit import fit_impacts
+        except ModuleNotFoundError as error:
+            raise MissingLibraryError(NAME, str(error.name)) from None
+        from bouncing_disk_ros.measured.picture import lines_of
+        from bouncing_disk_ros.report.report_files import check_ours
+
+    source = Path(given.recording).expanduser()
+    stem = Path(given.output).expanduser() if given.output else source.with_name(
+        f"{source.name if source.is_dir() else source.stem}_fit"
+    )  # fmt: skip
+    files = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", *kinds)]
+    check_ours(files)
+    fit = fit_impacts(source, **values)  # type: ignore[arg-type]
+    print("\n".join(lines_of(fit)), flush=True)
+    _write(fit, stem.with_name(f"{stem.name}.yaml"), files)
+    return ExitCode.DONE
+
+
+def _write(fit: ImpactFit, preset: Path, files: Sequence[Path]) -> None:
+    """Write preset and figures; a preset that cannot be is said, and no failure."""
+    from bouncing_disk_ros.measured.picture import headline_of, panels_of, tables_of
+    from bouncing_disk_ros.regular_file import replaced
+    from bouncing_disk_ros.report.report_html import html_page
+    from bouncing_disk_ros.report.report_page import panels_page, save_page
+
+    try:
+        fit.write_preset(preset)
+        print(f"written: {preset}", flush=True)
+    except (InputError, FailedError) as error:
+        print(f"no preset: {error}", flush=True)
+    (title, subtitle), drawn = headline_of(fit), panels_of(fit)
+    about = f"Made by {NAME} of bouncing_disk_ros"
+    for file in files:
+        if file.suffix == ".html":
+            page = html_page(title, subtitle, drawn, tables_of(fit), about)
+            replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
+        else:
+            replaced(file, partial(save_page, panels_page(title, subtitle, drawn)))
+        print(f"written: {file}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

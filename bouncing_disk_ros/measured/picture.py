@@ -1,0 +1,123 @@
+"""Figures of a fit, and its numbers in words: for the terminal, the page and the picture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bouncing_disk_ros.measured.estimate import Array, Interval
+from bouncing_disk_ros.measured.fit import ImpactFit
+from bouncing_disk_ros.measured.likelihood import AMPLITUDE, FREQUENCY, PHASE
+from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
+from bouncing_disk_ros.report.report_text import Table
+
+UNITS = {
+    "restitution": ("ε", ""), "axial_forcing": ("Γ", ""), "axial_amplitude": ("A", "m"),
+    "forcing_phase": ("φ at time 0", "rad"), "frequency": ("f", "Hz"), "gravity": ("g", "m/s²"),
+    "first_flight": ("T₀", "s"), "first_height": ("height of the release", "m"),
+    "end": ("end of the bounces", "s"), "time_error": ("error of times", "s"),
+    "scatter": ("scatter of ε", ""),
+}  # fmt: skip
+"""Parameter -> its symbol and unit."""
+_POINTS = 60
+"""Of a curve of one flight."""
+
+
+def interval_text(found: Interval, unit: str = "") -> str:
+    """A value with its interval; digits as far as the interval tells them."""
+    width = found.high - found.low
+    decimals = 6 if not 0.0 < width < math.inf else max(0, 2 - math.floor(math.log10(width)))
+    if decimals > 6:
+        texts = [f"{x:.3e}" if width > 0.01 * abs(found.value) else f"{x:.10g}" for x in
+                 (found.value, found.low, found.high)]  # fmt: skip
+    else:
+        texts = [f"{x:.{decimals}f}" for x in (found.value, found.low, found.high)]
+    return f"{texts[0]} ({texts[1]} to {texts[2]}) {unit}".rstrip()
+
+
+def tables_of(fit: ImpactFit) -> list[Table]:
+    """What the fit found, in words."""
+    platform = f"vibrates at {fit.frequency:g} Hz" if fit.frequency > 0.0 else "is at rest"
+    data = [
+        ("recording", f"{fit.name}: {len(fit.times)} impacts in {np.ptp(fit.times):.6g} s"),
+        ("platform", platform),
+    ]
+    rows = []
+    for name, found in fit.parameters.items():
+        symbol, unit = UNITS[name]
+        text = interval_text(found, unit)
+        if name in fit.untold:
+            text = f"not told by these data: {found.low:.4g} to {found.high:.4g} {unit}".rstrip()
+        rows.append((f"{name}, {symbol}", text))
+    if fit.untold:
+        speed = fit.profiles.estimate[AMPLITUDE] * fit.profiles.estimate[FREQUENCY]
+        angle = fit.profiles.estimate[FREQUENCY] * fit.times + fit.profiles.estimate[PHASE]
+        mean = float(np.mean(speed * np.cos(angle)))
+        text = f"mean velocity of the platform at impacts {mean:.6g} m/s"
+        rows.append(("one solution of many", f"{text} with ε = {fit.profiles.estimate[0]:.4g}"))
+    coming = fit.prediction
+    ahead = [
+        (f"impact {len(fit.times) + i + 1}", interval_text(Interval(*row), "s"))
+        for i, row in enumerate(zip(coming.times, coming.low, coming.high, strict=True))
+    ] or [("no impact", "its interval would be longer than a flight")]
+    return [
+        Table("Data", data),
+        Table("Parameters (95 % intervals)", rows),
+        Table("Impacts to come (95 % intervals)", ahead),
+    ]
+
+
+def lines_of(fit: ImpactFit) -> list[str]:
+    """The tables as lines of a terminal."""
+    tables = tables_of(fit)
+    width = max(len(name) for table in tables for name, _ in table.rows)
+    lines = []
+    for table in tables:
+        lines += [f"{table.title}:", *(f"  {name:{width}}  {text}" for name, text in table.rows)]
+    return lines
+
+
+def headline_of(fit: ImpactFit) -> tuple[str, str]:
+    """Title and a line under it."""
+    shown = [name for name in ("restitution", "axial_forcing") if name in fit.parameters]
+    words = [
+        f"{UNITS[name][0]} not told" if name in fit.untold
+        else f"{UNITS[name][0]} = {interval_text(fit[name])}"
+        for name in shown
+    ]  # fmt: skip
+    return fit.name, ", ".join(words)
+
+
+def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
+    """Flights through the impacts, residuals over time and speed, restitution over speed."""
+    p = fit.profiles.estimate
+    grid = np.linspace(fit.times[0], fit.times[-1], 20 * _POINTS)
+    platform = p[AMPLITUDE] * np.sin(p[FREQUENCY] * grid + p[PHASE])
+    at_impacts = p[AMPLITUDE] * np.sin(p[FREQUENCY] * fit.times + p[PHASE])
+    times, heights = _curves(fit, at_impacts)
+    flights = Panel("Flights through the measured impacts", "time, s", "height, m", [
+        series("platform", grid, platform, SeriesStyle.LINE, 4),
+        series("disk", times, heights, SeriesStyle.LINE),
+        series("impacts", fit.times, at_impacts, SeriesStyle.POINTS, 1),
+    ])  # fmt: skip
+    micro = 1e6 * fit.residuals
+    over_time = Panel("Measured minus estimated times", "time, s", "residual, µs", [
+        series("residuals", fit.times, micro)])  # fmt: skip
+    over_speed = Panel("Measured minus estimated times", "impact speed, m/s", "residual, µs", [
+        series("residuals", fit.speeds, micro[1:-1])])  # fmt: skip
+    ends = np.array([fit.speeds.min(), fit.speeds.max()])
+    level = np.full(2, fit["restitution"].value)
+    law = Panel("Restitution of each impact", "impact speed, m/s", "restitution ε", [
+        series("impacts", fit.speeds, fit.restitutions),
+        series("fit", ends, level, SeriesStyle.LINE, 1),
+    ])  # fmt: skip
+    return [(panel, "") for panel in (flights, law, over_time, over_speed)]
+
+
+def _curves(fit: ImpactFit, starts: Array) -> tuple[Array, Array]:
+    """Time and height along all flights."""
+    part = np.linspace(0.0, 1.0, _POINTS)
+    since = np.diff(fit.times)[:, None] * part
+    rise = fit.flights[:, :1] * since - 0.5 * fit.gravity * since**2
+    return (fit.times[:-1, None] + since).ravel(), (starts[:-1, None] + rise).ravel()

@@ -1,0 +1,135 @@
+"""Measured impacts: estimates beside closed forms and independent methods, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from scipy.optimize import least_squares
+
+from bouncing_disk_ros import InputError, fit_impacts, load_preset, simulate
+from bouncing_disk_ros.measured import fit_impacts as executable
+from support.measured_impacts import GRAVITY, at_rest, vibrating
+
+OMEGA = math.tau * 20.0
+
+
+def test_exact_times_give_the_closed_forms() -> None:
+    """t_k = t₀ + T₀(1 - ε^k)/(1 - ε), to rounding of the times over the shortest flight."""
+    eps, first, start = 0.8, 0.5, 0.25
+    times = start + first * (1.0 - eps ** np.arange(9)) / (1.0 - eps)
+    fit = fit_impacts(times, time_error=1e-5, scatter=0.0)
+    assert fit["restitution"].value == pytest.approx(eps, abs=1e-12)
+    draws = 3.0 * (fit["end"].high - fit["end"].low) / math.sqrt(400.0)  # a median of draws
+    assert fit["end"].value == pytest.approx(start + first / (1.0 - eps), abs=draws)
+    assert fit["first_height"].value == pytest.approx(GRAVITY * first**2 / (8.0 * eps**2), rel=1e-4)
+
+
+def test_without_scatter_it_is_least_squares_of_the_times() -> None:
+    """The closed form fitted by SciPy's own optimiser: the same ε, and by t the same interval."""
+    times = at_rest(np.random.default_rng(5), 8, 2e-4, 0.0)
+    fit = fit_impacts(times, scatter=0.0)["restitution"]
+    k = np.arange(8)
+
+    def errors(x: np.ndarray) -> np.ndarray:
+        return np.asarray(x[0] + x[1] * (1.0 - x[2] ** k) / (1.0 - x[2]) - times)
+
+    found = least_squares(errors, [0.3, 0.45, 0.75], x_scale=[1e-3, 1e-3, 1e-3], xtol=1e-15)
+    assert fit.value == pytest.approx(found.x[2], abs=1e-7)
+    covariance = np.linalg.inv(found.jac.T @ found.jac) * 2.0 * found.cost / 5.0
+    half = 2.5706 * math.sqrt(covariance[2, 2])  # t of 5 degrees; the profile is hardly curved
+    assert fit.high - fit.low == pytest.approx(2.0 * half, rel=0.02)
+
+
+def test_with_much_scatter_it_is_the_mean_of_ratios() -> None:
+    """Errors of times that do not matter: ε has the t interval of independent restitutions."""
+    times = at_rest(np.random.default_rng(7), 14, 1e-9, 0.01)
+    fit = fit_impacts(times, time_error=1e-9)
+    ratios = np.diff(times)[1:] / np.diff(times)[:-1]
+    assert fit["restitution"].value == pytest.approx(float(ratios.mean()), abs=1e-6)
+    half = 2.2010 * float(ratios.std(ddof=1)) / math.sqrt(12.0)  # t of 11 degrees
+    width = fit["restitution"].high - fit["restitution"].low
+    assert width == pytest.approx(2.0 * half, rel=0.03)
+    assert fit["scatter"].low < float(ratios.std(ddof=1)) < fit["scatter"].high
+
+
+CELLS = [(6, 1e-5, 0.0), (12, 1e-4, 0.0), (6, 1e-4, 0.003), (12, 1e-5, 0.003)]
+
+
+@pytest.mark.parametrize(("count", "error", "scatter"), CELLS)
+def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> None:
+    """Of 200 experiments 95 %: within four standard deviations of a binomial (89 to 100 %)."""
+    from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
+
+    rng, none, held = np.random.default_rng(1), np.zeros(count, bool), 0
+    for _ in range(200):
+        times = at_rest(rng, count, error, scatter)
+        data = Data(times, np.full(count, 1e-6), none, none, False, 1e-6)
+        model = Model((0,), GRAVITY, None if scatter else 0.0)
+        profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 1.0]))
+        held += 0.025 < profiles.confidence(0)(0.75) < 0.975
+    assert 178 <= held <= 199
+
+
+def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
+    """ε to 2.4e-4 at 10 µs with 118 impacts (Γ = 0.55): the error within 4 of these, told so."""
+    times, phases = vibrating(np.random.default_rng(3), 8, 118, 0.55, 0.5, skip=30)
+    noise = 1e-5 * np.random.default_rng(4).standard_normal(118)
+    fit = fit_impacts(times[0] + noise, frequency=20.0, scatter=0.0)
+    assert abs(fit["restitution"].value - 0.5) < 4 * 2.4e-4
+    assert fit["restitution"].high - fit["restitution"].low < 6 * 2.4e-4
+    assert fit["axial_forcing"].low < 0.55 < fit["axial_forcing"].high
+    assert math.cos(fit["forcing_phase"].value - phases[0]) > 1.0 - 1e-5
+    assert fit.untold == ()
+
+
+def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
+    """Period 1 gives one relation, cos τ = (1 - ε)/((1 + ε)Γ): no preset, but impacts to come."""
+    times, _ = vibrating(np.random.default_rng(3), 4, 40, 0.45, 0.5, skip=200)
+    noise = 1e-5 * np.random.default_rng(4).standard_normal(40)
+    fit = fit_impacts(times[0] + noise, frequency=20.0)
+    assert "restitution" in fit.untold
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    with pytest.raises(InputError, match="restitution"):
+        _ = fit.preset
+
+
+def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) -> None:
+    run = simulate(0.9, axial_forcing=0.8, frequency=20.0, restitution=0.7, initial_height=0.01)
+    times = run.impacts["time"][run.impacts["count"] == 1][:14]
+    file = tmp_path / "times.csv"
+    file.write_text("index, time\n" + "\n".join(f"{i}, {t:.6f}" for i, t in enumerate(times)))
+    code = executable.main(
+        [str(file), "--ros-args", "-p", "frequency:=20.0", "-p", "figures:=none"]
+    )
+    assert code == 0
+    values = load_preset(str(tmp_path / "times_fit.yaml"))
+    assert float(values["restitution"]) == pytest.approx(0.7, abs=0.01)
+    assert yaml.safe_load((tmp_path / "times_fit.yaml").read_text())["/**"]
+    assert "residual" in (tmp_path / "times_fit.html").read_text()
+    started = simulate(0.1, preset=str(tmp_path / "times_fit.yaml"))
+    assert values.items() <= started.parameters.items()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "It is empty"),
+        ("time\n", "no hits"),
+        ("0.5\n", "one hit"),
+        ("1.0\n2.0\n", "two hits"),
+        ("1.0\n3.0\n2.0\n", "2 after 3 at place 3"),
+        ("1.0\n2.0\nnan\n", "no finite number"),
+        ("RIFF\nWAVE\n", "a text with a column of seconds"),
+        ("\n".join(map(str, range(20_001))), "20001 times"),
+    ],
+)
+def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "times.txt"
+    file.write_text(text)
+    with pytest.raises(InputError, match=message) as raised:
+        fit_impacts(file)
+    assert "\n" not in raised.value.line
