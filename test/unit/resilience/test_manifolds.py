@@ -75,7 +75,10 @@ def test_the_map_backwards_undoes_the_map() -> None:
     assert flown.mean() > 0.9
 
 
-WINDOWS = [Window(), Window(-5.0, -1.0, 1.0, 3.0), Window(-3.0, -0.5, -2.0, 14.0)]
+WINDOWS = [
+    Window(), Window(-5.0, -1.0, 1.0, 3.0), Window(-3.0, -0.5, -2.0, 14.0),
+    Window(-1.0, -0.2, 1.0, 3.0),  # a branch comes back from below it
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("axial_forcing", "restitution"), sorted(SHARES))
