@@ -39,7 +39,6 @@ from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 1024  # rows of one call of the stepper
-_MANY = 1_000_000  # events of one call of the stepper
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]
@@ -175,23 +174,21 @@ class Engine:
         """Forget the next event: the boundary that bounded its search has changed."""
         self.state["event"] = UNKNOWN
 
-    def cut_chatter(self, time_ns: int, budget: int, rows: Rows) -> bool:
-        """Resolve a chatter bounce by bounce up to time_ns; True when the budget ran out first."""
+    def cut_bounce(self, time_ns: int, rows: Rows) -> bool:
+        """Resolve one bounce, due at time_ns, of a chatter that ends after it; if there is one."""
         if not self.in_chatter:
             return False
         self.invalidate_next_event()
-        behind = self.step(time_ns, time_ns, budget, rows)[1]
+        resolved = self.step(time_ns, time_ns, 1, rows)[1]
         self.invalidate_next_event()  # what is known of the next event holds up to time_ns only
-        return behind
+        return resolved
 
     def take_due(self, time_ns: int) -> bool:
         """Whether only rounding put the next event after an input at time_ns: it is due now."""
-        return bool(input_kernels.take_due(self.state, self.m, time_ns))
+        return bool(input_kernels.take_due(self.state, self.m, self.k, time_ns))
 
     def advance_to(self, time_ns: int, rows: Rows) -> None:
         """Propagate the state to time_ns, where all that is due earlier has been resolved."""
-        while self.cut_chatter(time_ns, _MANY, rows):
-            pass
         arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
         n = input_kernels.advance_to(*arguments, time_ns)
         self._begin_instant()

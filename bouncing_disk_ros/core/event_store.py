@@ -8,7 +8,13 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
-from bouncing_disk_ros.core.flight import Launch, flies_far, flown_far, separation_phase
+from bouncing_disk_ros.core.flight import (
+    Launch,
+    flies_far,
+    flown_far,
+    gap_after,
+    separation_phase,
+)
 from bouncing_disk_ros.core.forcing_clock import (
     Clock,
     clock_after,
@@ -34,22 +40,48 @@ from bouncing_disk_ros.core.roots import ROUNDING
 
 
 @kernel
-def take_to_input(state: Record, motion: Record, ns: int) -> bool:
+def instant_rounding(state: Record, motion: Record, d: float) -> float:
+    """How well an instant d seconds after the state is known, s: two within it are the same."""
+    return 8.0 * ROUNDING * (elapsed(motion, state.ns, state.sub) + d + 1.0 / motion.f)
+
+
+@kernel
+def take_to_input(state: Record, motion: Record, disk: Record, ns: int) -> bool:
     """Take an event within rounding of an input at ns to the input's instant: it goes first.
 
     Returns whether it did. The instant is made of a forcing phase and a delay, which are rounded.
     An event after a state that is at the input's instant already keeps its own: so time goes on.
     """
     past = seconds_between(ns, 0.0, state.event_ns, state.event_sub)
-    scale = elapsed(motion, state.ns, state.sub) + state.event_delay + 1.0 / motion.f
-    if past == 0.0 or not abs(past) <= 8.0 * ROUNDING * scale:
+    if past == 0.0 or seconds_between(state.ns, state.sub, ns, 0.0) <= 0.0:
         return False
-    if seconds_between(state.ns, state.sub, ns, 0.0) <= 0.0:
+    is_there = abs(past) <= instant_rounding(state, motion, state.event_delay)
+    if not (is_there or (state.event == IMPACT and _hits_at(state, motion, disk, past))):
         return False
     state.event_ns = ns
     state.event_sub = 0.0
     if motion.kind != STEADY or state.event != SEPARATION:  # which keeps its phase
         state.event_cycles, state.event_tau = phase_of(motion, ns, 0.0)
+    return True
+
+
+@rare_kernel
+def _hits_at(state: Record, motion: Record, disk: Record, past: float) -> bool:
+    """Whether an impact may as well be `past` seconds earlier; then it is.
+
+    There the gap is as large as its rounding, the disk coming down: where both are slow, as at the
+    top of a flight, that is more than the rounding of an instant.
+    """
+    d = state.event_delay - past
+    lengths = state.gap + (abs(state.u) + disk.g * d) * d
+    if past < 0.0 or -past * state.event_value > 8.0 * ROUNDING * lengths:
+        return False
+    before = elapsed(motion, state.ns, state.sub)
+    launch = Launch(before, state.sine, state.cosine, disk.g, state.gap, state.u)
+    w = gap_after(motion, launch, d)[1]
+    if w >= 0.0:
+        return False
+    state.event_delay, state.event_value = d, w
     return True
 
 
@@ -106,8 +138,9 @@ def store_event(
     state.event_cycles = cycles
     state.event_tau = tau
     if boundary_ns != NEVER:
-        take_to_input(state, motion, boundary_ns)
+        take_to_input(state, motion, disk, boundary_ns)
     if kind == IMPACT:
+        d = state.event_delay
         before = elapsed(motion, state.ns, state.sub)
         launch = Launch(before, state.sine, state.cosine, disk.g, state.gap, state.u)
         if flies_far(motion, launch, d):

@@ -8,7 +8,7 @@ from numba import from_dtype, types
 from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.contact_rows import sign_of
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
-from bouncing_disk_ros.core.event_store import take_to_input
+from bouncing_disk_ros.core.event_store import instant_rounding, take_to_input
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed, phase_of, seconds_between
 from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
 from bouncing_disk_ros.core.layout import (
@@ -30,6 +30,7 @@ from bouncing_disk_ros.core.propagate import (
     classify_contact,
     platform_spin,
     propagate,
+    set_clock,
 )
 
 OBSERVED = np.dtype(
@@ -49,24 +50,31 @@ def advance_to(
     open_row: Rows,
     ns: int,
 ) -> int:
-    """Propagate the state to an input at ns, before its next event; returns rows."""
+    """Propagate the state to an input at ns, before its next event; returns rows.
+
+    An impact within rounding before the input is at its instant, as `take_to_input` has it.
+    """
     state = states[0]
-    if seconds_between(state.ns, state.sub, ns, 0.0) > 0.0:
-        d = seconds_between(state.ns, state.sub, ns, 0.0)
-        cycles, tau = phase_of(motion[0], ns, 0.0)
-        propagate(state, motion[0], disk[0], ledger, d, Clock(ns, 0.0, cycles, tau))
+    d = seconds_between(state.ns, state.sub, ns, 0.0)
+    if d > 0.0:
+        clock = Clock(ns, 0.0, *phase_of(motion[0], ns, 0.0))
+        launched = state.phase == FLIGHT and state.gap == 0.0
+        if launched and d <= instant_rounding(state, motion[0], 0.0):
+            set_clock(state, clock)
+        else:
+            propagate(state, motion[0], disk[0], ledger, d, clock)
     state.event = UNKNOWN
     if state.phase == FLIGHT and state.gap < 0.0:
         state.gap = 0.0  # rounding: an impact has just been or is just to come
     return close_row(open_row, rows, 0, state, CHATTER_CUT)
 
 
-@entry(types.boolean(STATE, MOTION, _INT))
-def take_due(states: Record, motion: Record, ns: int) -> bool:
+@entry(types.boolean(STATE, MOTION, DISK, _INT))
+def take_due(states: Record, motion: Record, disk: Record, ns: int) -> bool:
     """Take the next event to an input at ns where only rounding puts it after that; if it did."""
     if states[0].event in (UNKNOWN, NOTHING, FAULT):
         return False
-    return take_to_input(states[0], motion[0], ns)
+    return take_to_input(states[0], motion[0], disk[0], ns)
 
 
 @entry(types.void(STATE, MOTION, DISK, LEDGER, _FLOAT, _FLOAT))

@@ -26,6 +26,7 @@ from bouncing_disk_ros.core.model import (
 from bouncing_disk_ros.core.offset import Knot, Offset, Segment
 from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 
+_MANY_EVENTS = 1_000_000
 _EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
 
 
@@ -157,7 +158,9 @@ class Simulation:
         """Energy ledger at time_ns, since the start or the last reset."""
         return self._engine.energy(self._time_ns)
 
-    def advance(self, until_ns: int, max_events: int = 1_000_000) -> tuple[NDArray[np.void], bool]:
+    def advance(
+        self, until_ns: int, max_events: int = _MANY_EVENTS
+    ) -> tuple[NDArray[np.void], bool]:
         """Simulate up to and including until_ns; an instant that is past does nothing.
 
         Returns the rows of the impacts (IMPACT_DTYPE) and whether the budget of events ran out
@@ -279,7 +282,7 @@ class Simulation:
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
-        self._resolve_due()
+        self._resolve_due(cut_chatter=True)
         self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._engine.change_disk(disk, self._report_speed)
         self._disk = disk
@@ -294,7 +297,7 @@ class Simulation:
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""
-        self._resolve_due()
+        self._resolve_due(cut_chatter=True)
         self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._initial = initial or self._initial
         self._initial_motion = motion or self._initial_motion
@@ -309,25 +312,30 @@ class Simulation:
         self._resolve_consequences()
 
     def resolve_due(self, max_events: int, *, cut_chatter: bool) -> bool:
-        """Resolve all that is due at time_ns; False when the budget ran out first: call it again.
+        """Resolve all that is due at time_ns, to rounding; False when the budget ran out before.
 
-        `cut_chatter`: a chatter too, bounce by bounce, as `set_disk` and `reset` need it.
+        Then call it again. Rows wait for the next `advance`. `cut_chatter`: a chatter that ends
+        later too, bounce by bounce, as `set_disk` and `reset` need it; after each bounce its end
+        may be due.
         """
-        rows, behind = self.advance(self._time_ns, max_events)
-        parts = [rows] if len(rows) else []
-        if cut_chatter and not behind:
-            behind = self._engine.cut_chatter(self._time_ns, max_events, parts)
+        parts: Rows = []
+        is_due, behind = True, False
+        while is_due and not behind:
+            rows, behind = self.advance(self._time_ns, max_events)
+            parts += [rows] if len(rows) else []
+            if not behind:
+                is_due = self._engine.take_due(self._time_ns)
+                if cut_chatter and not is_due:
+                    is_due = self._engine.cut_bounce(self._time_ns, parts)
+            max_events -= 1
+            behind = behind or (is_due and max_events <= 0)
         self._unreported_rows = parts + self._unreported_rows
         return not behind
 
-    def _resolve_due(self) -> None:
-        """Resolve all that is due at time_ns, to rounding; rows wait for the next `advance`."""
-        is_due = True
-        while is_due:
-            rows, behind = self.advance(self._time_ns)
-            if len(rows):
-                self._unreported_rows.append(rows)
-            is_due = behind or self._engine.take_due(self._time_ns)
+    def _resolve_due(self, *, cut_chatter: bool = False) -> None:
+        """Resolve all that is due at time_ns, whatever the number of events."""
+        while not self.resolve_due(_MANY_EVENTS, cut_chatter=cut_chatter):
+            pass
 
     def _resolve_consequences(self) -> None:
         """Resolve what an input causes at its own instant, within one budget of events."""

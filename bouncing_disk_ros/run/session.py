@@ -42,7 +42,7 @@ class WaitingInput(NamedTuple):
     """An accepted input whose instant is not resolved yet."""
 
     act: Callable[[], None]
-    cuts_chatter: bool  # it changes the state itself: see Simulation.settle
+    cuts_chatter: bool  # it changes the state itself: see Simulation.resolve_due
     target: Motion | None  # the newest accepted motion after it; None: as before
     offset: Offset | None = None  # the offsets accepted with it; None: as before
 

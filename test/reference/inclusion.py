@@ -43,7 +43,7 @@ SHORTEST = 1e-13  # of a step, at which it is taken as it is
 GAP, SPEED, ANGLE, SPIN, BRAKE, SLIDING, AXIAL, FRICTION, SPIN_SCALE = range(9)
 STATE = 9
 """Of a state: gap, ẋ − ṡ, α, α̇, what brake, sliding and impacts have taken (over I or m), and the
-largest of |α̇| and |β̇| so far."""
+largest of |α̇|, |β̇| and ωΦ so far."""
 
 # A stretch in which the platform follows one formula, as one array: seconds since the cross-fade's
 # begin (or 0), its duration (or 0), τ then, A, ΔA, Φ, ΔΦ, ω, Δω, θ, Δθ; seconds since the begin of
@@ -167,13 +167,14 @@ def _sign(value):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _keeps(sign, sign1, x0, x1, x2, slack):  # type: ignore[no-untyped-def]
-    """Whether a speed keeps its sign (at middle and end: sign1, sign) over a step."""
+def _keeps(x0, x1, x2, slack):  # type: ignore[no-untyped-def]
+    """The sign of a speed over a step, and whether it keeps it; 0 where it is none to rounding."""
+    sign = _sign(x2)
     if max(abs(x0), abs(x1), abs(x2)) <= slack:
-        return True
-    if sign == 0.0 or sign != sign1:
-        return sign == sign1 and abs(x0) <= slack
-    return not _dips(sign * x0, sign * x1, sign * x2, slack)
+        return 0.0, True
+    if sign == 0.0 or sign != _sign(x1):
+        return sign, sign == _sign(x1) and abs(x0) <= slack
+    return sign, not _dips(sign * x0, sign * x1, sign * x2, slack)
 
 
 @inner
@@ -209,20 +210,19 @@ def _spin(state, c, grip, d, h, half, full, loads):  # type: ignore[no-untyped-d
     half, full: ∫a dr to the middle and to the end; loads: a at begin, middle and end.
     """
     lag, brake, v = c[LAG], c[BRAKE_LAG], state[SPIN]
-    slack = SLACK * state[SPIN_SCALE]
+    # a tie of impulses that `_prox` takes for a balance leaves no speed either
+    slack = max(SLACK * state[SPIN_SCALE], TIED * (h * abs(lag) + grip * full + h * brake))
     b0, b1, b2 = _angular(c, d), _angular(c, d + 0.5 * h), _angular(c, d + h)
     middle = _prox(v, 0.5 * h * lag, b1[1], grip * half, 0.5 * h * brake)
     after = _prox(v, h * lag, b2[1], grip * full, h * brake)
-    side, spin, kept = 0.0, 0.0, True
+    side, spin, slips, turns = 0.0, 0.0, True, True
     if grip > 0.0:
-        side, w1, w2 = _sign(after - b2[1]), middle - b1[1], after - b2[1]
-        kept = _keeps(side, _sign(w1), v - b0[1], w1, w2, slack)
+        side, slips = _keeps(v - b0[1], middle - b1[1], after - b2[1], slack)
     if brake > 0.0:
-        spin = _sign(after)
-        kept = kept and _keeps(spin, _sign(middle), v, middle, after, slack)
+        spin, turns = _keeps(v, middle, after, slack)
     # a torque too large by less than slack/h changes no speed by more than the slack
-    kept = kept and _stays(c, grip, side, spin, loads, (b0[2], b1[2], b2[2]), slack / h)
-    return after, not kept, side, spin
+    stays = _stays(c, grip, side, spin, loads, (b0[2], b1[2], b2[2]), slack / h)
+    return after, not (slips and turns and stays), side, spin
 
 
 @inner
@@ -266,6 +266,16 @@ def _rest_of_chatter(state, c, a):  # type: ignore[no-untyped-def]
     if c[RESTITUTION] >= 1.0 or a <= 0.0:
         return False
     return 2.0 * state[SPEED] / (a * (1.0 - c[RESTITUTION])) < ENDED * c[RADIAN]
+
+
+@inner
+def _ends_by(state, c, d):  # type: ignore[no-untyped-def]
+    """Whether a chatter ends within TIE of an instant in the midst of a flight."""
+    a, e = c[GRAVITY] + _axial(c, d)[2], c[RESTITUTION]
+    if e >= 1.0 or a <= 0.0:
+        return False
+    lands = math.sqrt(state[SPEED] * state[SPEED] + 2.0 * a * state[GAP])
+    return abs(state[SPEED]) + lands + 2.0 * e * lands / (1.0 - e) <= a * TIE * c[RADIAN]
 
 
 @njit(cache=True, error_model="numpy")
@@ -396,6 +406,8 @@ def _advance(state, contact, c, span, top, noise, log, count, tie):  # type: ign
     Returns contact, impacts and steps.
     """
     d, h, steps = 0.0, c[LONGEST], 0
+    swing = max(abs(c[5]), abs(c[5] + c[6])) * max(c[7], c[7] + c[8])  # whose rounding β̇ has
+    state[SPIN_SCALE] = max(state[SPIN_SCALE], swing)
     while d < span and count < MOST_IMPACTS and steps < MOST_STEPS:
         steps += 1
         h = min(h, span - d, c[LONGEST])
@@ -416,8 +428,11 @@ def _advance(state, contact, c, span, top, noise, log, count, tie):  # type: ign
             continue
         d = span if done == span - d else d + done
         h = c[LONGEST] if done > h else 2.0 * h
-    if tie and not contact and state[SPEED] < 0.0 and state[GAP] <= -state[SPEED] * TIE * c[RADIAN]:
-        contact = _impact(state, c, span, noise, log, count)  # at an input's instant
+    if tie and not contact and _ends_by(state, c, span):  # at an input's instant
+        contact = True
+        state[GAP] = state[SPEED] = 0.0
+    elif tie and not contact and 0.0 <= state[GAP] <= -state[SPEED] * TIE * c[RADIAN]:
+        contact = _impact(state, c, span, noise, log, count)
         count += 1
     return contact, count, steps
 
@@ -616,6 +631,8 @@ class _Run:
         self.contact, count, steps = _advance(
             self.state, self.contact, c, span, top, self.disturbs, self.log, 0, tie
         )
+        if steps == MOST_STEPS:
+            raise RuntimeError(f"the second method takes {steps} steps within {span} s")
         self._note(now_ns, count)
         self.steps += steps
         if self.contact:

@@ -285,6 +285,7 @@ def _scripted_initial(rng: np.random.Generator, scales: _Scales, decimal: bool) 
         velocity = float(rng.normal()) * _pick(rng, 1.0, log_uniform(rng, 1.0, 1e4)) * scales.speed
         velocity = _pick(rng, math.nan, max(min(velocity, 1e6), -1e6))
         spin = _pick(rng, 0.0, float(rng.normal())) * scales.omega * scales.swing
+        spin = max(min(spin, 1e9), -1e9)
     phase = _pick(rng, 0.0, 1.5 * math.pi, float(rng.uniform(0.0, 6.28)))
     follows = math.isnan(velocity)
     return InitialState(height, None if follows else velocity, spin, 0.0, phase)

@@ -15,6 +15,7 @@ from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
     LARGEST_FLOAT32,
     Disk,
+    ImpactKind,
     InitialState,
     Motion,
     Phase,
@@ -245,6 +246,53 @@ def test_an_impact_goes_before_an_input_at_its_instant(kind: str, frequency: flo
         assert rows["axial_impact_velocity"].tolist()[1:] == [pytest.approx(-0.5, abs=1e-15)]
         speed = 1.25
     assert sim.sample().axial_velocity == pytest.approx(speed, abs=1e-14)
+
+
+SECONDLY = STILL._replace(frequency=1.0)
+DECIMAL = DISK._replace(gravity=10.0)
+
+
+@pytest.mark.parametrize("budget", [1, 3, 10_000])
+def test_a_chatter_that_ends_at_an_input_s_instant_is_over(budget: int) -> None:
+    """0.2 m with ε = 0.5 last until 0.6 s: resolved before the input in parts, the rows differed.
+
+    Then with ε = 1 the disk bounced on for ever, by rounding.
+    """
+    start = InitialState(0.2, 0.0, forcing_phase=2.983)
+    runs = [Simulation(SECONDLY, DECIMAL, start) for _ in range(2)]
+    rows = [sim.advance(6 * SECOND // 10)[0] for sim in runs]
+    while not runs[1].resolve_due(budget, cut_chatter=True):
+        pass
+    for sim in runs:
+        sim.set_disk(DECIMAL._replace(restitution=1.0))
+    rows = [join_rows([row, ended(sim, SECOND)]) for row, sim in zip(rows, runs, strict=True)]
+    assert rows[0].tobytes() == rows[1].tobytes()
+    assert rows[0]["kind"].tolist()[-1] == ImpactKind.CHATTER_TAIL
+    assert runs[0].sample() == runs[1].sample()
+    assert runs[0].sample().phase is not Phase.FLIGHT
+
+
+def test_an_impact_within_rounding_before_an_input_is_at_its_instant() -> None:
+    """The second impact, at 0.3 s, of a disk with ε = 1: a platform that then rises as fast as it
+    takes it along. It had flown on for 3e-17 s, and its gap made it bounce on without end.
+    """
+    start = InitialState(0.05, 0.0, forcing_phase=2.1)
+    sim = Simulation(SECONDLY, DECIMAL._replace(restitution=1.0), start)
+    rows = sim.advance(3 * SECOND // 10)[0]
+    sim.trajectory(3 * SECOND // 10, [Knot(4 * SECOND // 10, OffsetState(0.1), 1)])
+    rows = join_rows([rows, ended(sim, 39 * SECOND // 100)])
+    assert rows["axial_impact_velocity"].tolist() == [pytest.approx(-1.0, abs=1e-15)] * 2
+    assert sim.sample().phase is not Phase.FLIGHT
+
+
+def test_an_impact_at_the_top_of_a_flight_goes_before_an_input_at_its_instant() -> None:
+    """The platform comes up slowly, so the instant is known by the rounding of the gap alone."""
+    sim = Simulation(SECONDLY, DECIMAL._replace(restitution=1.0), InitialState(0.2, 0.0))
+    sim.trajectory(7 * SECOND // 10, [Knot(8 * SECOND // 10, OffsetState(0.2, 0.1, 0.2), 5)])
+    rows = ended(sim, 82 * SECOND // 100)
+    assert rows["time"].tolist() == [0.2, pytest.approx(0.6, abs=1e-15), 0.8]
+    assert rows["axial_impact_velocity"][2] == pytest.approx(-0.1, abs=1e-13)
+    assert sim.sample().axial_velocity == pytest.approx(0.0, abs=1e-13)  # it rose by 0.2 m/s
 
 
 # --- every run ends -------------------------------------------------------------------------------
