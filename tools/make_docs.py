@@ -75,6 +75,10 @@ SECTIONS: dict[str, tuple[str, str]] = {
         """read_run RunRecord summary_of orbit_of Orbit restitution_of friction_of Estimate
         platform_velocities impacts_from_msg bag""",
     ),
+    "Measured impacts": (
+        "From measured times of impacts to a model: [measured impacts](measured.md).",
+        "fit_impacts ImpactFit",
+    ),
     "Reference cases": (
         "How far a simulator is from the rigid-impact law: [reference cases](reference_cases.md).",
         "reference_cases reference_case ReferenceCase compare_with_case Comparison",

@@ -102,7 +102,7 @@ def test_without_rclpy_experimental_another_executor_is_used_and_told_once(start
 
 # a wrong ROS setting ------------------------------------------------------------------------------
 
-NEED_NO_ROS = {"bag_recover", "bag_report", "replay"}
+NEED_NO_ROS = {"bag_recover", "bag_report", "compare_with_case", "reference_cases", "replay"}
 
 
 @pytest.mark.parametrize("name", sorted(EXECUTABLES.keys() - NEED_NO_ROS))
