@@ -15,7 +15,7 @@ from bouncing_disk_ros.cases.definitions import Case
 
 DIGITS = 50
 GRID = 200  # steps a second in which a zero is looked for; the shortest dip of a case lasts 17 ms
-GONE = mpf(10) ** -30  # m/s: slower bounces are over
+GONE = mpf(10) ** -21  # m/s: slower bounces are over; their heights must keep digits of the fifty
 
 
 class Row(NamedTuple):
