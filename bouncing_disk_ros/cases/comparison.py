@@ -286,6 +286,8 @@ def _match(case: ReferenceCase, event: int, errors: Mapping[str, float]) -> Matc
 
 def _restarted(case: ReferenceCase, columns: Columns) -> list[Match]:
     """Each row against the first impact after the event from which it was started."""
+    if len(columns["flight"]) == 0:
+        raise InputError("flight", "no rows", "a row for each flight")
     found = []
     for row, start in enumerate(columns["flight"]):
         later = np.flatnonzero(case.events["kind"][int(start) :] == "impact")
@@ -298,7 +300,7 @@ def _restarted(case: ReferenceCase, columns: Columns) -> list[Match]:
 
 
 def _in_order(case: ReferenceCase, columns: Columns) -> list[Match]:
-    """Each kind of event in order."""
+    """Each kind of event in order; impacts where no kind is given, be it for want of rows."""
     ended = columns["time"] > case.events["time_upper"][-1]
     kinds = columns.get("kind", ["impact"] * len(ended))
     there = [str(kind) for kind in case.events["kind"]]
@@ -306,6 +308,9 @@ def _in_order(case: ReferenceCase, columns: Columns) -> list[Match]:
         allowed = ", ".join(dict.fromkeys(there))
         hint = closest(unknown[0], there) or f"Case {case.number} has no other events."
         raise InputError("kind", unknown[0], allowed, hint)
+    compared = set(kinds) or {"impact"}
+    if not compared & set(there):
+        raise InputError("events", "no rows", f"{', '.join(dict.fromkeys(there))} of this case")
     pairs: dict[int, int] = {}
     for kind in dict.fromkeys(kinds):
         events = [i for i, name in enumerate(there) if name == kind]
@@ -316,7 +321,7 @@ def _in_order(case: ReferenceCase, columns: Columns) -> list[Match]:
     found = [
         _match(case, i, _errors(case, i, columns, pairs[i]) if i in pairs else {})
         for i, kind in enumerate(there)
-        if kind in kinds
+        if kind in compared
     ]
     used = set(pairs.values())
     for row, kind in enumerate(kinds):

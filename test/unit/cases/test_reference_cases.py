@@ -236,6 +236,20 @@ def test_a_file_of_six_digits_that_ends_in_rest_gets_the_verdict_of_the_formula(
     assert any(line.startswith("restitution: 0.7") for line in lines), "\n".join(lines)
 
 
+@pytest.mark.parametrize(
+    "nothing",
+    [
+        {"time": []},
+        {"time": [], "kind": []},
+        {"time": np.arange(9) * 0.1, "position": np.full(9, 0.02)},  # samples of rest
+    ],
+)
+def test_who_finds_no_impact_has_missed_them_all(nothing: dict[str, Any]) -> None:
+    found = compare_with_case("drop", nothing)
+    assert not found.is_within
+    assert found.verdict == "differs: 0 of 10 events within 1e-09, 10 missed"
+
+
 # --- the commands ---------------------------------------------------------------------------------
 def test_the_commands_list_compare_and_draw(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -266,6 +280,8 @@ def test_the_commands_list_compare_and_draw(
         ("drop", "time\n1,2\n", "1 values in each row"),
         ("drop", "0,1\n1,1\n", "at least 4 instants"),
         ("drop", "flight,time\n99,1\n", "flight: got 99"),
+        ("drop", "flight,time\n", "flight: got 'no rows'"),
+        ("turning_table", "time\n", "events: got 'no rows'"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_in_one_line(
