@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
+
+from bouncing_disk_ros.regular_file import replaced
 
 FEWEST_TICKS = 3
 MOST_PIXELS = 1500
@@ -31,6 +34,16 @@ def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     figure = NotebookFigure(figsize=(width, height), layout="constrained", dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """File with a figure, written to `path`; its ending decides the kind.
+
+    A file in its place is replaced. Raises InputError, FailedError; ValueError for another ending.
+
+    >>> save_picture(run_picture(read_run("run_1"), "run 1"), Path("run_1.pdf"))
+    """
+    replaced(path, lambda passing: figure.savefig(passing, dpi=110), "--figure")
 
 
 def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[str, Any]:

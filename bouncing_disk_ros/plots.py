@@ -10,7 +10,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.report.run_picture import run_picture, save_picture
+    from bouncing_disk_ros.figure_style import save_picture
+    from bouncing_disk_ros.report.run_picture import run_picture
     from bouncing_disk_ros.resilience_studies.curves.picture import curves_picture
     from bouncing_disk_ros.resilience_studies.manifolds.picture import manifolds_picture
     from bouncing_disk_ros.resilience_studies.resilience.picture import (
@@ -35,7 +36,8 @@ _PUBLIC = {
     "resilience_studies.manifolds.picture": "manifolds_picture",
     "study.parameter_map.picture": "mean_speed_picture parameter_map_picture",
     "resilience_studies.resilience.picture": "impulse_picture resilience_picture",
-    "report.run_picture": "run_picture save_picture",
+    "figure_style": "save_picture",
+    "report.run_picture": "run_picture",
     "study.toss_map.picture": "maps_figure",
     "study.toss_paths.picture": "paths_figure trajectories_figure",
 }

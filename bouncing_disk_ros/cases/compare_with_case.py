@@ -11,12 +11,15 @@ from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.bag_tool import run_bag_tool
-from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.startup import (
+    FIGURE_KINDS,
+    check_figure_file,
+    run_without_ros,
+    split_arguments,
+)
 from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 NAME = "compare_with_case"
-_KINDS = ("png", "pdf", "svg")
 _ABOUT = """Compare the events of any simulator with a reference case: events that are missed, false
 or late, and what is wrong with them. The file is CSV: a column time (s), and any of kind, position,
 velocity_before, velocity_after, angle, angular_velocity_before, angular_velocity_after (SI units).
@@ -43,12 +46,14 @@ def main(args: Sequence[str] | None = None) -> int:
         "--set", action="append", default=[], metavar="NAME=VALUE",
         help="another value of a parameter of the case, which is then enclosed anew",
     )  # fmt: skip
-    parser.add_argument("--figure", metavar="FILE", help=f"a picture: {', '.join(_KINDS)}")
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE", help="a picture (" + ", ".join(FIGURE_KINDS) + ")"
+    )
     given = parser.parse_args(split_arguments(args)[0])
     folders.use_package_index()
     use_matplotlib_folder()
     interrupt_on_signals()
-    return run_bag_tool(NAME, given.file, lambda: _run(given))
+    return run_without_ros(NAME, lambda: _run(given), given.file)
 
 
 def _run(given: argparse.Namespace) -> int:
@@ -57,14 +62,16 @@ def _run(given: argparse.Namespace) -> int:
         from bouncing_disk_ros.cases.comparison import compare_with_case
         from bouncing_disk_ros.cases.files import reference_case
 
-    if given.figure and Path(given.figure).suffix[1:] not in _KINDS:
-        raise InputError("figure", given.figure, f"a file name that ends with {', '.join(_KINDS)}")
+    if given.figure is not None:
+        check_figure_file("--figure", given.figure)
     changes = dict(map(_change, given.set))
     case = reference_case(given.case, **changes)
     found = compare_with_case(case, given.file, tolerance=given.tolerance)
     print("\n".join(found.lines), flush=True)
-    if given.figure:
-        found.figure().savefig(given.figure)
+    if given.figure is not None:
+        from bouncing_disk_ros.figure_style import save_picture
+
+        save_picture(found.figure(), given.figure)
         print(f"written: {given.figure}")
     return ExitCode.DONE if found.is_within else ExitCode.FAILED
 

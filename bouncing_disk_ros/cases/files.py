@@ -14,6 +14,7 @@ import json
 import math
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from bouncing_disk_ros.cases.definitions import CASES, Case
 from bouncing_disk_ros.errors import InputError, MissingLibraryError, closest
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import TABLE, checked
+from bouncing_disk_ros.regular_file import replaced
 
 if TYPE_CHECKING:
     from flint import arb
@@ -159,7 +161,7 @@ def write(target: Path, case: Case) -> list[Path]:
     texts = {"json": case_text(case), "csv": events_text(enclose(case))}
     paths = [target / f"{case.file_stem}.{ending}" for ending in texts]
     for path, text in zip(paths, texts.values(), strict=True):
-        path.write_text(text, "utf-8")
+        replaced(path, partial(Path.write_text, data=text, encoding="utf-8"))
     return paths
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, MissingLibraryError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.bag_tool import run_bag_tool
-from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.startup import run_without_ros, split_arguments
 from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 NAME = "reference_cases"
@@ -35,7 +34,7 @@ def main(args: Sequence[str] | None = None) -> int:
     given = parser.parse_args(split_arguments(args)[0])
     folders.use_package_index()
     interrupt_on_signals()
-    return run_bag_tool(NAME, given.write or "", lambda: _run(given))
+    return run_without_ros(NAME, lambda: _run(given), given.write or "")
 
 
 def _run(given: argparse.Namespace) -> int:

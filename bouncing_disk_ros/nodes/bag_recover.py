@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
-from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.startup import run_without_ros, split_arguments
 from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 _ABOUT = """Repair a bag that is incomplete or damaged: copy all its complete chunks into a new
@@ -29,11 +28,12 @@ def main(args: Sequence[str] | None = None) -> int:
     interrupt_on_signals()
     folders.use_package_index()
     unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
-    return run_bag_tool("bag_recover", given.bag, lambda: _recover(given), unfinished)
+    return run_without_ros("bag_recover", lambda: _recover(given), given.bag, unfinished)
 
 
 def _recover(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
+    from bouncing_disk_ros.bag.walk import walking
 
     with walking("bag_recover") as watch:
         report = bag.recover(given.bag, given.output, watch)

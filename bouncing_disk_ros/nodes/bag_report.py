@@ -14,8 +14,7 @@ from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.executables import PROVE_BAG, loaded
 from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
-from bouncing_disk_ros.ros.startup import figure_kinds, split_arguments
+from bouncing_disk_ros.ros.startup import figure_kinds, run_without_ros, split_arguments
 from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def main(args: Sequence[str] | None = None) -> int:
         folders.use_package_index()
         use_matplotlib_folder()
     interrupt_on_signals()
-    return run_bag_tool(NAME, given.bag, lambda: _report(given), f"\n{NAME}: interrupted")
+    return run_without_ros(NAME, lambda: _report(given), given.bag, f"\n{NAME}: interrupted")
 
 
 def _report(given: argparse.Namespace) -> int:
@@ -110,6 +109,7 @@ def read(given: argparse.Namespace) -> Report:
     from tqdm import tqdm
 
     from bouncing_disk_ros import bag
+    from bouncing_disk_ros.bag.walk import walking
     from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
     from bouncing_disk_ros.report.run_report import report_of
 

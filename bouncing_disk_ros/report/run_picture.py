@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,15 +45,6 @@ def run_picture(record: RunRecord, title: str) -> Figure:
     subtitle = _subtitle(record, motion)
     figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, fontsize=13)
     return figure
-
-
-def save_picture(figure: Figure, path: Path) -> None:
-    """File with a figure, written to `path`; its ending decides the kind. OSError, ValueError.
-
-    >>> save_picture(run_picture(read_run("run_1"), "run 1"), Path("run_1.pdf"))
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
 
 
 def _subtitle(record: RunRecord, motion: Motion | None) -> str:

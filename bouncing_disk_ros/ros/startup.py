@@ -9,10 +9,18 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from bouncing_disk_ros import environment
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, closest, one_line
+from bouncing_disk_ros.errors import (
+    BagError,
+    ExitCode,
+    FailedError,
+    InputError,
+    closest,
+    one_line,
+)
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
 from bouncing_disk_ros.ros.ros_arguments import Overrides, RosArguments
@@ -31,6 +39,14 @@ def figure_kinds(text: str) -> list[str]:
             allowed = "any of " + ", ".join(FIGURE_KINDS) + ", or none"
             raise InputError("figures", text, allowed, closest(kind, FIGURE_KINDS))
     return list(dict.fromkeys(kinds))
+
+
+def check_figure_file(option: str, file: Path) -> None:
+    """Raise InputError, naming the option, where a file name ends with no kind of figure."""
+    if file.suffix[1:] not in FIGURE_KINDS:
+        endings = [f".{kind}" for kind in FIGURE_KINDS]
+        allowed = f"a file ending in {', '.join(endings)}"
+        raise InputError(option, str(file), allowed, closest(file.suffix, endings))
 
 
 # ------------------------------------------------------------------------------------------------
@@ -112,19 +128,32 @@ def require_ros(name: str) -> None:
     raise SystemExit(int(ExitCode.BAD_INPUT))
 
 
-def run_without_ros(name: str, work: Callable[[], int]) -> int:
+def run_without_ros(
+    name: str, work: Callable[[], int], path: str = "", interrupted: str = ""
+) -> int:
     """Do the work of an executable where there is no ROS; the exit code. Every error is one line.
 
-    The codes are those of `ros.spin.run_node`.
+    The codes are those of `ros.spin.run_node`; a bag that is damaged or untrue is bad input.
+    `path`: of the file or bag worked on, named where an error does not name it. `interrupted`: the
+    line where KeyboardInterrupt ends the work, if not just that.
     """
     try:
         return work()
     except InputError as error:
-        print(f"{name}: {one_line(error.line)}", file=sys.stderr, flush=True)
-        return ExitCode.BAD_INPUT
+        code, line = ExitCode.BAD_INPUT, error.line
     except FailedError as error:
-        print(f"{name}: {error}", file=sys.stderr, flush=True)
-        return ExitCode.FAILED
+        code, line = ExitCode.FAILED, str(error)
+    except (BagError, OSError) as error:
+        code = ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
+        line = str(error) if path in str(error) else f"{path}: {error}"
+    except KeyboardInterrupt:
+        # One that has passed through exec() of a text, as rosbags and dataclasses use it, makes
+        # CPython end by SIGINT whatever the exit code, until another text has been run.
+        exec("")  # noqa: S102
+        print(interrupted or f"{name}: interrupted", file=sys.stderr, flush=True)
+        return ExitCode.INTERRUPTED
+    print(f"{name}: {one_line(line)}", file=sys.stderr, flush=True)
+    return code
 
 
 def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:

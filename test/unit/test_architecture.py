@@ -68,7 +68,7 @@ MAY_IMPORT = {
     **dict.fromkeys(TABLES, TABLES),
     # what lists public names, to be loaded when they are first used
     "__init__": {*BASE, *EXTENSIONS, *TABLES, "plots"},
-    "plots": {*BASE, *EXTENSIONS},
+    "plots": {*BASE, *EXTENSIONS, "figure_style"},
     "testing": {"nodes", "ros", "run", "core"} | TABLES,
     "__main__": TABLES,
 }
@@ -78,11 +78,11 @@ LIBRARIES = {
     "parsing": {"yaml"},
     "kernel_cache": {"numba"},
     "figure_style": {"numpy", "matplotlib"},
-    "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags"},
+    "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags", "tqdm"},
     "core": {"numpy", "numba"},
     "maps": {"numpy", "numba"},
     "run": {"numpy", "yaml"},
-    "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "tqdm", "messages"},
+    "ros": {"numpy", "yaml", "rclpy", "ament_index_python", "messages"},
     "report": {"numpy", "matplotlib"},
     "study": {"numpy", "xarray", "zarr", "google_crc32c", "distributed", "netCDF4", "tqdm",
               "matplotlib", "rclpy", "messages"},

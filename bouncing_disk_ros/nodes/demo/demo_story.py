@@ -58,16 +58,14 @@ def change_text(motion: MotionInForce, disk: Disk) -> str:
 
 def show_summary(record: RunRecord, picture: Path) -> Summary:
     """Print the summary and draw the picture."""
-    from bouncing_disk_ros.report.run_picture import run_picture, save_picture
+    from bouncing_disk_ros.figure_style import save_picture
+    from bouncing_disk_ros.report.run_picture import run_picture
 
     summary = summary_of(record)
     known = [line for line in lines(summary) if "nan" not in line.split()]
     print("\nSummary\n" + "\n".join(known), flush=True)
     title = "From rest to the period-1 orbit: a helical toss, then the semi-elliptical motion"
-    try:
-        save_picture(run_picture(record, title), picture)
-    except OSError as error:
-        raise FailedError(f"picture {picture} cannot be written: {error}") from None
+    save_picture(run_picture(record, title), picture)
     print(f"Picture: {picture}", flush=True)
     return summary
 

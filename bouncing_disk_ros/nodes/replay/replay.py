@@ -12,10 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import folders
-from bouncing_disk_ros.errors import ExitCode, InputError, closest
+from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.bag_tool import run_bag_tool, walking
-from bouncing_disk_ros.ros.startup import split_arguments
+from bouncing_disk_ros.ros.startup import (
+    FIGURE_KINDS,
+    check_figure_file,
+    run_without_ros,
+    split_arguments,
+)
 from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
 from bouncing_disk_ros.units import NS
 
@@ -29,7 +33,6 @@ printed), or rows of another version have other fields (those not compared are n
 _EXAMPLES = """examples:
   ros2 run bouncing_disk_ros replay run_1
   ros2 run bouncing_disk_ros replay run_1 --what-if restitution:=0.4 --figure what_if.png"""
-FIGURES = (".png", ".svg", ".pdf")
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -42,7 +45,7 @@ def main(args: Sequence[str] | None = None) -> int:
         from bouncing_disk_ros.nodes.replay import bag_streams as _  # noqa: F401 (loads kernels)
 
     interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag
-    return run_bag_tool("replay", given.bag, lambda: _work(given))
+    return run_without_ros("replay", lambda: _work(given), given.bag)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -60,19 +63,23 @@ def _parser() -> argparse.ArgumentParser:
         "another motion of the platform (frequency:=3.1), and compare the two")  # fmt: skip
     add("--run", type=int, metavar="N", help="which run --what-if is for, when there are several")
     add("--figure", type=Path, metavar="FILE",
-        help="picture of the two runs of --what-if (" + ", ".join(FIGURES) + ")")  # fmt: skip
+        help="picture of the two runs of --what-if (" + ", ".join(FIGURE_KINDS) + ")")  # fmt: skip
     return parser
 
 
 def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
+    from bouncing_disk_ros.bag.walk import walking
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded
     from bouncing_disk_ros.nodes.replay.replay_text import run_lines, verdict
     from bouncing_disk_ros.run.what_if import changes_of
 
     changes = changes_of(_settings(given.what_if))
     if given.figure is not None:
-        _check_figure(given.figure, bool(given.what_if))
+        check_figure_file("--figure", given.figure)
+        if not given.what_if:
+            allowed = "a figure of --what-if NAME:=VALUE"
+            raise InputError("--figure", str(given.figure), allowed)
     with walking("replay") as watch:
         opened = bag.open(given.bag, watch)
     with opened:
@@ -111,14 +118,6 @@ def _settings(texts: Sequence[str]) -> dict[str, object]:
         except InputError:
             settings[name] = value
     return settings
-
-
-def _check_figure(file: Path, is_what_if: bool) -> None:
-    if file.suffix not in FIGURES:
-        hint = closest(file.suffix, FIGURES)
-        raise InputError("--figure", str(file), "a file ending in " + ", ".join(FIGURES), hint)
-    if not is_what_if:
-        raise InputError("--figure", str(file), "a figure of --what-if NAME:=VALUE")
 
 
 def _replayed(opened: bag.Bag, recorded: Recorded) -> ReplayedBag:

@@ -10,7 +10,6 @@ import numpy as np
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
-from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.replay_check import Gap, Replay
 from bouncing_disk_ros.run.what_if import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
@@ -134,12 +133,12 @@ def compare(
         from bouncing_disk_ros.folders import use_matplotlib_folder
 
         use_matplotlib_folder()
+        from bouncing_disk_ros.figure_style import save_picture
         from bouncing_disk_ros.report.comparison_picture import two_runs_picture
-        from bouncing_disk_ros.report.run_picture import save_picture
 
         title = f"{recorded.bag.path.name}: what if {changes.label}"
         picture = two_runs_picture(runs, changes.label, title)
-        replaced(figure, lambda path: save_picture(picture, path), "--figure")
+        save_picture(picture, figure)
         print(f"figure: {figure}")
 
 

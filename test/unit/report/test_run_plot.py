@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
-from bouncing_disk_ros.report.run_picture import run_picture, save_picture
+from bouncing_disk_ros.figure_style import save_picture
+from bouncing_disk_ros.report.run_picture import run_picture
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
