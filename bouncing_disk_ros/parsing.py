@@ -1,4 +1,4 @@
-"""JSON and YAML from outside: read within limits, or refused with one line (InputError).
+"""JSON, YAML and tables of text from outside: read within limits, or refused (InputError).
 
 Nothing here recurses over the text, expands an alias, makes an object of a program or lets a
 number overflow.
@@ -11,12 +11,14 @@ import math
 import re
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import yaml
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.regular_file import read_text
 
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it is
 _OTHER = re.compile(r"[^\[\]{}]+")
@@ -79,6 +81,33 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) != len(pairs):
         raise ValueError("a key is given twice")
     return found
+
+
+# --- tables of text -------------------------------------------------------------------------------
+_BETWEEN = re.compile(r"[;\t]|,\s*|\s+")
+
+
+def read_table(field: str, path: Path, most: int) -> tuple[list[str], list[list[str]]]:
+    """Names of the columns and cells of a text file, at most `most` bytes; lines with # are left.
+
+    Cells are separated by commas, semicolons, tabs or blanks. The first line has names (in small
+    letters then) where it begins with no number; else there are none. InputError, naming `field`.
+    """
+    lines = (line.strip() for line in read_text(field, path, most).splitlines())
+    rows = [
+        _BETWEEN.split(line.rstrip(",;")) for line in lines if line and not line.startswith("#")
+    ]
+    if not rows or number_of(rows[0][0]) is not None:
+        return [], rows
+    return [name.strip("\"' ").lower() for name in rows[0]], rows[1:]
+
+
+def number_of(text: str) -> float | None:
+    """The number that a cell of a table is; None: another text."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 # --- YAML -----------------------------------------------------------------------------------------

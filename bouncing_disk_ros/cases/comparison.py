@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import math
 from collections.abc import Mapping
@@ -15,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.cases.files import QUANTITIES, ReferenceCase, reference_case
 from bouncing_disk_ros.errors import InputError, closest, counted
-from bouncing_disk_ros.regular_file import read_text
+from bouncing_disk_ros.parsing import read_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -183,29 +181,17 @@ def _numbers(name: str, values: ArrayLike) -> Floats:
 
 def _read(path: Path) -> dict[str, list[str]]:
     """The columns of a CSV file; without a header one column is times, two are samples."""
-    text = read_text("events", path, LARGEST_FILE)
-    rows = [row for row in csv.reader(io.StringIO(text)) if row and not row[0].startswith("#")]
-    if not rows:
+    header, rows = read_table("events", path, LARGEST_FILE)
+    if not (header or rows):
         raise InputError("events", str(path), "a CSV file with rows")
-    header = [name.strip() for name in rows[0]]
-    if all(map(_is_number, header)):
-        header = ["time", "position"][: len(header)] if len(header) <= 2 else []
-        if not header:
+    if not header:
+        header = ["time", "position"][: len(rows[0])]
+        if len(rows[0]) > 2:
             raise InputError("events", str(path), "a first row with the names of the columns")
-    else:
-        rows = rows[1:]
     if any(len(row) != len(header) for row in rows):
         allowed = f"{len(header)} values in each row, as in the first"
         raise InputError("events", str(path), allowed)
     return {name: [row[i] for row in rows] for i, name in enumerate(header)}
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 # ------------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.regular_file import read_text
+from bouncing_disk_ros.parsing import number_of, read_table
 
 Array = NDArray[np.float64]
 MOST_IMPACTS = 20_000
@@ -84,15 +83,9 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
 
 # --- text -----------------------------------------------------------------------------------------
 def _from_text(path: Path, column: str) -> Recording:
-    text = read_text("recording", path, MOST_BYTES)
-    rows = [line.strip() for line in text.splitlines()]
-    rows = [line for line in rows if line and not line.startswith("#")]
-    if not rows:
+    names, table = read_table("recording", path, MOST_BYTES)
+    if not (names or table):
         raise InputError("recording", str(path), "a column of times in seconds", "It is empty.")
-    table = [re.split(r"[;\t]|,\s*|\s+", row.strip().rstrip(",;")) for row in rows]
-    names: list[str] = []
-    if _number(table[0][0]) is None:
-        names = [name.strip("\"' ").lower() for name in table.pop(0)]
     place = _place(column, names, len(table[0]) if table else len(names))
     times, decimals = _column(path, table, place)
     errors = None
@@ -115,18 +108,11 @@ def _place(column: str, names: list[str], count: int) -> int:
     return next((names.index(name) for name in _TIME_NAMES if name in names), 0)
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
 def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]:
     """Numbers of one column, and the decimals that they are written with."""
     values, decimals = np.empty(len(table)), 0
     for i, cells in enumerate(table):
-        value = _number(cells[place]) if place < len(cells) else None
+        value = number_of(cells[place]) if place < len(cells) else None
         if value is None:
             given = f"{' '.join(cells)[:40]!r} in line {i + 1} of the table"
             raise InputError("recording", given, "a text with a column of seconds",
