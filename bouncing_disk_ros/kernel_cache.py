@@ -105,7 +105,7 @@ def numba_cache_directory() -> Path | None:
 def use_numba_cache() -> None:
     """Set NUMBA_CACHE_DIR unless it is set. Warn once if kernels must be compiled at each start."""
     if os.environ.get("NUMBA_CACHE_DIR"):
-        return  # the user's, or that of the process that started this one
+        return  # the user's folder, or the folder of the process that started this one
     folder = numba_cache_directory()
     if folder is None:
         warnings.warn(

@@ -130,7 +130,7 @@ class CloudRows:
 
     @property
     def dtype(self) -> np.dtype[np.void] | None:
-        """That of the points; None before the first message."""
+        """Layout of the points; None before the first message."""
         return self._dtype
 
     def add(self, data: bytes) -> int:

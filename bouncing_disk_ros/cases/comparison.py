@@ -195,8 +195,8 @@ def _read(path: Path) -> dict[str, list[str]]:
 
 
 # ------------------------------------------------------------------------------------------------
-# Impacts in samples: flights are where the second difference is that of a fall. Two flights that
-# follow each other meet at the impact.
+# Impacts in samples: in a flight the second difference of the positions is −g.
+# Two flights that follow each other meet at the impact.
 
 
 _FITTED = 5
@@ -432,7 +432,7 @@ def _impacts(found: Comparison) -> list[tuple[Any, Mapping[str, float]]]:
 
 
 def _restitution(found: Comparison) -> str:
-    """The restitution of the impacts, where it is not that of the case."""
+    """The restitution of the impacts, if it differs from the restitution of the case."""
     epsilon = float(found.case.case.parameters["restitution"])
     ratios = []
     for event, errors in _impacts(found):

@@ -17,7 +17,13 @@ from flint import arb, ctx
 from bouncing_disk_ros.cases.definitions import Case
 from bouncing_disk_ros.core.model import Motion, Phase
 from bouncing_disk_ros.core.schedule import Fade, plan_fades
-from bouncing_disk_ros.proof.event_functions import Watched
+from bouncing_disk_ros.proof.event_functions import (
+    Watched,
+    gap_from,
+    load_from,
+    margin_from,
+    slip_from,
+)
 from bouncing_disk_ros.proof.exact_records import MotionRecord, OffsetPiece, State
 from bouncing_disk_ros.proof.platforms import Platform, interval, platform_of
 from bouncing_disk_ros.proof.positivity import Found, first_zero, opens
@@ -94,10 +100,6 @@ def _is_zero(x: arb) -> bool:
     return bool(x == 0)
 
 
-def _unrounded(_order: int, _t: float) -> float:
-    return 0.0
-
-
 # ------------------------------------------------------------------------------------------------
 # The platform: stretches of one law of motion between whole nanoseconds.
 
@@ -166,7 +168,7 @@ class Enclosure:
         self._omega = arb(p["initial_angular_velocity"])
         self._u = arb(0) if p["initial_with_platform"] else arb(p["initial_axial_velocity"]) - s[1]
         self._known: tuple[arb, ...] = (self._gap, self._u)
-        self._sign, self._phase = arb(0), Phase.FLIGHT
+        self._sign, self._phase, self._slips_from_stick = arb(0), Phase.FLIGHT, False
         self._sensitivity = [[1.0, 0.0], [0.0, 1.0]]  # ∂(gap, u)/∂(height, velocity)
         impulses = [(nanoseconds(t), axial, angular) for t, axial, angular in case.impulses]
         self._impulses = impulses
@@ -234,28 +236,19 @@ class Enclosure:
     def _watched(self) -> list[tuple[Watched, EventKind]]:
         """What may fall through zero next, in the phase of the disk."""
         law, platform = self.law, self._platform
-        axial = platform.mix(arb(1), arb(0))
         if self._phase is Phase.FLIGHT:
-            s = axial.jet(arb(0))
-            start = (self._gap + s[0], self._u + s[1], -law.g / 2)
-            gap = Watched(start, (axial, 0, arb(-1)), _unrounded, self._known)
+            gap = gap_from(platform, self._gap, self._u, law.g, known=self._known)
             return [(gap, EventKind.IMPACT)]
-        load = Watched((law.g, arb(0), arb(0)), (axial, 2, arb(1)), _unrounded)
-        found = [(load, EventKind.SEPARATION)]
+        found = [(load_from(platform, law.g), EventKind.SEPARATION)]
         if self._phase is Phase.STICKING:
             for sign in (1, -1):
-                mix = platform.mix(law.grip, arb(-sign))
-                still = (law.grip * law.g - sign * law.lag, arb(0), arb(0))
-                found.append((Watched(still, (mix, 2, arb(1)), _unrounded), EventKind.SLIP))
+                margin = margin_from(platform, law.grip, law.g, law.lag, sign)
+                found.append((margin, EventKind.SLIP))
         elif law.grip > 0:
-            mix = platform.mix(law.grip, self._sign)
-            slip = self._sign * (self._omega - self._angular()[1])
-            start = (slip + mix.jet(arb(0))[1], -law.grip * law.g - self._sign * law.lag, arb(0))
-            known = (arb(0),) if self._slips_from_stick else (slip,)
-            found.append((Watched(start, (mix, 1, arb(-1)), _unrounded, known), EventKind.STICK))
+            known = (arb(0),) if self._slips_from_stick else ()
+            numbers = self._omega, self._sign, law.grip, law.g, law.lag
+            found.append((slip_from(platform, *numbers, known=known), EventKind.STICK))
         return found
-
-    _slips_from_stick = False
 
     def _go(self, d: arb, time: arb) -> None:
         """Move the state on by d seconds of the phase it is in."""

@@ -431,7 +431,7 @@ def extreme(
     grid = sized(getattr(tosses(lags[:, None], angles[None, :]), measure))
     if np.isnan(grid).all():
         hint = "The arc amplitude or the frequency is too small."
-        raise InputError("setting", setting, "one that throws the disk", hint)
+        raise InputError("setting", setting, "a setting whose platform throws the disk", hint)
     row, column = _summit(grid, lags)
     free = math.inf if phase_lag is None else 0.0
     lag, angle = _climb(height, float(lags[row]), float(angles[column]), min(free, _LAG_WINDOW))
@@ -481,7 +481,7 @@ def ridge(setting: TossSetting = PAPER, points: int = 400) -> Ridge:
     angles = grid[~np.isnan(separation_phase(grid, setting))]
     if len(angles) == 0:
         hint = "The arc amplitude or the frequency is too small."
-        raise InputError("setting", setting, "one that throws the disk", hint)
+        raise InputError("setting", setting, "a setting whose platform throws the disk", hint)
     lags = -separation_phase(angles, setting)
     found = toss(lags, angles, setting)
     stuck = found.code == TOSS_STUCK

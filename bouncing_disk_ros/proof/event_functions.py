@@ -32,6 +32,11 @@ Rounding = Callable[[int, float], float]
 """S of a derivative (0: the value) at a time."""
 
 
+def unrounded(_derivative: int, _t: float) -> float:
+    """S of a function whose numbers are balls that hold them."""
+    return 0.0
+
+
 class Watched:
     """c₀ + c₁t + c₂t² + factor·K⁽ⁿ⁾(t), c₂ ≤ 0."""
 
@@ -94,10 +99,42 @@ class Watched:
         return tuple(t + into for t, into in zip(zeros, inside, strict=False) if t + into > 0.0)
 
 
-def gap_of(platform: Platform, state: State, disk: DiskRecord) -> Watched:
+def gap_from(
+    platform: Platform, gap: arb, u: arb, g: arb, rounding: Rounding = unrounded,
+    known: tuple[arb, ...] = (),
+) -> Watched:  # fmt: skip
     """The gap, gap + u t − g t²/2 − (s(t) − s(0) − ṡ(0)t)."""
     axial = platform.mix(arb(1), arb(0))
     s0, s1 = axial.jet(arb(0))[:2]
+    return Watched((gap + s0, u + s1, -g / 2), (axial, 0, arb(-1)), rounding, known or (gap, u))
+
+
+def load_from(platform: Platform, g: arb, rounding: Rounding = unrounded) -> Watched:
+    """The load over the mass, a = g + s̈."""
+    return Watched((g, arb(0), arb(0)), (platform.mix(arb(1), arb(0)), 2, arb(1)), rounding)
+
+
+def margin_from(
+    platform: Platform, grip: arb, g: arb, lag: arb, sign: float, rounding: Rounding = unrounded
+) -> Watched:
+    """What friction can supply less what sticking needs: grip·a − sign·ρ."""
+    still = grip * g - arb(sign) * lag
+    return Watched((still, arb(0), arb(0)), (platform.mix(grip, arb(-sign)), 2, arb(1)), rounding)
+
+
+def slip_from(
+    platform: Platform, omega: arb, side: arb, grip: arb, g: arb, lag: arb,
+    rounding: Rounding = unrounded, known: tuple[arb, ...] = (),
+) -> Watched:  # fmt: skip
+    """The slip side·w_T of a disk that slides from α̇ = omega on: α̈ = −side·grip·a − lag."""
+    mix = platform.mix(grip, side)
+    slip = side * (omega - platform.mix(arb(0), arb(1)).jet(arb(0))[1])
+    rates = (slip + mix.jet(arb(0))[1], -(grip * g + side * lag), arb(0))
+    return Watched(rates, (mix, 1, arb(-1)), rounding, known or (slip,))
+
+
+def gap_of(platform: Platform, state: State, disk: DiskRecord) -> Watched:
+    """The gap of a state in flight, with its rounding."""
     gap, u, g = abs(state.gap), abs(state.u), disk.g
 
     def rounding(derivative: int, t: float) -> float:
@@ -114,12 +151,11 @@ def gap_of(platform: Platform, state: State, disk: DiskRecord) -> Watched:
         still, swing, next_one = (g, r2, r3) if derivative == 2 else (0.0, r3, r4)
         return still + (_OF_PHASE + 1.0 + x) * swing + platform.clock * next_one
 
-    polynomial = (arb(state.gap) + s0, arb(state.u) + s1, -arb(disk.g) / 2)
-    return Watched(polynomial, (axial, 0, arb(-1)), rounding, (arb(state.gap), arb(state.u)))
+    return gap_from(platform, arb(state.gap), arb(state.u), arb(disk.g), rounding)
 
 
 def load_of(platform: Platform, disk: DiskRecord) -> Watched:
-    """The load over the mass, a = g + s̈."""
+    """The load over the mass in contact, with its rounding."""
 
     def rounding(derivative: int, t: float) -> float:
         reach = platform.reach(t)
@@ -127,12 +163,11 @@ def load_of(platform: Platform, disk: DiskRecord) -> Watched:
         still = disk.g if derivative == 0 else 0.0
         return still + swing * (_OF_PHASE + 1.0 + reach.turn) + platform.clock * next_one
 
-    axial = platform.mix(arb(1), arb(0))
-    return Watched((arb(disk.g), arb(0), arb(0)), (axial, 2, arb(1)), rounding)
+    return load_from(platform, arb(disk.g), rounding)
 
 
 def margin_of(platform: Platform, disk: DiskRecord, sign: float) -> Watched:
-    """What friction can supply less what sticking needs: grip·a − sign·ρ."""
+    """The margin of a disk that sticks, with its rounding."""
 
     def rounding(derivative: int, t: float) -> float:
         reach = platform.reach(t)
@@ -142,27 +177,16 @@ def margin_of(platform: Platform, disk: DiskRecord, sign: float) -> Watched:
         still = disk.grip * disk.g + abs(disk.lag) if derivative == 0 else 0.0
         return still + swing * (_OF_PHASE + 1.0 + reach.turn) + platform.clock * next_one
 
-    mix = platform.mix(arb(disk.grip), arb(-sign))
-    still = arb(disk.grip) * arb(disk.g) - arb(sign) * arb(disk.lag)
-    return Watched((still, arb(0), arb(0)), (mix, 2, arb(1)), rounding)
+    numbers = arb(disk.grip), arb(disk.g), arb(disk.lag)
+    return margin_from(platform, *numbers, sign, rounding)
 
 
 def slip_of(platform: Platform, state: State, disk: DiskRecord, inherited: float = 0.0) -> Watched:
-    """The slip of a state that slides.
+    """The slip of a state that slides, with its rounding.
 
-    `inherited`: the α̇ from which that of the state has come by sliding, rad/s.
+    `inherited`: the angular velocity α̇ before the slide that led to this state, rad/s.
     """
     scale = abs(state.omega) + inherited
-    return slip_from(platform, arb(state.omega), state.slip_sign, disk, scale)
-
-
-def slip_from(
-    platform: Platform, omega: arb, sign: float, disk: DiskRecord, scale: float
-) -> Watched:
-    """The slip sign·w_T of a disk that slides from α̇ = omega on: α̈ = −sign·grip·a − lag.
-
-    `scale`: the numbers that omega is made of, rad/s.
-    """
 
     def rounding(derivative: int, t: float) -> float:
         axial, angular, turn = platform.reach(t)
@@ -177,9 +201,5 @@ def slip_from(
             return pull + drive * part + platform.clock * change
         return change * part + platform.clock * (disk.grip * axial[4] + angular[4])
 
-    side = arb(sign)
-    mix = platform.mix(arb(disk.grip), side)
-    rate = arb(disk.grip) * arb(disk.g) + side * arb(disk.lag)
-    slip = side * (omega - platform.mix(arb(0), arb(1)).jet(arb(0))[1])
-    start = slip + mix.jet(arb(0))[1]
-    return Watched((start, -rate, arb(0)), (mix, 1, arb(-1)), rounding, (slip,))
+    numbers = arb(disk.grip), arb(disk.g), arb(disk.lag)
+    return slip_from(platform, arb(state.omega), arb(state.slip_sign), *numbers, rounding)

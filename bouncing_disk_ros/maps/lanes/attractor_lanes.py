@@ -155,7 +155,7 @@ turned_tangent = lane(map_tangent.turned_tangent)
 
 @lane
 def _carried(t: Any, x: float, y: float, power: float) -> tuple[float, float, float]:
-    """The vector 2^power (x, y) after a flight with derivatives t; (1, 0) for one that vanishes.
+    """The vector 2^power (x, y) after a flight with derivatives t; (1, 0) if the vector vanishes.
 
     Its larger part is brought back towards 1 where it is beyond 2^±256: a single flight changes it
     by far less.

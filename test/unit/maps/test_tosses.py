@@ -375,11 +375,11 @@ def test_a_ridge_may_be_missing_or_never_end() -> None:
 def test_extremes_that_cannot_be_are_refused() -> None:
     with pytest.raises(InputError, match=r"measure: got 'speed', allowed: one of airborne_speed"):
         extreme("speed")
-    with pytest.raises(InputError, match=r"setting: .* one that throws the disk"):
+    with pytest.raises(InputError, match=r"setting: .* a setting whose platform throws the disk"):
         extreme("efficiency", WEAK)
     with pytest.raises(InputError, match="no bound as φ_L falls to 0"):
         extreme("speed_ratio", angular_velocity=1.0)
-    with pytest.raises(InputError, match=r"setting: .* one that throws the disk"):
+    with pytest.raises(InputError, match=r"setting: .* a setting whose platform throws the disk"):
         ridge(WEAK)
     with pytest.raises(InputError, match="points: got 1"):
         ridge(points=1)
