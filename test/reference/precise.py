@@ -40,10 +40,10 @@ def landing(path: Path, gravity: Real, t: Real, gap: Real, u: Real) -> Landing |
     bound = gravity + path.acceleration_bound
 
     def gap_after(d: Real) -> Real:
-        return gap + u * d - gravity * d * d / 2 - (path.at(t + d).s - now.s - now.s1 * d)
+        return gap + u * d - gravity * d * d / 2 - (path.axial(t + d)[0] - now.s - now.s1 * d)
 
     def speed_after(d: Real) -> Real:
-        return u - gravity * d - (path.at(t + d).s1 - now.s1)
+        return u - gravity * d - (path.axial(t + d)[1] - now.s1)
 
     hop = _hop_bound(path, gravity + now.s2, u) if gap == 0 else None
     if hop is not None:  # concave: Newton's steps from beyond the only root come down to it

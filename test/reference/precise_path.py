@@ -126,6 +126,11 @@ class Path:
         tau += w * elapsed + dw * duration * x**4 * (mpf(5) / 2 - 3 * x + x * x)
         return tau, w + dw * blend, dw * blend1, blend, blend1, blend2, begin, a, b
 
+    def axial(self, t: Real) -> tuple[Real, Real, Real, Real]:
+        """s and its derivatives at t: half of what `at` computes."""
+        tau, w, w1, x, x1, x2, _, a, b = self.axial_forcing(t)
+        return _sine(a.axial_amplitude, b.axial_amplitude, x, x1, x2, tau, w, w1)
+
     def at(self, t: Real) -> At:
         """The platform at t."""
         tau, w, w1, x, x1, x2, _, a, b = self.axial_forcing(t)
@@ -147,7 +152,7 @@ def _sine(
     """A(t) sin τ(t) and its derivatives."""
     change = mpf(end) - mpf(start)
     a, a1, a2 = mpf(start) + change * x, change * x1, change * x2
-    sine, cosine = mpmath.sin(tau), mpmath.cos(tau)
+    cosine, sine = mpmath.cos_sin(tau)
     return (
         a * sine,
         a1 * sine + a * w * cosine,

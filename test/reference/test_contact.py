@@ -79,7 +79,7 @@ def compare(motion: Motion, disk: Disk, initial: InitialState, count: int = 40) 
     spin=signed(3.0),
     load=signed(0.8),
 )
-@settings(SLOW, max_examples=examples(24))
+@settings(SLOW, max_examples=examples(10))
 def test_platform_that_only_rotates(
     friction: float, swing: float, phase: float, spin: float, load: float
 ) -> None:
@@ -99,7 +99,7 @@ def test_platform_that_only_rotates(
     phase=st.floats(0.0, 6.28),
     spin=signed(2.0),
 )
-@settings(SLOW, max_examples=examples(8))
+@settings(SLOW, max_examples=examples(4))
 def test_platform_that_presses(
     axial_forcing: float, friction: float, swing: float, lag: float, phase: float, spin: float
 ) -> None:

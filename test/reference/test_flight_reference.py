@@ -81,7 +81,7 @@ def assert_lands(row: np.void, end: Landing, allowed: Tolerance) -> None:
 )
 @example(axial_forcing=0.45, frequency=3.0, phase=4.0, exponent=-10.0)
 @example(axial_forcing=0.0, frequency=3.0, phase=4.0, exponent=-10.0)
-@settings(SLOW, max_examples=examples(100))
+@settings(SLOW, max_examples=examples(40))
 def test_bounce_from_contact(
     axial_forcing: float, frequency: float, phase: float, exponent: float
 ) -> None:
@@ -113,7 +113,7 @@ def test_bounce_from_contact(
     speed=st.floats(-1.0, 3.0),
     preload=st.sampled_from([0.0, -2.0, 30.0]),
 )
-@settings(SLOW, max_examples=examples(100))
+@settings(SLOW, max_examples=examples(40))
 def test_flight_from_anywhere(
     axial_forcing: float,
     frequency: float,
@@ -160,7 +160,7 @@ def random_flight(random: np.random.Generator) -> tuple[Motion, Disk, InitialSta
 def test_flights_under_any_gravity() -> None:
     """g + P/m from 1e-9 to 1e9 m/s², thrown at speeds far above and far below those of the fall."""
     random, checked = np.random.default_rng(26), 0
-    while checked < examples(40):
+    while checked < examples(20):
         motion, disk, initial = random_flight(random)
         phase, gap, velocity = initial.forcing_phase, initial.height, initial.axial_velocity
         assert velocity is not None
@@ -188,7 +188,7 @@ def test_flights_under_any_gravity() -> None:
     factors=st.tuples(st.floats(0.0, 2.0), st.floats(0.3, 3.0)),
     fade=st.tuples(st.floats(0.0, 0.4), st.floats(0.05, 1.0)),
 )
-@settings(SLOW, max_examples=examples(60))
+@settings(SLOW, max_examples=examples(30))
 def test_flight_through_a_crossfade(
     axial_forcing: float,
     phase: float,

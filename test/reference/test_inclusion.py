@@ -14,7 +14,7 @@ from reference import inclusion
 from support.random_runs import Script, random_script
 from support.scripted import compare, judge, judge_scripts, play
 
-SCRIPTS = 1000
+SCRIPTS = 400
 pytestmark = pytest.mark.timeout(600)  # compiled, on a machine that does much else
 LEAST_COMPARED = 0.95
 """Of all samples: chaos must not swallow the comparison."""

@@ -16,7 +16,7 @@ from support.map_proof import prove_collision
 from support.random_maps import random_collisions
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs
 
-MANY_FLIGHTS, COLLISIONS = examples(2_000), examples(3_000)
+MANY_FLIGHTS, COLLISIONS = examples(1_000), examples(1_000)
 PINNED = (639,)
 """Runs that were refuted once: a short flight in a cross-fade to a far higher frequency."""
 PATIENCE = 60.0

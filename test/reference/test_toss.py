@@ -66,7 +66,7 @@ def efficiency(motion: Motion, spin: Real = 0) -> Real:
 
 RNG = np.random.default_rng(5)
 PIXELS = [(0.0, 0.2456 * math.pi), (0.0, 0.248 * math.pi), (math.pi / 2, math.pi / 4)]
-PIXELS += [(float(a), float(b)) for a, b in RNG.uniform([-3.1, 0.05], [3.1, 1.4], (5, 2))]
+PIXELS += [(float(a), float(b)) for a, b in RNG.uniform([-3.1, 0.05], [3.1, 1.4], (3, 2))]
 
 
 @pytest.mark.parametrize(("lag", "angle"), PIXELS)
@@ -77,7 +77,8 @@ def test_speed_and_work(lag: float, angle: float, loaded: bool) -> None:
     if loaded:
         disk, spin, phase = disk._replace(preload=1.0, load_torque=0.02), 4.0, 5.0
     setting = PAPER._replace(disk=disk)
-    exact = exact_toss(motion_of(lag, angle, setting), disk, spin=spin, phase=mpf(phase))
+    with mp.workdps(30):
+        exact = exact_toss(motion_of(lag, angle, setting), disk, spin=spin, phase=mpf(phase))
     found = toss(lag, angle, setting, angular_velocity=spin, forcing_phase=phase)
     speeds = abs(spin) + math.tau * 3.0 * 0.25 / 0.12 + 20.0
     assert found.airborne_speed == pytest.approx(float(exact.speed), rel=0, abs=32 * EPS * speeds)
@@ -104,19 +105,16 @@ def hill(function: str, angle: float, step: Real) -> tuple[Real, Real]:
 
 @pytest.mark.parametrize("measure", ["airborne_speed", "efficiency"])
 def test_extremes(measure: str) -> None:
-    """27.18 rad/s at 0.245642π; 0.344 at 0.246088π: where the slope in 60 digits vanishes."""
+    """27.18 rad/s at 0.245642π; 0.344 at 0.246088π: where the slope in 60 digits vanishes.
+
+    They lie on a crease: to both sides of θ = 0 the exact values fall at once, with other slopes.
+    """
     best = extreme(measure)
     place, value = hill(measure, mpf(best.amplitude_angle), mpf(10) ** -12)
     # a hill is flat: golden sections know its place to √(rounding) of its value
     assert best.amplitude_angle == pytest.approx(float(place), abs=1e-8)
     # what is lost beside the crease: some 1e-12 rad of θ by a slope of 13 rad/s for each rad
     assert getattr(best, measure) == pytest.approx(float(value), rel=1e-12)
-
-
-@pytest.mark.parametrize("measure", ["airborne_speed", "efficiency"])
-def test_the_best_toss_lies_on_a_crease(measure: str) -> None:
-    """To both sides of θ = 0 the exact values fall at once, with different slopes."""
-    best = extreme(measure)
     slopes = []
     for side in (-1e-6, 1e-6):
         motion = motion_of(side, best.amplitude_angle)
