@@ -6,7 +6,7 @@ are measured (support/tool_server.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -40,21 +40,6 @@ def server(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterato
     server = ToolServer(warm)
     yield server
     server.close()
-
-
-@pytest.fixture(scope="module")
-def corpus(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The path of each bag of the corpus."""
-    folder = tmp_path_factory.mktemp("corpus")
-    return {name: make(folder / str(n)) for n, (name, make) in enumerate(CORPUS.items())}
-
-
-@pytest.fixture(scope="module")
-def quick(corpus: dict[str, Path]) -> dict[str, Path]:
-    """FALSE_MESSAGES, and a few bags of the other kinds; none of SLOW."""
-    others = [name for name in corpus if not name.startswith((*FALSE_MESSAGES, *SLOW))]
-    chosen = {*others[::FEW]} | {name for name in corpus if name.startswith(FALSE_MESSAGES)}
-    return {name: path for name, path in corpus.items() if name in chosen}
 
 
 def faults(done: Done, codes: Sequence[int]) -> Iterator[str]:
@@ -94,52 +79,30 @@ def check(
     return found
 
 
-# --- the corpus -----------------------------------------------------------------------------------
-def test_the_library_gives_data_or_one_line(
-    server: ToolServer, corpus: dict[str, Path], tmp_path: Path
-) -> None:
-    check(server, corpus, ["read"], tmp_path)
+def test_every_tool_gives_data_or_one_line(server: ToolServer, tmp_path: Path) -> None:
+    """All bags to the library and, but for false messages, to recovery; some to the others."""
+    bags = {name: make(tmp_path / str(n)) for n, (name, make) in enumerate(CORPUS.items())}
 
+    def given(command: Sequence[str], names: Iterable[str], *codes: int) -> dict[str, Done]:
+        folder = tmp_path / "_".join(command[:2])
+        folder.mkdir()
+        some = {name: bags[name] for name in names}
+        return check(server, some, command, folder, (IDENTICAL, REFUSED, *codes))
 
-def test_bag_recover_saves_or_says_one_line(
-    server: ToolServer, corpus: dict[str, Path], tmp_path: Path
-) -> None:
-    bags = {name: path for name, path in corpus.items() if not name.startswith(FALSE_MESSAGES)}
-    found = check(server, bags, ["bag_recover", "saved_{number}"], tmp_path)
-    left = {path.name for path in tmp_path.iterdir()}
-    for number, (name, done) in enumerate(found.items()):
-        assert f"saved_{number}" in left or done.code == REFUSED, name
-
-
-def test_bag_report_gives_a_report_or_one_line(
-    server: ToolServer, quick: dict[str, Path], tmp_path: Path
-) -> None:
-    check(server, quick, ["bag_report", "--text-only"], tmp_path)
-
-
-def test_replay_compares_or_says_one_line(
-    server: ToolServer, quick: dict[str, Path], tmp_path: Path
-) -> None:
-    found = check(server, quick, ["replay"], tmp_path, (IDENTICAL, REFUSED, DIFFERS))
+    whole = [name for name in bags if not name.startswith(FALSE_MESSAGES)]
+    few = [name for name in whole if not name.startswith(SLOW)][::FEW]
+    quick = [*few, *(name for name in bags if name.startswith(FALSE_MESSAGES))]
+    runs = [name for name in quick if name.startswith(FALSE_RUNS)]
+    given(["read"], bags)
+    for number, (name, done) in enumerate(given(["bag_recover", "saved_{number}"], whole).items()):
+        saved = tmp_path / "bag_recover_saved_{number}" / f"saved_{number}"
+        assert saved.exists() or done.code == REFUSED, name
+    given(["bag_report", "--text-only"], quick)
+    found = given(["replay"], quick, DIFFERS)
     assert any(done.code == DIFFERS for done in found.values())
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["bag_report", "--prove", "--every", "5"],
-        ["replay", "--what-if", "friction:=0.5"],
-        ["study"],
-    ],
-)
-def test_false_runs_are_simulated_or_refused(
-    server: ToolServer, quick: dict[str, Path], tmp_path: Path, command: list[str]
-) -> None:
-    bags = {name: path for name, path in quick.items() if name.startswith(FALSE_RUNS)}
-    check(server, bags, command, tmp_path, (IDENTICAL, REFUSED, DIFFERS))
-
-
-def test_a_page_of_a_report_shows_markup_as_text(server: ToolServer, tmp_path: Path) -> None:
+    given(["bag_report", "--prove", "--every", "5"], runs)
+    given(["replay", "--what-if", "friction:=0.5"], runs, DIFFERS)
+    given(["study"], runs)
     markup = "<script>alert(1)</script>"
     data = forged({}, content(notes=signed({**NOTES, "version": markup})))
     folder = put(tmp_path / "run", data)
@@ -150,13 +113,8 @@ def test_a_page_of_a_report_shows_markup_as_text(server: ToolServer, tmp_path: P
     assert markup not in page
 
 
-# --- each field of the format ---------------------------------------------------------------------
-@pytest.mark.parametrize("command", [["read"], ["bag_recover", "saved_{number}"]])
-def test_each_field_of_the_format_is_checked(
-    server: ToolServer, tmp_path: Path, command: list[str]
-) -> None:
-    whole = content()
-    short = content(messages=whole.messages[:12], per_chunk=5)
+def test_each_field_of_the_format_is_checked(server: ToolServer, tmp_path: Path) -> None:
+    short = content(messages=content().messages[:12], per_chunk=5)
     kinds, bags = fields(short), {}
     assert {name.partition(".")[0] for name in kinds} >= {
         "magic", "header", "schema", "channel", "chunk", "message", "message_index", "attachment",
@@ -167,4 +125,5 @@ def test_each_field_of_the_format_is_checked(
         data = forged({row.field: row.value}, short)
         bags[f"{row.field}: {row.what}"] = put(tmp_path / str(number), data)
     assert {name.partition(": ")[0] for name in bags} == set(kinds)
-    check(server, bags, command, tmp_path)
+    for command in (["read"], ["bag_recover", "saved_{number}"]):
+        check(server, bags, command, tmp_path)

@@ -11,8 +11,8 @@ from support.ros_peer import Peer
 from support.twins import NAMES, PAUSED, Twin, compare
 
 SEED = 20_261_122
-COMMANDS = 300
-ROWS = 4000
+COMMANDS = 150
+ROWS = 1500
 
 
 def test_a_simulator_withstands_random_commands(live: LiveSimulators) -> None:
@@ -29,7 +29,7 @@ def test_what_is_refused_changes_no_bit(live: LiveSimulators) -> None:
         live(peer, namespace=name, **PAUSED)
     calm, disturbed = map(Twin, peers)
     values = compare(calm, disturbed, SEED, ROWS)
-    assert int(values["refused"]) > 40
+    assert int(values["refused"]) > 15
     assert values["commands lost on the way"] == "0"
     for peer in peers:
         peer.close()

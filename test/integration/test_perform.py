@@ -96,14 +96,6 @@ def test_a_programme_is_carried_out(start: Starter, programme: Path, peer: Peer)
     peer.spin_until(lambda: held() == [[0.004, 0.0]] * 2)
 
 
-def test_slow_motion_is_taken_into_account(start: Starter, programme: Path, peer: Peer) -> None:
-    assert peer.set_parameters(real_time_factor=0.5).successful
-    code, process = start.finish("perform", str(programme))
-    assert code == 0, process.output
-    assert "takes 1.60 s" in process.stdout
-    assert peer.set_parameters(real_time_factor=1.0).successful
-
-
 def test_a_published_clock_is_asked_for(
     start: Starter, live: LiveSimulators, programme: Path
 ) -> None:
@@ -228,11 +220,3 @@ def test_echo_impacts_waits_and_says_for_what(
     code, _, lines = ends(capfd, "echo_impacts", *nowhere, "-p", "timeout:=0.5")
     assert code == 1
     assert lines == ["echo_impacts: no impact on /nowhere/disk/impacts for 0.5 s"]
-
-
-@pytest.mark.parametrize("name", ["perform", "echo_impacts", "demo"])
-def test_help_needs_no_ros_graph(capfd: pytest.CaptureFixture[str], name: str) -> None:
-    code, out, _ = ends(capfd, name, "--help")
-    assert code == 0
-    assert out.startswith(f"usage: {name}")
-    assert "parameters (--ros-args -p NAME:=VALUE):" in out

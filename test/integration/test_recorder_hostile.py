@@ -19,7 +19,7 @@ from std_msgs.msg import Float64MultiArray, String
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.conversions import IMPACT_FIELDS
-from support.processes import Process, Starter
+from support.processes import Starter, recorder
 from support.talker import Talker, wait_until
 
 LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -55,13 +55,6 @@ INPUTS = [
     *BROKEN,
 ]
 CLOUDS = [cloud(float("nan")), cloud(float("inf")), cloud(-1.0), cloud(1e300), *BROKEN]
-
-
-def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
-    options = [part for parameter in parameters for part in ("-p", parameter)]
-    process = start("recorder", str(folder), "--ros-args", *options)
-    process.wait_for("recording to")
-    return process
 
 
 def test_bytes_are_recorded_whatever_they_say(

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import signal
-import subprocess
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -92,17 +89,6 @@ def test_another_build_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert replay.main([str(write(tmp_path / "other", [changed]))]) == 3
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith("replay differs, another build (recorded by 0.0.1, this is ")
-
-
-def test_a_split_bag_and_one_file_of_it(
-    driven: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = write(tmp_path / "split", [driven], max_duration=2.0)
-    files = sorted(folder.glob("*.mcap"))
-    assert len(files) > 2
-    assert replay.main([str(folder)]) == 0
-    assert capsys.readouterr().out.endswith(f"identical: {driven.impacts} impacts\n")
-    assert replay.main([str(files[0])]) == 0
 
 
 def test_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -219,13 +205,6 @@ def test_what_if_compares_and_draws(
 
 
 # --- processes ------------------------------------------------------------------------------------
-@pytest.fixture
-def peer(ros_domain: int) -> Iterator[Peer]:
-    peer = Peer()
-    yield peer
-    peer.close()
-
-
 def test_a_live_run_recorded_in_mid_run_is_identical(
     start: Starter, peer: Peer, tmp_path: Path
 ) -> None:
@@ -272,32 +251,6 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
         assert replay.main([str(file)]) == 0
 
 
-def test_a_simulator_started_again_is_two_runs(start: Starter, peer: Peer, tmp_path: Path) -> None:
-    folder = tmp_path / "run"
-    recorder = start("recorder", str(folder), "--ros-args", "-p", "status_period:=0.05")
-    recorder.wait_for("recording to")
-
-    def recorded() -> int:
-        return int(re.findall(r" (\d+) messages, ", recorder.output)[-1])
-
-    recorder.wait_for(" messages, ")
-    for _ in range(2):
-        before = recorded()
-        enough = len(peer.heard["disk/impacts"]) + 20
-        simulator = start("simulator", "--ros-args", "-p", "preset:=swum", "-p",
-                          "real_time_factor:=0.05")  # fmt: skip
-        while len(peer.heard["disk/impacts"]) < enough:
-            peer.next_diagnostics()
-        while recorded() < before + 100:
-            peer.next_diagnostics()
-        assert simulator.end(signal.SIGINT) == 0
-    assert recorder.end(signal.SIGINT) == 0
-    code, process = start.finish("replay", str(folder))
-    assert code == 0, process.output
-    assert "run 2: 0.000 s to " in process.stdout
-    assert process.stdout.splitlines()[-1].startswith("replay identical: ")
-
-
 def test_a_signal_ends_it_with_130(start: Starter, driven: Driven, tmp_path: Path) -> None:
     long = Driven(preset="", frequency=3000.0, axial_amplitude=1e-6)
     long.session.advance(2000 * 10**9, 1)  # its last row lies far ahead
@@ -310,14 +263,3 @@ def test_a_signal_ends_it_with_130(start: Starter, driven: Driven, tmp_path: Pat
     assert process.running
     assert process.end(signal.SIGTERM) == 130
     assert process.stderr == "replay: interrupted\n"
-
-
-def test_it_needs_no_ros_and_no_message_packages(run_1: Path) -> None:
-    code = (
-        "import sys\n"
-        "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'matplotlib'): sys.modules[name] = None\n"
-        "from bouncing_disk_ros.nodes.replay import replay\n"
-        f"sys.exit(replay.main([{str(run_1)!r}]))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr

@@ -35,13 +35,6 @@ COUNT = 100
 
 
 @pytest.fixture
-def peer(ros_domain: int) -> Iterator[Peer]:
-    peer = Peer()
-    yield peer
-    peer.close()
-
-
-@pytest.fixture
 def clients(ros_domain: int) -> Iterator[Callable[..., requests.Clients]]:
     """Make clients, closed at the end."""
     made: list[requests.Clients] = []

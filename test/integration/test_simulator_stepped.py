@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 import random
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 import yaml
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
@@ -30,27 +28,6 @@ from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]
 SUCCESS = TransitionCallbackReturn.SUCCESS
-
-
-@pytest.fixture
-def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
-    """Make stepped simulators (the fixture of the package, after the kernels are warm)."""
-    made: list[SteppedSimulator] = []
-
-    def one(**values: Any) -> SteppedSimulator:
-        made.append(SteppedSimulator(**values))
-        return made[-1]
-
-    yield one
-    for simulator in made:
-        simulator.close()
-
-
-@pytest.fixture
-def peer(ros_domain: int) -> Iterator[Peer]:
-    peer = Peer()
-    yield peer
-    peer.close()
 
 
 def state_of(simulator: SteppedSimulator) -> dict[str, Any]:
@@ -96,18 +73,6 @@ def step(run: Any) -> None:
         run.tick(0)
 
 
-def test_steps_end_at_whole_periods_without_drift(make: Make) -> None:
-    simulator = make(frequency=3.0)
-    run = simulator.node.run
-    assert run is not None
-    for k in range(1, 8):
-        step(run)
-        assert run.session.time_ns == round(k * NS / 3)
-    simulator.node.set_parameters_atomically([Parameter("step_periods", value=10)])
-    step(run)
-    assert run.session.time_ns == round(7 * NS / 3) + round(10 * NS / 3)
-
-
 def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) -> None:
     simulator = make(frequency=1e-6, step_periods=1_000_000)  # thirty thousand years
     run = simulator.node.run
@@ -149,29 +114,6 @@ def test_a_run_that_cannot_go_on_says_so_once_and_refuses_inputs(make: Make) -> 
         simulator.apply_impulse(0.1)
     with pytest.raises(InputError, match="cleanup, configure"):
         run.reset()
-
-
-def test_inputs_while_paused_act_at_the_held_instant(make: Make) -> None:
-    simulator = make(initial_height=1.0)
-    simulator.advance(0.125)
-    before = simulator.state
-    simulator.apply_impulse(0.1)
-    after = simulator.state
-    assert after.time_ns == before.time_ns
-    mass = 0.25
-    assert after.axial_velocity == pytest.approx(before.axial_velocity + 0.1 / mass, rel=1e-14)
-
-
-def test_a_command_ends_at_its_time(make: Make) -> None:
-    simulator = make(crossfade_duration=0.25)
-    simulator.advance(1.0)
-    simulator.command(after=0.5, axial_amplitude=0.02)
-    assert simulator.node.run is not None
-    ((begin, end, target),) = simulator.node.run.session.simulation.pending
-    assert (begin, end) == (NS + NS // 4, NS + NS // 2)
-    assert target.axial_amplitude == 0.02
-    simulator.advance(0.5)
-    assert simulator.node.run.session.simulation.motion_in_force.start == target
 
 
 def test_reset_returns_to_the_start_but_time_goes_on(make: Make) -> None:
@@ -304,13 +246,6 @@ def test_what_a_run_is_made_of_can_be_set_while_unconfigured(make: Make) -> None
     assert set_one(simulator, "mass", 2.0) == (True, "")
 
 
-def test_a_dump_can_be_loaded_again_without_a_refusal(make: Make) -> None:
-    node = make().node
-    dump = [node.get_parameter(name) for name in (*TABLE, "start_type_description_service")]
-    assert all(node.set_parameters_atomically([each]).successful for each in dump)
-    assert node.set_parameters_atomically([Parameter("mass", value=1.0)]).reason.startswith("mass")
-
-
 @pytest.mark.parametrize(
     "values",
     [
@@ -387,29 +322,10 @@ def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:
     assert simulator.node.set_parameters_atomically(changes).successful
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"restitution": 1.5}, "restitution: got 1.5"),
-        ({"restitution": "high"}, "It is a double, not a string"),
-        ({"restituton": 0.5}, "Did you mean restitution"),
-        ({"preset": "pizza"}, "preset: got 'pizza', allowed: pizza_multiple_toss"),
-        ({"preload": -10.0}, "preload: got -10.0"),
-    ],
-)
-def test_wrong_starts_are_refused(make: Make, values: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        make(**values)
-
-
 def test_a_parameter_beside_a_preset_wins(make: Make) -> None:
     simulator = make(preset="pizza_multiple_toss", restitution=0.25)
     assert simulator.node.get_parameter("restitution").value == 0.25
     assert simulator.node.get_parameter("gravity").value == 10.0
-
-
-def test_an_integer_for_a_double_is_taken_at_the_start(make: Make) -> None:
-    assert make(gravity=10).node.get_parameter("gravity").value == 10.0
 
 
 # --- lifecycle ------------------------------------------------------------------------------------
@@ -461,15 +377,6 @@ def test_a_second_clock_is_refused(make: Make) -> None:
             )
         assert first.node.outputs is not None
         assert not first.node.outputs.clock_is_lost()
-
-
-def test_transforms_without_tf2_msgs_are_refused_at_start(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
-    monkeypatch.delitem(sys.modules, "tf2_msgs.msg", raising=False)
-    with pytest.raises(InputError, match="publish_tf: got True, allowed: false: tf2_msgs is not"):
-        make(publish_tf=True)
 
 
 def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:
@@ -524,21 +431,3 @@ def test_the_clock_is_simulated_time_from_wall_time_on(make: Make) -> None:
         peer.spin_until(lambda: clock() == first + NS)
     finally:
         peer.close()
-
-
-# --- the fixture itself ---------------------------------------------------------------------------
-def test_the_package_s_fixture_drives_a_node_of_the_user_s(
-    stepped_simulator: Make, warm_kernels: None
-) -> None:
-    simulator = stepped_simulator(preset="pizza_multiple_toss")
-    node = rclpy.create_node("mine", context=simulator.context, use_global_arguments=False)
-    from sensor_msgs.msg import PointCloud2
-
-    counted: list[int] = []
-    node.create_subscription(PointCloud2, "disk/impacts", lambda m: counted.append(m.width), 10)
-    simulator.add_node(node)
-    simulator.wait_for_subscriber("disk/impacts")
-    simulator.step(10)
-    simulator.spin_until(lambda: sum(counted) >= 10)
-    assert simulator.time == pytest.approx(10 / 3, abs=1e-9)
-    node.destroy_node()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -39,17 +39,14 @@ Make = Callable[..., tuple[SteppedSimulator, StandardServices]]
 
 
 @pytest.fixture
-def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
+def make(make: Callable[..., SteppedSimulator]) -> Make:
     """A stepped simulator and the services on it."""
-    made: list[SteppedSimulator] = []
 
     def one(**values: Any) -> tuple[SteppedSimulator, StandardServices]:
-        made.append(SteppedSimulator(**values))
-        return made[-1], StandardServices(made[-1].node, TYPES)
+        simulator = make(**values)
+        return simulator, StandardServices(simulator.node, TYPES)
 
-    yield one
-    for simulator in made:
-        simulator.close()
+    return one
 
 
 def set_state(services: StandardServices, state: int) -> Result:

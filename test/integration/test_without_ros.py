@@ -27,49 +27,45 @@ def begin(start: Starter, *arguments: str) -> Process:
     return start.command([sys.executable, str(RUNNER), *arguments], env=env)
 
 
-def test_a_study_computes(start: Starter, tmp_path: Path) -> None:
-    """The others are made from their definitions alike; test_public_names computes each."""
+def test_bags_studies_and_the_demonstration_are_there(start: Starter, tmp_path: Path) -> None:
+    """The other studies are made from their definitions alike; test_public_names computes each."""
+    folder, picture = str(period_one_bag(tmp_path / "run", 3.0)), tmp_path / "demo.png"
     file = tmp_path / "parameters.yaml"
     file.write_text("/lab/*:\n  ros__parameters: {netcdf: false, figures: [png]}\n")
-    words = ["--params-file", str(file), "-r", "__ns:=/lab", "--log-level", "debug"]
-    for option in ("points:=16", f"output:={tmp_path / 'paths'}"):
-        words += ["-p", option]
-    node = begin(start, "toss_paths", "--ros-args", *words, "--")
+
+    def study(name: str, *words: str, **options: object) -> list[str]:
+        given = [word for key, value in options.items() for word in ("-p", f"{key}:={value}")]
+        return [name, "--ros-args", *words, *given]
+
+    lines = [
+        ["bag_report", folder],
+        ["replay", folder, "--what-if", "restitution:=0.4"],
+        ["bag_recover", folder],
+        study("basins", bag=folder, width=8, height=8, output=tmp_path / "basins"),
+        [
+            *study("toss_paths", "--params-file", str(file), "-r", "__ns:=/lab", "--log-level",
+                   "debug", points=16, output=tmp_path / "paths"),
+            "--",
+        ],
+        study("demo", picture=picture),
+    ]  # fmt: skip
+    words = [word for line in lines for word in ("+", *line)][1:]
+    node = begin(start, *words)
     assert node.wait(WAIT) == 0, node.output
     assert node.complaints == []
-    files = {path.suffix for path in (tmp_path / "paths").iterdir()}
-    assert files == {".png", ".zarr"}, "the file of parameters counts"
-
-
-def test_a_bag_is_reported_on_replayed_and_recovered(start: Starter, tmp_path: Path) -> None:
-    folder = str(period_one_bag(tmp_path / "run", 3.0))
-    study = ["basins", "--ros-args"]
-    for option in (f"bag:={folder}", "width:=8", "height:=8", f"output:={tmp_path / 'basins'}"):
-        study += ["-p", option]
-    replay = ["replay", folder, "--what-if", "restitution:=0.4"]
-    node = begin(start, "bag_report", folder, "+", *replay, "+", "bag_recover", folder, "+", *study)
-    assert node.wait(WAIT) == 0, node.output
-    assert node.complaints == []
-    assert node.output.count(" ended with 0\n") == 4
+    assert node.output.count(" ended with 0\n") == len(lines)
     assert (tmp_path / "run_report.html").is_file()
     assert (tmp_path / "run_recovered" / "metadata.yaml").is_file()
     node.wait_for("^replay identical: ")
     node.wait_for(r"^basins: from .*: Γ = 0\.45, ε = 0\.5$")
-
-
-def test_the_demonstration_tells_its_story(start: Starter, tmp_path: Path) -> None:
-    picture = tmp_path / "demo.png"
-    options = ["demo", "--ros-args", "-p"]
-    node = begin(start, *options, f"picture:={picture}", "+", *options, "picture:=demo.gif")
-    assert node.wait(WAIT) == 0, node.output
-    assert re.findall(r"^demo ended with (\d)$", node.output, re.MULTILINE) == ["0", "2"]
+    files = {path.suffix for path in (tmp_path / "paths").iterdir()}
+    assert files == {".png", ".zarr"}, "the file of parameters counts"
     node.wait_for("^ .* changes to a helical motion")
     node.wait_for(r"^  orbit found +period-1: τ_imp 0\.736624 rad")
     node.wait_for(r"^  rotor speed +27\.390382 rad/s")
     node.wait_for("^Verified: the orbit found is period-1")
     assert "nan" not in node.output
     assert picture.stat().st_size > 10_000
-    node.wait_for("^demo: picture: got 'demo.gif', allowed: a file ending in .png")
 
 
 def test_the_workbench_simulates_by_itself(start: Starter) -> None:
@@ -111,32 +107,24 @@ def test_the_library_works(start: Starter, tmp_path: Path) -> None:
     node.wait_for("^all done$")
 
 
-def test_what_needs_ros_says_so_in_one_line(start: Starter) -> None:
-    node = begin(start, *" + ".join(LIVE).split())
-    assert node.wait(WAIT) == 0, node.output
-    complaints = iter(node.complaints)
-    for name in LIVE:
-        node.wait_for(f"^{name} ended with 2$")
-        assert next(complaints).startswith(f"{name}: needs ROS 2, ")
-    assert list(complaints) == []
-
-
 WRONG = (
-    ("-p widt:=3", "basins: parameter: got 'widt', .* mean width"),
-    ("-p width:=3.5", "basins: width: got 3.5, allowed: an int"),
-    ("-p width=3", "basins: -p: got 'width=3', allowed: name:="),
-    ("-p hold:=true", "false where ROS 2 is not installed"),
-    ("foo", "basins: ROS arguments: got 'foo'"),
-    ("--params-file /no/file", "--params-file: got '/no/file'"),
+    ("basins -p widt:=3", "basins: parameter: got 'widt', .* mean width"),
+    ("basins -p width:=3.5", "basins: width: got 3.5, allowed: an int"),
+    ("basins -p width=3", "basins: -p: got 'width=3', allowed: name:="),
+    ("basins -p hold:=true", "false where ROS 2 is not installed"),
+    ("basins foo", "basins: ROS arguments: got 'foo'"),
+    ("basins --params-file /no/file", "--params-file: got '/no/file'"),
+    ("demo -p picture:=demo.gif", "demo: picture: got 'demo.gif', allowed: a file ending in .png"),
+    *((name, f"{name}: needs ROS 2, ") for name in LIVE),
 )
-"""Arguments of `basins` and what is said of them."""
+"""Executables with their arguments, and what is said of them."""
 
 
-def test_a_wrong_command_line_is_one_line_and_code_2(start: Starter) -> None:
-    lines = " + ".join(f"basins --ros-args {given}" for given, _ in WRONG)
+def test_what_needs_ros_and_wrong_command_lines_are_one_line_and_code_2(start: Starter) -> None:
+    lines = " + ".join(given.replace(" ", " --ros-args ", 1) for given, _ in WRONG)
     node = begin(start, *lines.split())
     assert node.wait(WAIT) == 0, node.output
-    assert node.output.count("basins ended with 2\n") == len(WRONG)
+    assert node.output.count(" ended with 2\n") == len(WRONG)
     assert len(node.complaints) == len(WRONG), node.output
     for complaint, (_, words) in zip(node.complaints, WRONG, strict=True):
         assert re.search(words, complaint)

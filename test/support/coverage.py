@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from reference.cases import examples
+
+
+def in_soak(*cases: Any) -> list[Any]:
+    """Cases of the same code as others, which `make soak` alone takes."""
+    return list(cases) if "EXAMPLES" in os.environ else []
 
 
 def least_hits(trials: int, chance: float, miss: float = 1e-5) -> int:

@@ -23,6 +23,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import IO
 
 PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
@@ -173,6 +174,14 @@ class Process:
     def _told(self, what: str) -> str:
         output = "".join(f"  {name}: {line}" for name, line in self.lines)
         return f"{' '.join(self.command)} {what}; exit code {self._popen.poll()}; output:\n{output}"
+
+
+def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
+    """A recorder at work, with parameters name:=value."""
+    options = [part for parameter in parameters for part in ("-p", parameter)]
+    process = start("recorder", str(folder), "--ros-args", *options)
+    process.wait_for("recording to")
+    return process
 
 
 def any_ends(processes: Sequence[Process], timeout: float = PATIENCE) -> None:

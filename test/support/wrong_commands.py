@@ -63,7 +63,15 @@ WRONG: list[tuple[str, Any, str]] = [
     ("platform/command", trajectory(["frequency"], ([1.0], -1)), "allowed: >= 0 s"),
     ("platform/command", trajectory(["frequency"], ([1.0], 0), velocities=[1.0]), "velocities"),
     ("platform/command", trajectory(["frequency"], ([1.0], 0), effort=[1.0]), "effort"),
+    ("platform/command", trajectory(["frequency"], ([1.0], 1), ([1.0], 1)), "> 1 s, strictly"),
+    (
+        "platform/command",
+        trajectory(["frequency"], ([1.0], 0), ([1.0, 2.0], 1)),
+        "points[1].positions: got '2 values'",
+    ),
     ("platform/command", old(trajectory(["frequency"], ([1.0], 0))), "header.stamp"),
+    ("platform/command", old(trajectory(["frequency"], ([1.0], 0), ([1.0], 1))), " s old"),
+    ("platform/command", old(trajectory([])), " s old"),
     (
         "platform/axial_amplitude",
         Float64(data=-0.5),
@@ -92,5 +100,12 @@ WRONG: list[tuple[str, Any, str]] = [
         f"{COMMAND_POINTS + 1}",
     ),
     ("disk/impulse", wrench("x", 1.0), "wrench.force.x: got 1.0, allowed: 0"),
+    ("disk/impulse", wrench("x", NAN), "wrench.force.x: got nan"),
+    ("disk/impulse", wrench("z", 1e300), "wrench.force.z: got 1e+300, allowed: a finite"),
+    (
+        "disk/impulse",
+        impulse_message(ImpulseRequest((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 0)),
+        "wrench.torque.y: got 2.0, allowed: 0",
+    ),
     ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),
 ]

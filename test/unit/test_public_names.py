@@ -22,7 +22,6 @@ import bouncing_disk_ros
 from bouncing_disk_ros import (
     NEED_ROS,
     InputError,
-    MapState,
     NextCollisionMap,
     bag,
     find_attractors,
@@ -47,15 +46,9 @@ def test_dir_lists_what_is_public_and_no_more() -> None:
         assert {name for name in dir(module) if not name.startswith("_")} >= set(module.__all__)
 
 
-@pytest.mark.parametrize("name", plots.__all__)
-def test_what_draws_is_found(name: str) -> None:
-    assert callable(getattr(plots, name))
-    assert getattr(plots, name).__doc__
-
-
-@pytest.mark.parametrize("name", sorted(set(bouncing_disk_ros.__all__) - {"__version__"}))
-def test_public_names_say_what_they_are(name: str) -> None:
-    assert len((getattr(bouncing_disk_ros, name).__doc__ or "").strip()) > 20
+def test_public_names_say_what_they_are() -> None:
+    for name in set(bouncing_disk_ros.__all__) - {"__version__"}:
+        assert len((getattr(bouncing_disk_ros, name).__doc__ or "").strip()) > 20, name
 
 
 def test_public_functions_show_an_example() -> None:
@@ -281,11 +274,6 @@ def test_a_notebook_shows_a_figure_without_pyplot() -> None:
     assert "matplotlib.pyplot" not in sys.modules or "pyplot" not in str(type(picture))
 
 
-def test_a_state_of_the_map_is_what_its_derivatives_are_of() -> None:
-    section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
-    assert section.jacobian(MapState(1.0, -1.3)).shape == (3, 3)
-
-
 # --- figures --------------------------------------------------------------------------------------
 def test_a_result_is_drawn_as_its_command_draws_it(tmp_path: Path) -> None:
     result = run_study("basins", angular_velocities=[0.0, 1.0], **SMALL)
@@ -332,8 +320,3 @@ def test_a_study_says_which_parameters_it_takes() -> None:
     assert "- `load_torque` (0.0 N·m): " in text
     assert "`workers`" in text
     assert text.index(">>>") < text.index("`workers`")
-
-
-def test_a_diagram_that_would_begin_beyond_its_end_is_refused() -> None:
-    with pytest.raises(InputError, match=r"end: got 0\.65, allowed: > 0\.822273\. The period-1"):
-        named("bifurcation", restitution=0.1, begin=0.0, end=0.65)

@@ -1,4 +1,4 @@
-"""Sixty random damages to bags, guided by coverage (`make soak`: ten thousand)."""
+"""Thirty random damages to bags, guided by coverage (`make soak`: ten thousand)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SEED = 1
 
 def test_damaged_bags_are_read_or_refused(tmp_path: Path) -> None:
     fuzz = Fuzz(SEED, tmp_path / "run")
-    fuzz.run(60)
+    fuzz.run(30)
     print(fuzz)
-    assert fuzz.refused >= 5
+    assert fuzz.refused >= 3
     assert len(fuzz.seen) > fuzz.whole, "no damage reached other code than whole bags do"
 
 

@@ -19,7 +19,7 @@ from bouncing_disk_ros.report.estimate import (
     platform_velocities,
     restitution_of,
 )
-from support.coverage import covers
+from support.coverage import covers, in_soak
 
 Rows = NDArray[np.void]
 
@@ -62,7 +62,7 @@ def measured(rows: Rows, disk: Disk, noise: float, rng: np.random.Generator) -> 
     return rows
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_restitution_without_noise_is_exact(restitution: float) -> None:
     rows, disk, motion = run(restitution, amplitude=0.02 if restitution == 1.0 else 0.0475)
     for found in (by_velocities(rows, motion), restitution_of(rows, mass=disk.mass)):
@@ -73,7 +73,7 @@ def test_restitution_without_noise_is_exact(restitution: float) -> None:
         assert not found.note or found.note.startswith("left out")
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.01, 0.15, 0.3])
+@pytest.mark.parametrize("friction", [0.0, 0.15])
 def test_friction_without_noise_is_exact(friction: float) -> None:
     rows, disk, _ = run(friction=friction)
     found = friction_of(rows, disk)
@@ -101,8 +101,10 @@ def test_preload_and_load_torque_change_nothing() -> None:
     assert friction_of(result.impacts, disk).value == pytest.approx(0.1, abs=1e-14)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("noise", [1e-3, 0.1])
+@pytest.mark.parametrize(
+    ("restitution", "noise"),
+    [(0.0, 0.1), (0.5, 1e-3), *in_soak((0.0, 1e-3), (0.5, 0.1), (1.0, 1e-3), (1.0, 0.1))],
+)
 def test_restitution_intervals_cover(restitution: float, noise: float) -> None:
     rows, disk, motion = run(restitution, amplitude=0.02 if restitution == 1.0 else 0.0475)
     rows = rows[(rows["count"] == 1)][:40]
@@ -120,8 +122,8 @@ def test_restitution_intervals_cover(restitution: float, noise: float) -> None:
 @pytest.mark.parametrize(
     ("friction", "noise", "n"),
     [
-        *[(0.0, 1e-3, 40), (0.0, 0.05, 40), (0.02, 0.05, 40)],
-        *[(0.15, 1e-3, 40), (0.15, 0.05, 40), (0.15, 0.05, 400)],
+        *[(0.0, 0.05, 40), (0.15, 0.05, 400)],
+        *in_soak((0.0, 1e-3, 40), (0.02, 0.05, 40), (0.15, 1e-3, 40), (0.15, 0.05, 40)),
     ],
 )
 def test_friction_intervals_cover(friction: float, noise: float, n: int) -> None:
@@ -139,8 +141,10 @@ def test_friction_intervals_cover(friction: float, noise: float, n: int) -> None
     assert np.mean(identified) > 0.95
 
 
-@pytest.mark.parametrize("friction", [0.02, 0.05, 0.15])
-@pytest.mark.parametrize("noise", [1.0, 3.0])
+@pytest.mark.parametrize(
+    ("friction", "noise"),
+    [(0.05, 3.0), *in_soak((0.02, 1.0), (0.02, 3.0), (0.05, 1.0), (0.15, 1.0), (0.15, 3.0))],
+)
 def test_locked_impacts_that_look_like_slipping_ones_do_not_exclude_the_truth(
     friction: float, noise: float
 ) -> None:

@@ -150,19 +150,16 @@ def told(axial_forcing: float, impacts: int, skip: int = 0, away: float = 0.02) 
     [
         (GAMMA_1 - 1e-4, "period-1"),
         (GAMMA_1 + 1e-4, "period-2"),
-        (0.5305, "period-2"),  # to 4 at 0.5309
-        (0.5313, "period-4"),
         (0.5398, "period-4"),  # to 8 at 0.54015
         (0.5405, "period-8"),
-        (0.5418, "period-8"),
     ],
 )
 def test_cascade(axial_forcing: float, name: str) -> None:
     assert told(axial_forcing, 2000, skip=20_000) == (name, name)
 
 
-@pytest.mark.parametrize("difference", [-1e-3, -1e-4, -1e-5, 0.0, 1e-5, 1e-4])
-@pytest.mark.parametrize("impacts", [30, 100, 300])
+@pytest.mark.parametrize("difference", [-1e-3, 0.0, 1e-4])
+@pytest.mark.parametrize("impacts", [30, 300])
 def test_slow_transients_about_a_doubling_are_no_orbit(difference: float, impacts: int) -> None:
     """Begun 0.02 away the alternation has not died out: period-2 would be as wrong as period-1."""
     assert told(GAMMA_1 + difference, impacts) == ("unresolved", "unresolved")
@@ -180,10 +177,6 @@ def test_an_unstable_cycle_is_no_orbit(axial_forcing: float) -> None:
     assert orbit_of(rows, motion=motion_of(axial_forcing), disk=DISK) == UNRESOLVED
 
 
-def test_departure_is_seen_without_the_map_too() -> None:
-    assert told(0.5, 60, away=1e-9)[0] == "unresolved"
-
-
 @pytest.mark.parametrize("axial_forcing", [0.5435, 0.549, 0.56])
 def test_chaos_is_told_by_its_exponent(axial_forcing: float) -> None:
     rows = map_rows(axial_forcing, 2000, skip=1000)
@@ -197,13 +190,6 @@ def test_chaos_is_told_by_its_exponent(axial_forcing: float) -> None:
     broken = rows.copy()
     broken["index"][-60:] += 1.0  # a row lost
     assert orbit_of(broken, motion=motion_of(axial_forcing), disk=DISK) == UNRESOLVED
-
-
-def test_chaos_of_a_simulated_run() -> None:
-    orbit = orbit_of(followed(0.549), motion=motion_of(0.549), disk=DISK)
-    assert orbit.kind is OrbitKind.CHAOTIC
-    wrong = DISK._replace(restitution=0.51)  # the rows do not follow that disk's map: no evidence
-    assert orbit_of(followed(0.549), motion=motion_of(0.549), disk=wrong) == UNRESOLVED
 
 
 def test_a_long_chaotic_transient_is_not_called_chaotic() -> None:
@@ -224,3 +210,7 @@ def test_a_long_chaotic_transient_is_not_called_chaotic() -> None:
 def test_motion_and_disk_that_do_not_fit_leave_the_rows_alone() -> None:
     rows = rows_of([0.7], [-2.2], 40)
     assert orbit_of(rows, motion=motion_of(0.45), disk=DISK).is_period_one
+    wrong = DISK._replace(restitution=0.51)  # the rows do not follow that disk's map: no evidence
+    assert orbit_of(map_rows(0.549, 2000, skip=1000), motion=motion_of(0.549), disk=wrong) == (
+        UNRESOLVED
+    )

@@ -8,7 +8,7 @@ import pytest
 
 from support import random_reports
 
-RUNS, AT_ONCE = 50, 10
+RUNS, AT_ONCE = 20, 10
 FOUND = {
     "a reset that a bag without disk/inputs does not tell from a change": (1155, 1328),
     "an impact at the instant of such a reset": (2067,),

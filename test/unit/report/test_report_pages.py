@@ -140,17 +140,13 @@ def figure(report: Report) -> Figure:
     return report_page(report)
 
 
-def test_figures_are_marked_as_ours(figure: Figure, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_figures_are_marked_as_ours(kind: str, tmp_path: Path) -> None:
     empty = report_page(report_of(RunRecord(UNKNOWN_DISK), Source("empty")))
-    for kind, drawn, least in (
-        ("png", figure, 20_000),
-        ("svg", empty, 5_000),
-        ("pdf", empty, 5_000),
-    ):
-        save_page(drawn, tmp_path / f"page.{kind}")
-        data = (tmp_path / f"page.{kind}").read_bytes()
-        assert MARK.encode() in data
-        assert len(data) > least
+    save_page(empty, tmp_path / f"page.{kind}")
+    data = (tmp_path / f"page.{kind}").read_bytes()
+    assert MARK.encode() in data
+    assert len(data) > 5_000
 
 
 def test_axes_have_symbol_and_unit(figure: Figure) -> None:

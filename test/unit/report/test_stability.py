@@ -25,8 +25,8 @@ def step(tau: float, w: float, axial_forcing: float, restitution: float) -> tupl
     return tau + out[0, 2], out[0, 1]
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.9, 1.0])
-@pytest.mark.parametrize(("tau", "w"), [(0.7, -1.3), (0.6, -2.5), (1.1, -0.9)])
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize(("tau", "w"), [(0.7, -1.3), (1.1, -0.9)])
 def test_derivative_is_that_of_the_map(tau: float, w: float, restitution: float) -> None:
     axial_forcing, h = 0.6, 1e-5
     tau1, w1 = step(tau, w, axial_forcing, restitution)

@@ -14,7 +14,7 @@ from bouncing_disk_ros.maps.scales import period_one
 from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind, transient_of
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
 from bouncing_disk_ros.run.simulate import Result
-from support.coverage import covers
+from support.coverage import covers, in_soak
 
 T = np.linspace(5.0, 15.0, 400)
 APPROACH = 20.0 - 5.0 * np.exp(-(T - 5.0) / 1.7)
@@ -46,7 +46,7 @@ def test_linear_without_noise_is_exact(end: float) -> None:
     assert math.isnan(found.time_constant.value)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.8])
+@pytest.mark.parametrize("memory", [0.8, *in_soak(0.0)])
 def test_time_constants_cover(memory: float) -> None:
     """Noise of 1/25 of the approach, from point to point or lasting; n/τ is itself estimated."""
 
@@ -58,7 +58,7 @@ def test_time_constants_cover(memory: float) -> None:
     covers(trial, 100, 0.93 if memory else 0.95)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.8])
+@pytest.mark.parametrize("memory", [0.8, *in_soak(0.0)])
 def test_rates_cover(memory: float) -> None:
     def trial(rng: np.random.Generator) -> bool:
         ramp = 20.0 + np.minimum(T - 11.0, 0.0)
@@ -69,7 +69,7 @@ def test_rates_cover(memory: float) -> None:
     covers(trial, 100, 0.93 if memory else 0.95)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.8, 0.95])
+@pytest.mark.parametrize("memory", [0.95, *in_soak(0.0, 0.8)])
 def test_noise_alone_is_no_transient(memory: float) -> None:
     def trial(rng: np.random.Generator) -> bool:
         kind = transient_of(T, 20.0 + wandering(rng, len(T), memory)).kind

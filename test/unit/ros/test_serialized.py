@@ -60,17 +60,6 @@ READERS: dict[type[Any], Callable[[bytes], Any]] = {
 
 
 # --- pairs ----------------------------------------------------------------------------------------
-@given(
-    names=st.lists(st.sampled_from(MOTION_NAMES), max_size=4),
-    points=st.lists(st.tuples(st.lists(finite, max_size=4), stamps), max_size=4),
-    stamp=stamps,
-)
-def test_programmes_come_back(
-    names: list[str], points: list[tuple[list[float], int]], stamp: int
-) -> None:
-    requests = tuple(PointRequest(tuple(values), after) for values, after in points)
-    request = ProgrammeRequest(tuple(names), requests, stamp)
-    assert programme(serialize_message(c.programme_to_msg(request))) == request
 
 
 numbers = st.lists(finite, max_size=4).map(tuple)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import pytest
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.replay_check import replay
 from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.run.what_if import (
     DETAIL_PERIODS,
@@ -31,6 +31,7 @@ STORY: dict[str, Any] = {
 }
 
 
+@cache
 def recorded() -> Result:
     return simulate(SECONDS, **STORY)
 
@@ -46,9 +47,8 @@ def test_without_a_change_the_two_are_one() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [{"restitution": 0.4}, {"friction": 0.1, "mass": 0.3}, {"axial_amplitude": 0.045},
-     {"phase_lag": 0.7}],
-)  # fmt: skip
+    [{"friction": 0.1, "mass": 0.3}, {"axial_amplitude": 0.045}],
+)
 def test_a_change_from_the_start_is_a_run_with_that_parameter(change: dict[str, Any]) -> None:
     """The changed run is bit for bit what a simulation with that parameter would have been."""
     run = recorded()
@@ -118,14 +118,6 @@ def test_rotor_speed_is_the_mean_of_the_end() -> None:
 
 def recorded_samples() -> Any:
     return simulate(SECONDS, sample_rate=100.0, **STORY).samples
-
-
-def test_inputs_of_every_kind_keep_the_change() -> None:
-    run = Driven().drive(3)
-    end = replay(run.record_list).end_ns
-    runs = what_if(run.record_list, changes_of({"restitution": 0.25, "frequency": 4.0}), end)
-    assert runs.divergence is not None
-    assert runs.end_ns == end
 
 
 def test_a_change_in_mid_run_begins_at_the_snapshot() -> None:

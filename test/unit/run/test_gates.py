@@ -12,7 +12,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import GATE_BYTES, GATE_INPUTS
-from bouncing_disk_ros.run.gates import Gates, State, Streams, Voices
+from bouncing_disk_ros.run.gates import Gates, State
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "closed_loops.md"
 TIMEOUT = 100
@@ -274,18 +274,6 @@ def test_an_answer_by_hand_is_no_second_controller() -> None:
     made.close(), made.open(0)
     one.answer(0)
     assert made.is_complete
-
-
-def test_one_publisher_may_answer_for_several_controllers() -> None:
-    voices = Voices()
-    assert [voices.hear(k % 2, k + 1) for k in range(10)] == [(False, False)] * 10
-    assert voices.count == 1
-
-
-def test_streams_are_told_apart_by_their_counts() -> None:
-    stream = Streams()
-    found = [stream.is_first(number) for number in (5, 6, 1, 7, 2, 1, 2, 3, 3, 8)]
-    assert found == [True, False, True, False, False, True, False, False, False, False]
 
 
 # --- the order of inputs --------------------------------------------------------------------------

@@ -6,11 +6,10 @@ import json
 import random
 from typing import Any
 
-import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, join_rows
+from bouncing_disk_ros.core.model import Motion, join_rows
 from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
@@ -60,7 +59,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
     session.advance(session.time_ns + NS)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
     session, records = started()
     drive(session, seed)
@@ -143,11 +142,6 @@ def test_many_inputs_bring_a_snapshot_of_their_own() -> None:
     assert [r["index"] for r in records if r["kind"] == "snapshot"] == [0, 501]
 
 
-def test_phase_lag_of_the_parameters_wraps() -> None:
-    session, _ = started(phase_lag=7.0)
-    assert session.simulation.latest_target.phase_lag == pytest.approx(7.0 - 2 * np.pi, abs=1e-15)
-
-
 # --- reading records ------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "text",
@@ -166,14 +160,6 @@ def test_unknown_kinds_are_refused() -> None:
 def test_numbers_that_are_none_never_reach_the_record() -> None:
     with pytest.raises(ValueError, match="JSON"):
         records_of.to_json({"value": float("nan")})
-
-
-def test_joined_rows_keep_the_layout() -> None:
-    rows = [np.ones(2, IMPACT_DTYPE), np.zeros(1, IMPACT_DTYPE)]
-    joined = join_rows(rows)
-    assert joined.dtype == IMPACT_DTYPE
-    assert list(joined["index"]) == [1.0, 1.0, 0.0]
-    assert len(join_rows([])) == 0
 
 
 # --- inputs whose instant takes long --------------------------------------------------------------
@@ -206,15 +192,6 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     assert [record["time_ns"] for record in records[before:]] == [1, 2]
     again = replayed(through_json(records), 2)[0]
     assert again.tobytes() == join_rows(session.take_rows()).tobytes()
-
-
-def test_the_latest_target_is_that_of_the_last_command_that_waits() -> None:
-    session, _ = dense()
-    session.advance(1, 10)
-    for amplitude in (0.03, 0.05):
-        session.command([(5 * NS, Motion(amplitude, 0.1, 3.0, 0.0))])
-    assert session.waiting == 2
-    assert session.latest_target == Motion(0.05, 0.1, 3.0, 0.0)
 
 
 def test_a_pause_waits_in_its_place() -> None:

@@ -31,12 +31,6 @@ def test_presets_are_these() -> None:
     assert preset_names() == ["pizza_multiple_toss", "pizza_single_toss", "swum"]
 
 
-@pytest.mark.parametrize("name", preset_names())
-def test_presets_override_and_do_not_repeat_what_follows_from_nothing(name: str) -> None:
-    whole = parameters.complete(load_preset(name))
-    assert whole.keys() == parameters.TABLE.keys()
-
-
 def test_single_toss_has_the_paper_s_geometry_and_speed() -> None:
     values = parameters.complete(load_preset("pizza_single_toss"))
     motion, disk = motion_of(values), Disk.of(values)
@@ -64,17 +58,6 @@ def test_period_one_presets_stay_on_their_orbit_at_full_speed(name: str) -> None
     # eq. 4 with θ = −τ_imp
     speed = omega * motion.angular_amplitude
     assert impacts["angular_velocity"][-1] == pytest.approx(speed, rel=1e-12)
-
-
-def test_multiple_toss_is_at_045() -> None:
-    assert axial_forcing(parameters.complete(load_preset("pizza_multiple_toss"))) == pytest.approx(
-        0.45, rel=1e-12
-    )
-
-
-def test_the_hint_of_swum_leads_to_chattering() -> None:
-    impacts = simulate(0.1, preset="swum", axial_amplitude=7.2e-7).impacts
-    assert set(impacts["kind"][-10:]) == {0, 1}
 
 
 def test_arrays_have_the_documented_types() -> None:
@@ -157,11 +140,6 @@ def test_a_preset_file_of_one_s_own_works(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("/**: {ros__parameters: {restitution: 1}}")
     assert load_preset(str(path)) == {"restitution": 1.0}
-
-
-def test_a_missing_preset_file_is_refused() -> None:
-    with pytest.raises(InputError, match=r"preset: got './none.yaml', allowed: a readable"):
-        load_preset("./none.yaml")
 
 
 def test_a_programme_is_given_by_its_name() -> None:

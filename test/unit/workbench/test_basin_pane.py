@@ -96,17 +96,6 @@ def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> N
     assert f"{FULL} × {FULL} starts" in opened.texts
 
 
-def test_a_zoom_is_computed_anew_where_it_is(opened: Opened) -> None:
-    window = Window(1.0, 1.25, -1.0, -0.5)
-    opened.zoom(window)
-    data = opened.labels
-    assert [data[name][0] for name in ("x", "y", "dw", "dh")] == [1.0, -1.0, 0.25, 0.5]
-    expected = view(opened.pane._section.axial_forcing, 0.5, window, FULL)  # type: ignore[union-attr]
-    assert expected is not None
-    np.testing.assert_array_equal(shown(opened), expected.labels)
-    assert "Double precision" not in opened.texts
-
-
 def test_the_page_says_where_double_precision_ends(opened: Opened) -> None:
     opened.zoom(Window(2.0, 2.0 + 2e-14, -1.0 - 2e-14, -1.0))
     assert "Double precision ends here" in opened.texts

@@ -57,15 +57,14 @@ def regions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("regions")
-@pytest.mark.parametrize("half", [0.1, 1e-4, 1e-9])
-@pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
+@pytest.mark.parametrize(("axial_forcing", "half"), [(0.45, 1e-9), (0.55, 0.1)])
 def test_labels_of_a_zoom_are_those_of_the_study(axial_forcing: float, half: float) -> None:
     window = around(2.0, boundary(axial_forcing, 2.0), half)
     compare(axial_forcing, window)
 
 
 @pytest.mark.usefixtures("regions")
-@pytest.mark.parametrize("axial_forcing", [0.3, 0.48, 0.5526, 2.0])
+@pytest.mark.parametrize("axial_forcing", [0.48, 0.5526])
 def test_labels_of_the_whole_window_are_those_of_the_study(axial_forcing: float) -> None:
     compare(axial_forcing, whole_window())
 
@@ -142,7 +141,7 @@ def test_the_end_of_double_precision_is_seen() -> None:
     assert not found.distinct
 
 
-@pytest.mark.parametrize("axial_forcing", [0.3, 0.45, 0.48])
+@pytest.mark.parametrize("axial_forcing", [0.3, 0.48])
 def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> None:
     default = Basins(
         {

@@ -58,11 +58,9 @@ class Juggled:
             self.juggling.answer(self.session)
 
 
-@pytest.mark.parametrize(("forcing", "strategy"), [(0.45, "deadbeat"), (0.60, "impact_time")])
-def test_its_impacts_are_those_of_the_loop_in_one_process(
-    warm_kernels: None, forcing: float, strategy: str
-) -> None:
+def test_its_impacts_are_those_of_the_loop_in_one_process(warm_kernels: None) -> None:
     """To the bit."""
+    forcing, strategy = 0.60, "impact_time"
     juggled = Juggled(forcing, strategy)
     juggled.run(PERIODS)
     motion, disk = motion_of(forcing), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
