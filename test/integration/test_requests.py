@@ -1,6 +1,6 @@
-"""Requests that fit and that do not, to every service of a simulator and of a recorder.
+"""Requests that fit and that do not, to every service of a simulator.
 
-`make soak` asks ten thousand of them: test/soak/test_hostile.py.
+`make soak` asks ten thousand of them, of a recorder too: test/soak/test_hostile.py.
 """
 
 from __future__ import annotations
@@ -115,16 +115,6 @@ def test_every_request_to_a_simulator_is_answered(
 ) -> None:
     process = start("simulator", "--ros-args", "-p", "crossfade_duration:=0.1")
     answers = clients("bouncing_disk", requests.OF_SIMULATOR).ask(SEED, COUNT)
-    assert sum(map(len, answers.values())) == COUNT
-    requests.check_answers(answers)
-    ended_well(process)
-
-
-def test_every_request_to_a_recorder_is_answered(
-    start: Starter, tmp_path: Path, clients: Callable[..., requests.Clients]
-) -> None:
-    process = start("recorder", str(tmp_path / "run"))
-    answers = clients("recorder", requests.OF_RECORDER).ask(SEED, COUNT)
     assert sum(map(len, answers.values())) == COUNT
     requests.check_answers(answers)
     ended_well(process)

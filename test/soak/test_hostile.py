@@ -1,6 +1,6 @@
 """A million random commands in process and 10⁵ over DDS; 10⁴ requests of five clients to each node.
 
-`make test` takes a hundredth of each: test/unit/nodes/simulator/test_storms.py,
+`make test` takes a hundredth of most: test/unit/nodes/simulator/test_storms.py,
 test/integration/test_requests.py, test/integration/test_hostile_commands.py.
 """
 

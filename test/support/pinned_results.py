@@ -221,6 +221,11 @@ def report_numbers(found: Report) -> Content:
             nearly([found.ledger, kept]), found.begin, found.end]  # fmt: skip
 
 
+def words(found: Report) -> dict[str, str]:
+    """The texts in the tables of a report by their names."""
+    return {name: text for table in tables(found) for name, text in table.rows}
+
+
 def table_numbers(found: Report) -> Content:
     """The numbers in the tables of a report, in order: the words around them may change."""
     texts = [text for table in tables(found) for row in table.rows for text in row[1:]]

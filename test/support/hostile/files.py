@@ -4,32 +4,35 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 from support.hostile.base import content, entry, put
 from support.mcap_bytes import MAGIC, forged
 
-
-@entry("an empty file")
-def _empty(folder: Path) -> Path:
-    return put(folder, b"")
-
-
-@entry("only the mark")
-def _mark(folder: Path) -> Path:
-    return put(folder, MAGIC)
-
-
-@entry("the mark twice")
-def _marks(folder: Path) -> Path:
-    return put(folder, MAGIC + MAGIC)
+FILES: dict[str, Callable[[Path], object]] = {
+    "an empty file": Path.touch,
+    "only the mark": lambda file: file.write_bytes(MAGIC),
+    "the mark twice": lambda file: file.write_bytes(MAGIC + MAGIC),
+    "a FIFO": os.mkfifo,
+    "a folder": Path.mkdir,
+    "a link to a device": lambda file: file.symlink_to("/dev/zero"),
+    "a link in a circle": lambda file: file.symlink_to(file.name),
+}
+"""What may stand at the place of the file of a bag."""
 
 
-@entry("a FIFO for a file")
-def _fifo(folder: Path) -> Path:
-    folder.mkdir()
-    os.mkfifo(folder / "run_0.mcap")
-    return folder
+def _enter(name: str, make: Callable[[Path], object]) -> None:
+    def made(folder: Path) -> Path:
+        folder.mkdir()
+        make(folder / "run_0.mcap")
+        return folder
+
+    entry(name)(made)
+
+
+for _name, _make in FILES.items():
+    _enter(_name, _make)
 
 
 @entry("a FIFO for a bag")
@@ -39,31 +42,10 @@ def _fifo_alone(folder: Path) -> Path:
     return folder / "run_0.mcap"
 
 
-@entry("a folder for a file")
-def _folder(folder: Path) -> Path:
-    (folder / "run_0.mcap").mkdir(parents=True)
-    return folder
-
-
-@entry("a link to a device")
-def _device(folder: Path) -> Path:
-    folder.mkdir()
-    (folder / "run_0.mcap").symlink_to("/dev/zero")
-    return folder
-
-
 @entry("a device for a bag")
 def _zero(folder: Path) -> Path:
     folder.mkdir()
     return Path("/dev/zero")
-
-
-@entry("a link in a circle")
-def _circle(folder: Path) -> Path:
-    folder.mkdir()
-    (folder / "run_0.mcap").symlink_to("run_1.mcap")
-    (folder / "run_1.mcap").symlink_to("run_0.mcap")
-    return folder
 
 
 @entry("a link to the same file")

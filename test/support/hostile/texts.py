@@ -9,6 +9,7 @@ from typing import Any
 
 from bouncing_disk_ros.bag.metadata import signed
 from support.hostile.base import NOTES, content, enter_forged, entry, messages, put
+from support.hostile.files import FILES
 from support.mcap_bytes import Sent, forged
 
 _LAUGHS = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
@@ -88,25 +89,16 @@ for _name, _given in METADATA.items():
     _enter_metadata(_name, _given)
 
 
-@entry("metadata.yaml: a FIFO")
-def _metadata_fifo(folder: Path) -> Path:
-    put(folder, forged({}, content()))
-    os.mkfifo(folder / "metadata.yaml")
-    return folder
+def _enter_place(name: str, make: Callable[[Path], object]) -> None:
+    def made(folder: Path) -> Path:
+        make(put(folder, forged({}, content())) / "metadata.yaml")
+        return folder
+
+    entry(f"metadata.yaml: {name}")(made)
 
 
-@entry("metadata.yaml: a folder")
-def _metadata_folder(folder: Path) -> Path:
-    put(folder, forged({}, content()))
-    (folder / "metadata.yaml").mkdir()
-    return folder
-
-
-@entry("metadata.yaml: a link to a device")
-def _metadata_device(folder: Path) -> Path:
-    put(folder, forged({}, content()))
-    (folder / "metadata.yaml").symlink_to("/dev/zero")
-    return folder
+for _name in ("a FIFO", "a folder", "a link to a device"):
+    _enter_place(_name, FILES[_name])
 
 
 @entry("metadata.yaml: names a FIFO")

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros import bag
-from bouncing_disk_ros.report.read_run import WANTED, BagRun, ReadOptions
+from bouncing_disk_ros.report.read_run import WANTED
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_html import MOST_POINTS, report_html
 from bouncing_disk_ros.report.report_page import report_page, save_page
 from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from support import pinned_results
 from support.recorded import period_one_bag
 
 PANELS = (
@@ -55,12 +55,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
-    folder = period_one_bag(tmp_path_factory.mktemp("bags") / "run & <1> $5$")
-    with bag.open(folder) as opened:
-        run = BagRun(opened, ReadOptions())
-        for _ in run.read():
-            pass
-        return report_of(run.record, run.source)
+    folder = tmp_path_factory.mktemp("bags") / "run & <1> $5$"
+    return pinned_results.report(period_one_bag(folder))
 
 
 class Page(HTMLParser):

@@ -16,14 +16,13 @@ from bouncing_disk_ros.nodes.bag_report import parser
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.proof.bag_proof import BagProver
-from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.recorded_runs import RecordedRuns
 from bouncing_disk_ros.report.report_panels import energy_panel, panels
-from bouncing_disk_ros.report.report_text import tables
-from bouncing_disk_ros.report.run_report import Report, report_of
+from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.run.what_if import changes_of, what_if
+from support.pinned_results import report, words
 from support.recorded import NS, START_NS, Act, RecordedRun
 
 PRESET = "pizza_multiple_toss"
@@ -38,18 +37,6 @@ def made(
         run = RecordedRun(writer, **{"preset": PRESET, "gravity": 10.0, **given})
         run.run(seconds, acts, slice_ticks)
     return report(folder / "run", choice, **(read or {}))
-
-
-def report(folder: Path, choice: str = "longest", **options: Any) -> Report:
-    with bag.open(folder) as opened:
-        reader = BagRun(opened, ReadOptions(**options))
-        for _ in reader.read():
-            pass
-        return report_of(reader.record, reader.source, choice)
-
-
-def words(found: Report) -> dict[str, str]:
-    return {name: text for table in tables(found) for name, text in table.rows}
 
 
 def reach(*points: tuple[float, Motion]) -> Act:

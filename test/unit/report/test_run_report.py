@@ -15,7 +15,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.report_panels import panels
-from bouncing_disk_ros.report.report_text import lines, path_text, tables, transient_text
+from bouncing_disk_ros.report.report_text import lines, path_text, transient_text
 from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
@@ -28,6 +28,7 @@ from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.report.spans import time_decimals
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
+from support.pinned_results import words
 
 NS = 1_000_000_000
 
@@ -68,10 +69,6 @@ def heard(session: Session, until: float, record: RunRecord | None = None) -> Ru
             )  # fmt: skip
         record.chunks += session.take_rows()
     return record
-
-
-def words(report: Report) -> dict[str, str]:
-    return {name: text for table in tables(report) for name, text in table.rows}
 
 
 @pytest.fixture(scope="module")

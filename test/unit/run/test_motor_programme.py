@@ -14,7 +14,6 @@ from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.maps.scales import acceleration
 from bouncing_disk_ros.report.panel import SeriesStyle
 from bouncing_disk_ros.report.report_panels import PERIODS, height_panel
-from bouncing_disk_ros.report.report_text import tables
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from bouncing_disk_ros.run.presets import load_preset
@@ -22,6 +21,7 @@ from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.topics import MOTION_NAMES
+from support.pinned_results import words
 
 NAME = "motor_start_and_stop"
 LOADED: dict[str, Any] = {"load_inertia": 2e-7, "brake_torque": 0.002}
@@ -86,7 +86,7 @@ def test_the_report_tells_rise_and_stop_times() -> None:
     assert start.to_95 == pytest.approx(0.95 * up, rel=0.1)
     assert stop.to_95 == pytest.approx(0.95 * down, abs=5e-5)
     assert stop.to_1_e == pytest.approx((1.0 - math.exp(-1.0)) * down, abs=5e-5)
-    told = {name: text for table in tables(report) for name, text in table.rows}
+    told = words(report)
     count = len(report.segments)
     assert told[f"stop time, segment {count}"].startswith(f"{stop.to_1_e:.4g} s to 1 − 1/e, ")
     assert f"rise time, segment {count - 1}" in told
@@ -109,7 +109,7 @@ def test_the_speed_at_the_end_leaves_the_run_up_out(running: Report) -> None:
     length = part.segment.end - part.segment.begin
     assert 0.5 * length < mean.end - mean.begin < 0.95 * length
     assert mean.periods == pytest.approx((mean.end - mean.begin) * motion.frequency)
-    told = {name: text for table in tables(running) for name, text in table.rows}
+    told = words(running)
     assert told["at the end"].endswith(
         f"rad/s, mean from {mean.begin:.6f} s to {mean.end:.6f} s, {mean.periods} periods of the "
         "platform"
@@ -131,7 +131,7 @@ def test_a_stop_that_is_cut_has_no_times(running: Report) -> None:
     assert rise is not None
     assert not rise.ended
     assert rise.final == running.record.states[-1].angular_velocity
-    told = {name: text for table in tables(running) for name, text in table.rows}
+    told = words(running)
     said = told[f"stop time, segment {len(running.segments)}"]
     assert said.startswith("not over at 0.031100 s, where --to cuts it: from 100.")
 

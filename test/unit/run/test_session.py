@@ -59,7 +59,7 @@ def drive(session: Session, seed: int, inputs_: int = 60) -> None:
     session.advance(session.time_ns + NS)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 2, 4])  # 4: a fade of no time
 def test_the_record_reproduces_every_impact_bit_for_bit(seed: int) -> None:
     session, records = started()
     drive(session, seed)
