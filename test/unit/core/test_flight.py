@@ -146,13 +146,6 @@ def test_separation_phase_is_eq_3(forcing: float) -> None:
     )
 
 
-@pytest.mark.parametrize("forcing", [0.0, 0.1, 1 / math.pi])
-def test_weak_forcing_never_leaves(forcing: float) -> None:
-    amplitude = forcing * math.pi * G / (math.tau * 3.0) ** 2
-    record = platform.steady(Motion(amplitude, 0.0, 3.0, 0.0), 0, 0, 0.0)[0]
-    assert flight.separation_phase(record, G) == -1.0
-
-
 @given(
     root=st.floats(0.1, 10), slope=st.floats(0.01, 5), bend=st.floats(-3, 3), jerk=st.floats(-2, 2)
 )

@@ -27,7 +27,6 @@ from bouncing_disk_ros.core.offset import (
     coefficients,
     derivative,
     highest,
-    hold,
 )
 from bouncing_disk_ros.core.offset_extremes import extremes, newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
@@ -407,20 +406,6 @@ def test_knots_sent_at_once_or_one_by_one_are_the_same_bits(rate: float) -> None
         assert parts.sample() == whole.sample()
 
 
-def test_any_pattern_of_calls_and_a_checkpoint_give_the_same_bits() -> None:
-    for seed in range(12):
-        run = random_run(seed)
-        end = int(3 / run.motion.frequency * SECOND)
-        wanted = digest(run.start(), end, end)
-        assert digest(run.start(), end, end // 37 + 1) == wanted
-        other = run.start()
-        half = end // 2
-        rows = other.advance(half, 10**6)[0].tobytes()
-        again = Simulation.restore(json.loads(json.dumps(other.snapshot())))
-        rows += again.advance(end, 10**6)[0].tobytes()
-        assert rows + repr(again.sample()).encode() == wanted
-
-
 @pytest.mark.parametrize("moved", [False, True], ids=["still", "moved"])
 def test_a_checkpoint_after_a_reset_continues_with_the_same_bits(moved: bool) -> None:
     """Whether a trajectory came before the reset, and with one that is sent after it."""
@@ -464,10 +449,6 @@ def test_a_damaged_checkpoint_is_refused_in_one_line(change: dict[str, object]) 
     with pytest.raises(ValueError, match="offset") as caught:
         Simulation.restore(values)
     assert "\n" not in str(caught.value)
-
-
-def test_a_hold_is_a_hold() -> None:
-    assert hold(5, 0.5).at(10**12) == OffsetState(0.5)
 
 
 def test_an_instant_that_does_not_come_is_that_of_the_kernels() -> None:

@@ -301,14 +301,6 @@ def test_largest_airborne_speed() -> None:
     assert np.abs(toss(lags, angles).airborne_speed).max() <= best.airborne_speed + 13e-12
 
 
-def test_largest_efficiency() -> None:
-    """0.344 at φ_L = 0.246π and θ = 0 (the paper prints 0.519)."""
-    best = extreme("efficiency")
-    assert best.efficiency == pytest.approx(0.3440212756, abs=1e-10)
-    assert best.amplitude_angle / math.pi == pytest.approx(0.2460880, abs=1e-7)
-    assert best.phase_lag == pytest.approx(0.0, abs=1e-11)
-
-
 def test_largest_speed_ratio() -> None:
     """The paper's 0.995 is the largest along θ = 0, where 0.248π has 0.981; that of all is 1."""
     assert extreme("speed_ratio", phase_lag=0.0).speed_ratio == pytest.approx(0.995, abs=5e-4)

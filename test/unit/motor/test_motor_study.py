@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import motor_curves
 from bouncing_disk_ros.motor_study import compute as motor_module
 from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
@@ -59,27 +58,10 @@ def test_a_map_of_preload_and_load_has_stall_and_no_load_speed(tmp_path: Path) -
     assert found.attrs["preload_doubling"] == regimes.doubling
 
 
-@pytest.mark.parametrize("start", ["period-1", "followed"])
-def test_a_map_does_not_depend_on_how_it_is_cut(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: str
-) -> None:
-    given: dict[str, Value] = {
-        **SMALL, "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "y_axis": "phase_lag",
-        "y_begin": -1.0, "y_end": 1.0, "start": start,
-    }  # fmt: skip
-    _, whole = result_of(tmp_path / "whole", **given)
-    monkeypatch.setattr(motor_module, "SIDE", 2)
-    monkeypatch.setattr(motor_module, "POINTS_OF_A_REGION", 9)
-    _, cut = result_of(tmp_path / "cut", **given)
-    assert cut["region_done"].size > whole["region_done"].size
-    for name in named("motor").fields:
-        np.testing.assert_array_equal(whole[name].values, cut[name].values)
-
-
 def test_the_best_phase_lag_meets_the_impact(tmp_path: Path) -> None:
     """θ = −τ_imp; half a turn beside it the rotor turns as fast, but backwards."""
     _, found = result_of(
-        tmp_path, x_axis="phase_lag", x_begin=-1.5, x_end=1.5, x_count=301, y_begin=22.3,
+        tmp_path, x_axis="phase_lag", x_begin=-1.0, x_end=-0.4, x_count=61, y_begin=22.3,
         y_end=22.3, y_count=1,
     )  # fmt: skip
     assert float(found["best_phase_lag"][0]) == pytest.approx(-0.7384, abs=0.006)
@@ -122,35 +104,6 @@ def test_stall_is_where_the_speed_is_0_or_friction_gives_way() -> None:
     assert stall(loads, -1.0 - loads, 10.0) == pytest.approx(-1.0), "it turns the other way"
     assert math.isnan(stall(loads[4:], falling[4:], 10.0)), "0 is not on the axis"
     assert stall(loads, -loads, 10.0) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"x_axis": "load_inertia"}, "x_axis: got 'load_inertia', allowed: one of load_torque,"),
-        ({"x_axis": "torque"}, "load_torque"),
-        ({"y_axis": "load_torque"}, "y_axis: got 'load_torque', allowed: another parameter"),
-        ({"x_begin": 0.02}, "x_begin: got 0.02, allowed: less than x_end = 0.016"),
-        ({"brake_torque": -1.0}, "brake_torque: got -1.0, allowed: a finite number >= 0"),
-        ({"load_inertia": -1e-9}, "load_inertia: got -1e-09, allowed: a finite number >= 0"),
-        ({"x_axis": "brake_torque", "x_begin": -0.01}, "x_begin: got -0.01, allowed: a finite"),
-        ({"x_begin": 0.1, "x_end": 0.2}, "runs away at every point"),
-        ({"x_axis": "restitution", "x_end": 0.5, "load_torque": -0.1}, "load_torque: got -0.1"),
-        ({"axial_amplitude": 0.0, "angular_amplitude": 0.0, "x_end": 1e-3}, "nothing moves"),
-        ({"friction": 0.0, "x_axis": "brake_torque"}, "friction: got 0.0, allowed: > 0, or"),
-        ({"y_begin": 35.0, "y_end": 40.0, "brake_torque": 1.0}, "brake_torque: got 1.0,"),
-        ({"y_begin": -1.0, "y_end": 40.0}, "y_begin: got -1.0, allowed: > −mass × gravity"),
-        ({"restitution": 1.0}, "restitution"),
-        ({"x_axis": "restitution", "x_end": 1.0}, "x_end: got 1.0, allowed: less than 1"),
-        ({"start": "orbit"}, "start: got 'orbit', allowed: period-1, rest, followed"),
-        ({"longest": 500}, "longest: got 500, allowed: >= settling + 2 measured = 1324"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_used_is_one_clear_line(given: dict[str, Value], message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        named("motor", **given)
-    assert message in refused.value.line
-    assert "\n" not in refused.value.line
 
 
 def test_a_plane_that_moves_at_some_point_is_taken() -> None:

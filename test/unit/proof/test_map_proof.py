@@ -45,14 +45,6 @@ def test_the_orbit_of_period_one_is_proved() -> None:
     assert prove_collision(other).outcome is Outcome.REFUTED
 
 
-def test_steps_of_the_lanes_are_proved() -> None:
-    found = steps(300)
-    assert {step.kind for step in found} == set(MapKind)
-    for step in found:
-        verdict = prove_collision(step)
-        assert verdict.outcome is Outcome.PROVED, (step, verdict)
-
-
 @pytest.mark.parametrize("field", ["next_tau", "next_w"])
 @pytest.mark.parametrize("change", [1e-9, -1e-9, 0.1])
 def test_other_impacts_are_refuted(field: str, change: float) -> None:

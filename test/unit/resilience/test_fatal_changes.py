@@ -23,6 +23,7 @@ from bouncing_disk_ros.resilience_studies.fatal_changes import (
     UNDECIDED,
     FatalRule,
     Instants,
+    _share_in_time,
     fatal_impulses,
     fatal_timing_errors,
     fates,
@@ -162,6 +163,8 @@ def test_chaos_that_has_every_start_is_never_lost() -> None:
         (rng.uniform(0.0, math.tau, n), np.zeros(n), rng.uniform(0.0, 2.0, n)), axis=1
     )
     assert (fates(section, known, 0, flights, 1000.0) == SURVIVED).all()
+    # and no time is known at which one of them is on it
+    assert np.isnan(_share_in_time(known.found[0], np.ones(n), np.array([10.0]), n)).all()
 
 
 def test_what_is_not_decided_is_not_lost() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from pathlib import Path
 from types import ModuleType
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
 from bouncing_disk_ros.resilience_studies.manifolds import options as manifolds
@@ -32,7 +30,8 @@ def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
     result = run(study, path / "r.zarr")
     assert result is not None
     for figure in definition.pictures(study, result).values():
-        figure.savefig(io.BytesIO(), format="png", dpi=40)
+        figure.set_layout_engine("none")  # takes three times as long as the rest
+        figure.draw_without_rendering()
     lines = definition.lines(result)
     assert all("\n" not in line for line in lines)
     return result, lines
@@ -165,26 +164,3 @@ def test_resilience_does_not_depend_on_how_it_is_cut(resilient: Shown, tmp_path:
     assert alone is not None
     for name in ("share", "fatal_impulse", "fatal_timing_error", "median_time"):
         np.testing.assert_array_equal(alone[name].values[0], whole[name].values[-1])
-
-
-@pytest.mark.parametrize(
-    ("name", "given", "text"),
-    [
-        ("curves", {"restitution": 1.0, "restitution_end": 0.9}, "it has no attractors"),
-        ("curves", {"axial_forcing_begin": 0.9}, "allowed: less than axial_forcing_end = 0.8"),
-        ("curves", {"axial_forcing": 0.9}, "axial_forcing: got 0.9, allowed: within the window"),
-        ("manifolds", {"velocity": "after"}, "before: manifolds are those of w_A"),
-        ("manifolds", {"restitution": 0.0}, "no state has a past"),
-        ("resilience", {"along": "phase_lag"}, "along: got 'phase_lag', .*depends on the rotation"),
-        ("resilience", {"along": "friction"}, "one of axial_forcing, restitution$"),
-        ("curves", {"phase_lag": 0.5}, "parameter: got 'phase_lag', .*depends on the rotation"),
-        ("curves", {"x_axis": "angular_forcing"}, "got 'x_axis', .*depends on the rotation"),
-        ("manifolds", {"angular_forcing": 9.0}, "got 'angular_forcing', .*depends on the rotation"),
-        ("resilience", {"along": "restitution", "end": 1.0}, "end: got 1.0, allowed: less than 1"),
-        ("resilience", {"after": "5 -1"}, "numbers of periods above 0"),
-        ("resilience", {"velocity_begin": 0.0}, "The window is empty"),
-    ],
-)
-def test_bad_input_is_said_in_one_line(name: str, given: dict[str, Value], text: str) -> None:
-    with pytest.raises(InputError, match=text):
-        named(name, **given)

@@ -25,7 +25,6 @@ from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.bifurcation import compute as bifurcation_module
 from bouncing_disk_ros.study.bifurcation.compute import branch_of
 from bouncing_disk_ros.study.bifurcation.options import lines
-from bouncing_disk_ros.study.parameter_map import compute as parameter_map_module
 
 
 def result_of(path: Path, name: str, **given: Value) -> xr.Dataset:
@@ -78,23 +77,63 @@ def test_basins_after_the_impact_are_those_before_it(tmp_path: Path) -> None:
     )
 
 
-def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given: dict[str, Value] = {
-        "axial_forcing": 0.45, "width": 24, "height": 24, "angular_velocities": "0, -2",
-        "phase_lag": 0.2, "angular_forcing": 20.0,
-    }  # fmt: skip
-    found = result_of(tmp_path / "whole", "basins", **given)
+SPEEDS: dict[str, Value] = {
+    "axial_forcing": 0.45, "width": 24, "height": 24, "angular_velocities": "0, -2",
+    "phase_lag": 0.2, "angular_forcing": 20.0,
+}  # fmt: skip
+CASCADE: dict[str, Value] = {"begin": 0.4, "end": 0.56, "count": 9, "settling": 200,
+                             "measured": 100, "kept": 40, "doublings": 2}  # fmt: skip
+STARTS: dict[str, Value] = {"begin": 0.3, "end": 0.4, "count": 6, "settling": 300, "starts": 7,
+                            "measured": 60, "kept": 20, "phase_lag": -0.4}  # fmt: skip
+PLANE: dict[str, Value] = {
+    "x_begin": 0.25,
+    "x_end": 0.53,
+    "x_count": 8,
+    "y_begin": 0.4,
+    "y_end": 0.5,
+    "y_count": 3,
+    "settling": 3000,
+    "measured": 256,
+}
+MOTOR: dict[str, Value] = {
+    "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "x_count": 9, "y_axis": "phase_lag",
+    "y_begin": -1.0, "y_end": 1.0, "y_count": 4,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "sizes"),
+    [
+        ("basins", SPEEDS, {"basins.compute.SIDES": (5, 5)}),
+        ("bifurcation", CASCADE, {"bifurcation.compute.VALUES_OF_A_REGION": 2}),
+        ("bifurcation", STARTS, {"bifurcation.compute.LEAST_OF_A_REGION": 1,
+                                 "bifurcation.compute.KEPT_OF_A_REGION": 1}),
+        ("parameter_map", PLANE, {"parameter_map.compute.SIDES": (2, 2)}),
+        *[("motor", {**MOTOR, "start": start}, {"SIDE": 2, "POINTS_OF_A_REGION": 9})
+          for start in ("period-1", "followed")],
+    ],
+)  # fmt: skip
+def test_no_result_depends_on_how_it_is_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, given: dict[str, Value],
+    sizes: dict[str, object],
+) -> None:  # fmt: skip
+    whole = result_of(tmp_path / "whole", name, **given)
+    for place, size in sizes.items():
+        module = "study." + place if "." in place else "motor_study.compute." + place
+        monkeypatch.setattr("bouncing_disk_ros." + module, size)
+    cut = result_of(tmp_path / "cut", name, **given)
+    assert cut["region_done"].size > whole["region_done"].size
+    for field in named(name, **given).fields:
+        np.testing.assert_array_equal(whole[field].values, cut[field].values)
+
+
+def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "basins", **SPEEDS)
     assert found["mean_speed"].shape == (2, 24, 24)
     names = found["attractor_name"].values.tolist()
     mine = found["label"].values == names.index("period-1")
     expected = math.cos(math.acos(1.0 / 3.0 / 0.45) + 0.2)
     np.testing.assert_allclose(found["mean_speed"].values[:, mine], expected, rtol=1e-9)
-    monkeypatch.setattr(basins_module, "SIDES", (5, 5))
-    cut = result_of(tmp_path / "cut", "basins", **given)
-    for name in ("label", "time", "mean_speed"):
-        np.testing.assert_array_equal(found[name].values, cut[name].values)
 
 
 def test_starts_that_come_to_rest_have_no_speed(tmp_path: Path) -> None:
@@ -130,16 +169,8 @@ def test_attractors_survive_storing() -> None:
         np.testing.assert_array_equal(first.velocities, second.velocities)
 
 
-def test_a_diagram_cut_into_regions_is_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given: dict[str, Value] = {"begin": 0.4, "end": 0.56, "count": 9, "settling": 200,
-                               "measured": 100, "kept": 40, "doublings": 2}  # fmt: skip
-    whole = result_of(tmp_path / "whole", "bifurcation", **given)
-    monkeypatch.setattr(bifurcation_module, "VALUES_OF_A_REGION", 2)
-    cut = result_of(tmp_path / "cut", "bifurcation", **given)
-    for name in ("forcing_phase", "axial_impact_velocity", "mean_speed", "state", "contact"):
-        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+def test_a_diagram_has_the_first_doubling_of_the_closed_form(tmp_path: Path) -> None:
+    whole = result_of(tmp_path, "bifurcation", **CASCADE)
     # eq. of the doubling in closed form
     first = math.sqrt(1.0 / 9.0 + (2.0 * 1.25 / (math.pi * 2.25)) ** 2)
     assert float(whole["doubling"][0]) == pytest.approx(first, abs=1e-9)
@@ -175,25 +206,14 @@ def test_the_first_contact_is_found_where_the_impacts_measured_missed_it(tmp_pat
     assert 0.39925 < float(found["contact_onset"]) < with_contact[0]
 
 
-def test_starts_show_what_coexists_in_any_order_and_company(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_starts_show_what_coexists(tmp_path: Path) -> None:
     """Below 1/π rest; at Γ = 0.4 the period-1 orbit beside a chattering one (Fig. 4)."""
-    given: dict[str, Value] = {"begin": 0.3, "end": 0.4, "count": 6, "settling": 300, "starts": 7,
-                               "measured": 60, "kept": 20, "phase_lag": -0.4}  # fmt: skip
-    study = named("bifurcation", **given)
+    study = named("bifurcation", **STARTS)
     assert not study.sequential
     assert "initial_velocity" not in study.parameters
     sent = pickle.loads(pickle.dumps(study))
     assert not sent.sequential
-    whole = result_of(tmp_path / "whole", "bifurcation", **given)
-    monkeypatch.setattr(bifurcation_module, "LEAST_OF_A_REGION", 1)
-    monkeypatch.setattr(bifurcation_module, "KEPT_OF_A_REGION", 1)
-    cut = result_of(tmp_path / "cut", "bifurcation", **given)
-    assert cut["region_done"].size == 6
-    assert whole["region_done"].size == 1
-    for name in study.fields:
-        np.testing.assert_array_equal(whole[name].values, cut[name].values)
+    whole = result_of(tmp_path, "bifurcation", **STARTS)
     assert whole["forcing_phase"].dims == ("value", "start", "impact")
     assert np.isnan(whole["mean_speed"].values[0]).all()
     contact = whole["contacts"].values[-1] > 0.0
@@ -222,20 +242,10 @@ def test_following_does_not_know_of_starts() -> None:
     assert not {"starts", "velocity_begin"} & set(study.parameters)
 
 
-def test_a_map_of_parameters_shows_the_cascade_however_it_is_cut(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given: dict[str, Value] = {"x_begin": 0.25, "x_end": 0.53, "x_count": 8, "y_begin": 0.4,
-                               "y_end": 0.5, "y_count": 3, "settling": 3000,
-                               "measured": 256}  # fmt: skip
-    whole = result_of(tmp_path / "whole", "parameter_map", **given)
+def test_a_map_of_parameters_shows_the_cascade(tmp_path: Path) -> None:
+    whole = result_of(tmp_path, "parameter_map", **PLANE)
     assert whole["period"].dims == ("restitution", "axial_forcing")
     assert "parameter_restitution" not in whole.attrs, "it plays no part"
-    monkeypatch.setattr(parameter_map_module, "SIDES", (2, 2))
-    cut = result_of(tmp_path / "cut", "parameter_map", **given)
-    assert cut["region_done"].size == 8
-    for name in named("parameter_map").fields:
-        np.testing.assert_array_equal(whole[name].values, cut[name].values)
     line = whole.sel(restitution=0.5)
     # 0.25, 0.29: rest; 0.33: contact (no period-1 orbit below 1/3); then up to the period 2
     assert line["kind"].values.tolist() == [0, 0, 1, 2, 2, 2, 2, 2]
@@ -298,11 +308,9 @@ def test_a_map_names_attractors_that_the_search_missed(
     assert any("missed: period-4" in line for line in basin_lines(whole))
 
 
-@pytest.mark.parametrize("given", [{"initial_angular_velocity": 3.0}, {"load_torque": 0.001}])
-def test_a_toss_that_turns_without_the_platform_has_no_largest_speed_ratio(
-    tmp_path: Path, given: dict[str, Value]
-) -> None:
-    found = result_of(tmp_path, "toss_map", phase_lag_count=4, amplitude_angle_count=3, **given)
+def test_a_toss_that_turns_without_the_platform_has_no_largest_speed_ratio(tmp_path: Path) -> None:
+    found = result_of(tmp_path, "toss_map", phase_lag_count=4, amplitude_angle_count=3,
+                      load_torque=0.001)  # fmt: skip
     assert list(found["extreme_measure"].values) == ["airborne_speed", "efficiency"]
 
 

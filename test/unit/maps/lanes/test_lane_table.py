@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -100,7 +98,7 @@ def test_single_steps_are_those_of_the_map() -> None:
 
 def test_no_first_delay_passes_the_impact() -> None:
     """What `launch_lanes` says is safe is at most the delay of the impact, and seldom much less."""
-    n = 40 * LANES
+    n = 20 * LANES
     tau, w, forcing, restitution = starts(n, 38)
     z = scratch(FIELDS)
     near = compared = 0
@@ -221,14 +219,3 @@ def test_labels_are_those_of_the_rule(
     np.testing.assert_array_equal(found[0], [e[0] for e in expected])
     np.testing.assert_array_equal(found[1], [e[1] for e in expected])
     assert set(found[0]) == labels
-
-
-def test_the_simulator_does_not_load_the_lanes() -> None:
-    """They compile at import, where they are not cached."""
-    code = (
-        "import sys, bouncing_disk_ros.nodes.simulator.simulator_node\n"
-        "print([m for m in sys.modules if '.maps.lanes' in m])"
-    )
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=100)
-    assert done.stdout.strip() == "[]"
