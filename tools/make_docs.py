@@ -50,7 +50,7 @@ GUIDES = {
     "Development": ("architecture", "contributing", "changelog"),
 }
 _FUNCTIONS = [name for name in STUDIES if name in bouncing_disk_ros.__all__]
-#: section of the API -> what it is, and the names of the package in it
+#: page of the API -> what it is about, and the names of the package on it
 SECTIONS: dict[str, tuple[str, str]] = {
     "Simulate": (
         "Runs of the disk without ROS and without a clock.",
@@ -62,12 +62,19 @@ SECTIONS: dict[str, tuple[str, str]] = {
         " ".join([*_FUNCTIONS, "run_study open_result figures study"]),
     ),
     "Next-collision map": (
-        "From impact to impact, in units of the forcing: orbits, attractors, boundaries of basins.",
+        "From impact to impact, in units of the forcing: the map, its orbits and their curves.",
         """NextCollisionMap MapState Impacts PeriodicOrbit fixed_point periodic_orbit
-        period_doublings orbit_curve curve_family Curve Window instants_of fatal_impulses
-        fatal_timing_errors FatalRule edge_state EdgeState saddle_of saddle_manifolds Manifold
-        GrowthRule enclosed_share Attractor AttractorKind Attractors find_attractors label_starts
-        spread_starts best_lag basin_entropy box_dimension uncertainty_exponent""",
+        period_doublings orbit_curve curve_family Curve Window best_lag""",
+    ),
+    "Attractors and basins": (
+        "What exists beside what, which start ends where, and how mixed the basins are.",
+        """Attractor AttractorKind Attractors find_attractors label_starts spread_starts
+        basin_entropy box_dimension uncertainty_exponent""",
+    ),
+    "Resilience of an orbit": (
+        "How far from failure an orbit is: [resilience](resilience.md).",
+        """instants_of fatal_impulses fatal_timing_errors FatalRule edge_state EdgeState saddle_of
+        saddle_manifolds Manifold GrowthRule enclosed_share""",
     ),
     "Single tosses": ("One toss from rest in closed form.", "toss TossSetting"),
     "Recorded runs": (
@@ -169,28 +176,36 @@ def directive(name: str) -> list[str]:
     return ["```{eval-rst}", f".. {kind}:: bouncing_disk_ros.{name}", "```", ""]
 
 
-def api() -> str:
-    """The page of the API. ValueError: a public name is in no section, or in two."""
+def api() -> dict[str, str]:
+    """The pages of the API by file name. ValueError: a public name is on no page, or on two."""
     listed = [name for _, names in SECTIONS.values() for name in names.split()]
     public = [*bouncing_disk_ros.__all__, *bouncing_disk_ros.NEED_ROS]
     public.remove("__version__")
     if sorted(listed) != sorted(public):
         raise ValueError(f"SECTIONS and __all__ differ: {set(listed) ^ set(public)}")
-    lines = [
-        "# API",
-        "",
-        "All names but those of modules are imported from `bouncing_disk_ros`.",
-        "",
-    ]
-    for title, (about, names) in SECTIONS.items():
-        lines += [f"## {title}", "", " ".join(about.split()), ""]
-        for name in names.split():
-            if name in MODULES:
-                lines += [f"### bouncing_disk_ros.{name}", ""]
-                lines += [line for one in MODULES[name] for line in directive(f"{name}.{one}")]
-            else:
-                places = NEED_ROS if name == "SimulatorNode" else (name,)
-                lines += [line for place in places for line in directive(place)]
+    pages = {
+        f"api_{title.lower().replace(' ', '_').replace('-', '_')}.md": subject(title)
+        for title in SECTIONS
+    }
+    lines = ["# API", "", "All names but modules are imported from `bouncing_disk_ros`.", ""]
+    lines += ["| page | names |", "|---|---|"]
+    for page, (title, (_, names)) in zip(pages, SECTIONS.items(), strict=True):
+        lines.append(f"| [{title}]({page}) | {' '.join(f'`{name}`' for name in names.split())} |")
+    toctree = ["```{toctree}", ":hidden:", "", *pages, "```", ""]
+    return {"api.md": "\n".join([*lines, "", *toctree])} | pages
+
+
+def subject(title: str) -> str:
+    """The page of one subject of the API."""
+    about, names = SECTIONS[title]
+    lines = [f"# {title}", "", " ".join(about.split()), ""]
+    for name in names.split():
+        if name in MODULES:
+            lines += [f"## bouncing_disk_ros.{name}", ""]
+            lines += [line for one in MODULES[name] for line in directive(f"{name}.{one}")]
+        else:
+            places = NEED_ROS if name == "SimulatorNode" else (name,)
+            lines += [line for place in places for line in directive(place)]
     return "\n".join(lines)
 
 
@@ -241,7 +256,8 @@ def build(folder: Path) -> bool:
     source.mkdir(parents=True)
     copy_guides(source)
     (source / "index.md").write_text(index(), "utf-8")
-    (source / "api.md").write_text(api(), "utf-8")
+    for name, text in api().items():
+        (source / name).write_text(text, "utf-8")
     html, cache = str(folder / "html"), str(folder / "cache")
     app = Sphinx(str(source), None, html, cache, "html", SETTINGS, status=None, warningiserror=True)
     app.connect("autodoc-process-docstring", as_rst)
