@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import GREY
 from bouncing_disk_ros.regular_file import replaced
 
 FEWEST_TICKS = 3
@@ -61,6 +63,50 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
 def typeset(text: str) -> str:
     """A text with Γ_T and w_A as they are printed: with a subscript."""
     return text.replace("Γ_T", r"$\Gamma_T$").replace("w_A", "$w_A$")
+
+
+def with_prefix(value: float, unit: str) -> str:
+    """A number with its unit as a data sheet writes it: 40 kHz, 0.3 µm as 300 nm, 0.5 g.
+
+    Units that are composed, and those without a prefix, stay: 9.807 m/s².
+    """
+    if unit == "kg":
+        value, unit = 1e3 * value, "g"
+    is_small_angle = unit == "rad" and abs(value) < 0.01
+    if value and (is_small_angle or unit in ("Hz", "m", "g", "N", "N·m", "s", "W")):
+        text = EngFormatter(unit)(float(f"{value:.4g}"))
+    else:
+        text = f"{value:.4g} {unit}".rstrip()
+    return text.replace("-", "−")
+
+
+def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
+    """Write the names of lines beside the axes, each joined to the line's end (x, y, name).
+
+    Names keep a line's height between them, and cover neither lines nor each other.
+    """
+    axes.update_datalim([(x, y) for x, y, _ in ends])
+    axes.autoscale_view()
+    low, high = axes.get_ylim()
+    tall = axes.get_window_extent().height * 72.0 / axes.figure.dpi  # points
+    least = (high - low) * 1.3 * _NAME_SIZE / tall
+    names = sorted(ends, key=lambda end: end[1])
+    places = [y for _, y, _ in names]
+    for i in range(1, len(places)):
+        places[i] = max(places[i], places[i - 1] + least)
+    over = max(0.0, places[-1] - high) if places else 0.0
+    for i in reversed(range(len(places))):
+        top = places[i + 1] - least if i + 1 < len(places) else high if over else math.inf
+        places[i] = min(places[i], top)
+    for (x, y, name), place in zip(names, places, strict=True):
+        axes.annotate(
+            name, (x, y), xytext=(1.03, (place - low) / (high - low)), fontsize=_NAME_SIZE,
+            textcoords="axes fraction", va="center", annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.5, "shrinkA": 0, "shrinkB": 2},
+        )  # fmt: skip
+
+
+_NAME_SIZE = 8
 
 
 def decimal_in_pi(value: float) -> str:

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame
+from bouncing_disk_ros.figure_style import (
+    MOST_PIXELS,
+    name_lines,
+    new_figure,
+    pixel_frame,
+    with_prefix,
+)
 from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.parameters import TABLE
 
@@ -107,9 +113,8 @@ def fixed_text(result: xr.Dataset) -> str:
     parts = []
     for name in (*Motion._fields, *Disk._fields):
         if name in given and (given[name] != 0.0 or name == "phase_lag"):
-            unit = f" {TABLE[name].shown_unit}".rstrip()
             symbol = TABLE[name].symbol.split(" ")[0]
-            parts.append(f"{symbol} = {given[name]:.4g}{unit}".replace("-", "−"))
+            parts.append(f"{symbol} = {with_prefix(given[name], TABLE[name].shown_unit)}")
     half = (len(parts) + 1) // 2
     return f"{', '.join(parts[:half])}\n{', '.join(parts[half:])}; start: {given['start']}"
 
@@ -138,10 +143,9 @@ def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
     torques = result[load].values
     for i in _spread(kind):
         _draw_line(left, torques, speed[i], efficiency[i], norm)
-        _name_line(left, torques, speed[i], f"{float(result[other][i]):.4g}")
     left.axhline(0.0, color=GREY, linewidth=0.8)
-    left.autoscale_view()
-    left.margins(x=0.12)
+    others = [float(value) for value in result[other]]
+    name_lines(left, _ends(torques, speed, others, _spread(kind)))
     left.set_xlabel(axis_label(result[load]))
     left.set_ylabel("mean speed of the rotor (rad/s)")
     left.set_title(f"Numbers at the lines: {axis_label(result[other])}", fontsize=10)
@@ -166,6 +170,8 @@ def _draw_line(
     points = np.column_stack([torques, speed])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
     known = np.isfinite(pieces).all(axis=(1, 2))
+    if not known.any():  # points without a neighbour
+        axes.plot(torques, speed, ".", color=GREY)
     middle = 0.5 * (efficiency[:-1] + efficiency[1:])
     useful = known & np.isfinite(middle)
     axes.add_collection(LineCollection(pieces[known & ~useful], colors=GREY, linewidths=1.6))
@@ -175,12 +181,16 @@ def _draw_line(
     )  # fmt: skip
 
 
-def _name_line(axes: Any, torques: Any, speed: NDArray[Any], text: str) -> None:
-    known = np.flatnonzero(np.isfinite(speed))
-    if len(known):
-        end = known[-1]
-        axes.annotate(text, (torques[end], speed[end]), xytext=(4, 0), fontsize=8,
-                      textcoords="offset points", va="center")  # fmt: skip
+def _ends(
+    torques: Any, speed: NDArray[Any], others: list[float], rows: list[int]
+) -> list[tuple[float, float, str]]:
+    """Where each curve ends, and its value of the other axis."""
+    found = []
+    for i in rows:
+        known = np.flatnonzero(np.isfinite(speed[i]))
+        if len(known):
+            found.append((torques[known[-1]], speed[i, known[-1]], f"{others[i]:.4g}"))
+    return found
 
 
 def _draw_efficiency(
@@ -261,5 +271,5 @@ def _mark_regimes(axes: Any, result: xr.Dataset, other: str) -> None:
         at = float(result.attrs[f"preload_{name}"])
         if places[0] <= at <= places[-1]:
             axes.axvline(at, color=GREY, linewidth=0.8, linestyle=":")
-            axes.text(at, 1.0, f" {text}", rotation=90, va="top", ha="right", fontsize=7,
+            axes.text(at, 1.01, text, rotation=90, va="bottom", ha="center", fontsize=7,
                       transform=axes.get_xaxis_transform())  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.colours import BLUE, GREY, ORANGE, VERMILION
+from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.figure_style import mark_turns, new_figure
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
@@ -77,7 +77,7 @@ def _heights(axes: Any, record: RunRecord) -> None:
     platform = [(state.time, state.platform_position) for state in states]
     disk = [(state.time, state.disk_position) for state in states]
     disk += zip(rows["time"], rows["axial_position"], strict=True)  # the samples miss the corners
-    for points, color, label in ((platform, ORANGE, "platform s"), (disk, BLUE, "disk x")):
+    for points, color, label in ((platform, PLATFORM, "platform s"), (disk, DISK, "disk x")):
         x, y = np.array(sorted(points)).reshape(-1, 2).T
         axes.plot(x, 1e3 * y, color=color, lw=1.6, label=label)
     axes.plot(rows["time"], 1e3 * rows["axial_position"], "o", color=VERMILION, ms=5,
@@ -99,12 +99,12 @@ def _speeds(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     """Rotor speed over the whole run, with eq. 4."""
     states = np.array(record.states)
     if len(states):
-        axes.plot(states[:, 0], states[:, 3], color=BLUE, lw=1.6, label="disk α̇")
+        axes.plot(states[:, 0], states[:, 3], color=DISK, lw=1.6, label="disk α̇")
         axes.set_xlim(states[0, 0], states[-1, 0])
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
-        axes.axhline(orbit.angular_velocity, color=VERMILION, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=label)
         low, high = axes.get_ylim()
         axes.set_ylim(low, max(high, 1.12 * orbit.angular_velocity))
     axes.set_title("Rotor speed", **SETTINGS)
@@ -129,7 +129,7 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     if motion is not None and orbit is not None:
         scale = velocity_scale(motion, record.disk)
         point = (orbit.forcing_phase / math.tau, orbit.axial_impact_velocity / scale)
-        cross = {"color": VERMILION, "ms": 22, "mew": 2, "zorder": 4}
+        cross = {"color": THEORY, "ms": 22, "mew": 2, "zorder": 4}
         axes.plot(*point, "+", label="period-1 orbit, theory", **cross)
         axes.legend(loc="upper right", fontsize=9, markerscale=0.5)
     axes.set_xlim(0.0, 1.0)
@@ -147,7 +147,7 @@ def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"τ_imp = {orbit.forcing_phase:.4f} rad (period 1)"
-        axes.axhline(orbit.forcing_phase, color=VERMILION, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=label)
         axes.legend(loc="upper right", fontsize=9)
     axes.set_ylim(0.0, math.tau)
     axes.yaxis.set_major_locator(FixedLocator([k * math.pi / 2 for k in range(5)]))

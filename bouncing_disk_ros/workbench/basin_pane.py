@@ -25,7 +25,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, BLUE, UNRESOLVED, VERMILION, YELLOW
+from bouncing_disk_ros.colours import BLACK, DISK, PLATFORM, UNRESOLVED, VERMILION, YELLOW
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractor_search import find_attractors
@@ -342,9 +342,9 @@ class PathFigure:
         )  # fmt: skip
         self.figure.toolbar.logo = None
         self._path = ColumnDataSource(data={"time": [], "height": [], "platform": []})
-        self.figure.line("time", "platform", color=BLACK, source=self._path,
+        self.figure.line("time", "platform", color=PLATFORM, source=self._path,
                          legend_label="platform")  # fmt: skip
-        self.figure.line("time", "height", color=BLUE, line_width=2, source=self._path,
+        self.figure.line("time", "height", color=DISK, line_width=2, source=self._path,
                          legend_label="disk")  # fmt: skip
         legend = self.figure.legend[0]
         legend.update(orientation="horizontal", background_fill_alpha=0.6, padding=2, margin=4,

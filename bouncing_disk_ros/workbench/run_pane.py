@@ -18,6 +18,7 @@ from bokeh.models import ColumnDataSource, DataRange1d, Div, FixedTicker, Range1
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.colours import DISK, PLATFORM, SKY, THEORY
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.topics import MOTION_NAMES
@@ -33,9 +34,7 @@ from bouncing_disk_ros.workbench.run_history import (
 )
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
-DISK, PLATFORM, THEORY, QUIET = "#D55E00", "#0072B2", "#009E73", "#999999"
-"""Okabe and Ito's colours, as in the figures of the studies."""
-SLICES = ("#E69F00", "#D55E00") * 4
+SLICES = (SKY, DISK) * 4
 MARKS = 12
 SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
 """Sizes of the frames of the side view and of the lower figures, pixels."""

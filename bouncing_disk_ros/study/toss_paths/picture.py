@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLUE, GREEN, GREY, ORANGE, VERMILION
+from bouncing_disk_ros.colours import BLUE, DISK, GREEN, GREY, PLATFORM, PURPLE, VERMILION
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.figure_style import in_pi, new_figure
 from bouncing_disk_ros.maps.tosses import Floats, TossPaths, TossTrajectory
@@ -103,7 +103,7 @@ def trajectories_figure(
         if math.isfinite(run.separation_time):
             title += rf":  $\dot{{\alpha}}_f$ = {run.airborne_speed:.2f} rad/s"
         axes.set(title=title, ylabel=r"$\dot{\alpha}$, $\dot{\beta}$ (rad/s)")
-        for phase, colour in ((Phase.SLIDING, ORANGE), (Phase.STICKING, GREEN)):
+        for phase, colour in ((Phase.SLIDING, PURPLE), (Phase.STICKING, GREEN)):
             if (run.phase == phase).any():
                 label = f"disk {phase.name.lower()}"
                 _shade(axes, run.time, run.phase == phase, colour, label)
@@ -127,8 +127,8 @@ def trajectories_figure(
 def _pair(
     axes: Any, run: TossTrajectory, platform: Floats, disk: Floats, labels: tuple[str, str]
 ) -> None:
-    axes.plot(run.time, disk, color=BLUE, lw=2.0, label=labels[1])
-    axes.plot(run.time, platform, color=VERMILION, lw=1.6, ls="--", label=labels[0])
+    axes.plot(run.time, disk, color=DISK, lw=2.0, label=labels[1])
+    axes.plot(run.time, platform, color=PLATFORM, lw=1.6, ls="--", label=labels[0])
     separation = r"disk leaves ($\tau_{sep}$)" if labels[0] else ""
     if math.isfinite(run.separation_time):
         axes.axvline(run.separation_time, color="black", lw=1.0, ls=":", label=separation)

@@ -306,7 +306,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert (left.get_xlabel(), left.get_ylabel()) == (
         "load torque T_L (N·m)", "mean speed of the rotor (rad/s)"
     )  # fmt: skip
-    names = [text.get_text() for text in left.texts]
+    names = sorted(text.get_text() for text in left.texts)
     assert names == [f"{p:.4g}" for p in result["preload"].values if p < 30.2], "no contact alone"
     assert right.get_ylabel() == "preload P (N)"
     stall = figures["stall"].axes
@@ -363,4 +363,4 @@ def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
         y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
     )  # fmt: skip
     assert list(figures) == ["motor_map"]
-    assert "T_L = 0.002 N·m" in figures["motor_map"].get_suptitle()
+    assert "T_L = 2 mN·m" in figures["motor_map"].get_suptitle()
