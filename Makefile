@@ -54,7 +54,7 @@ figures: run-environment   ## compute every figure of the paper and docs/figures
 	@$(BIN)/python tools/make_figures.py
 
 soak: test-environment   ## run for long: memory, lateness, lost rows, hostile commands; bags cut, damaged, killed and of gigabytes
-	$(BIN)/pytest -m soak -s test/soak test/integration/test_lockstep_processes.py test/unit/cases
+	$(BIN)/pytest -m soak -s test/soak test/integration/test_lockstep_processes.py test/unit/cases test/unit/measured
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
 	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference test/unit/bag test/unit/report \
 		test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py

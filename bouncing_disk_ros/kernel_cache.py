@@ -23,7 +23,7 @@ from typing import Any
 
 from bouncing_disk_ros.folders import PACKAGE, base_folders, made_private
 
-KERNEL_FOLDERS = ("core", "maps", "motor_study", "juggling/kernels", "measured")
+KERNEL_FOLDERS = ("core", "maps", "motor_study", "juggling/kernels", "measured/kernels")
 """The folders that hold all compiled functions."""
 UNUSED_DAYS = 30
 Shares = tuple[tuple[str, ...], ...]

@@ -23,11 +23,12 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from bouncing_disk_ros.measured.likelihood import (
+from bouncing_disk_ros.measured.kernels.likelihood import (
     AMPLITUDE,
     FREQUENCY,
-    fit_parameters,
-    true_times,
+    RESTITUTION,
+    excess_slopes,
+    fit_times,
 )
 
 Array = NDArray[np.float64]
@@ -36,6 +37,8 @@ LEVEL = 0.95
 """Probability that an interval holds the true value."""
 _LARGEST_RATIO = 1e5
 """Of the scatter to the spread that errors of times make."""
+_ANY = 1e100
+"""A ratio with which the measured times are as good as any."""
 _NODES, _LEAST_NODES, _ZOOMS, _DROP = 25, 7, 8, 9.0
 _FAILED = 1e299
 _FAR = 1e3
@@ -46,23 +49,19 @@ _FAR = 1e3
 class Data:
     """Times of impacts with their errors.
 
-    `times`: s, increasing; a missed impact stands at its supposed time. `errors`: standard
-    deviations, s, or parts of them where `is_absolute` is false. `missed`: which times were not
-    measured. `contact`: after which times the disk stayed on the platform. `floor`: least scale of
-    errors that are not absolute.
+    `times`: s, increasing. `errors`: standard deviations, s, or parts of them where `is_absolute`
+    is false. `floor`: least scale of errors that are not absolute.
     """
 
     times: Array
     errors: Array
-    missed: NDArray[np.bool_]
-    contact: NDArray[np.bool_]
     is_absolute: bool
     floor: float
 
     @property
     def count(self) -> int:
         """Equations that tell something."""
-        return len(self.times) - 2 - int(self.missed.sum())
+        return len(self.times) - 2
 
 
 @dataclass(frozen=True)
@@ -76,15 +75,13 @@ class Model:
     gravity: float
     scatter: float | None
 
-    def steps(self, p: Array, span: float) -> Array:
-        """Steps for derivatives by the parameters."""
-        scale = max(abs(p[AMPLITUDE]), 1e-3 * self.gravity / max(p[FREQUENCY], 1.0) ** 2)
-        return np.array([1e-6, 1e-6 * scale, 1e-6, 1e-6 / max(span, 1e-6)])
-
 
 @dataclass
 class Node:
-    """The fit for one ratio ρ: parameters, true times, sum of squares, and -2 log of the rest."""
+    """The fit for one ratio ρ: parameters, true times, sum of squares, and -2 log of the rest.
+
+    `slopes` (n, 3): of the equations by the times; `factor` (n, 3): Cholesky factor of S.
+    """
 
     rho: float
     p: Array
@@ -92,6 +89,8 @@ class Node:
     squares: float
     log_det: float
     information: Array
+    slopes: Array
+    factor: Array
     weight: float = 1.0
 
 
@@ -109,20 +108,48 @@ class Profiles:
 
     def __init__(self, data: Data, model: Model, start: Array) -> None:
         self.data, self.model = data, model
-        self.span = float(data.times[-1] - data.times[0])
         self.degrees = data.count - len(model.free)
         self.nodes = self._nodes(start)
 
     # --- one fit ---------------------------------------------------------------------------------
     def fit(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
-        """The fit at one ratio; `squares` is above 1e299 where there is none."""
-        p, th, size = start.copy(), times.copy(), len(free)
-        h = np.zeros((size, size))
-        squares, log_det = fit_parameters(
-            self.data.times, self.data.errors, self.data.contact, p, np.array(free, np.int64),
-            self.model.steps(p, self.span), self.model.gravity, rho, th, h,
+        """The likeliest values at one ratio; `squares` is above 1e299 where there are none."""
+        node = self._reached(rho, start, times, free)
+        if rho > 0.0 and set(free) - {RESTITUTION} and node.squares < _FAILED:
+            found = self._least_squares(rho, self._shifted(node, list(free)), node.times, ())
+            if self.cost(found) < self.cost(node):
+                return replace(found, information=node.information)
+        return node
+
+    def _reached(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
+        """The least squares; where the search ends before, the best times with its parameters."""
+        node = self._least_squares(rho, start, times, free)
+        if node.squares >= _FAILED and len(free):
+            found = self._least_squares(rho, node.p, node.times, ())
+            return replace(found, information=node.information)
+        return node
+
+    def _least_squares(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
+        p, th, size, n = start.copy(), times.copy(), len(free), len(times) - 2
+        h, b, low = np.zeros((size, size)), np.zeros((n, 3)), np.zeros((n, 3))
+        squares, excess = fit_times(
+            self.data.times, self.data.errors, p, np.array(free, np.int64),
+            self.model.gravity, rho, th, h, b, low,
         )  # fmt: skip
-        return Node(rho, p, th, squares, log_det, h)
+        if self.model.scatter == 0.0:  # exact orbits: nothing is integrated
+            excess = 0.0
+        return Node(rho, p, th, squares, excess, h, b, low)
+
+    def _shifted(self, node: Node, free: list[int]) -> Array:
+        """Parameters where the log of the determinants counts beside the squares."""
+        p, slopes, span = node.p.copy(), np.zeros(4), np.ptp(self.data.times)
+        steps = 1e-5 * np.array([1.0, max(abs(p[AMPLITUDE]), 1e-12), 1.0, 1.0 / span])
+        excess_slopes(
+            self.data.errors, p, np.array(free, np.int64), node.times,
+            self.model.gravity, node.rho, steps, slopes,
+        )  # fmt: skip
+        p[free] -= 0.5 * self.covariance(node, free) @ slopes[free]
+        return p
 
     def cost(self, node: Node) -> float:
         """-2 log of the likelihood, the scale profiled where it is not known."""
@@ -142,15 +169,16 @@ class Profiles:
             return 1.0
         return math.sqrt(self._squares(node) / max(self.degrees, 1))
 
-    def covariance(self, node: Node) -> Array:
+    def covariance(self, node: Node, free: Sequence[int] | None = None) -> Array:
         """Of the free parameters; directions that are not told are bounded by their range."""
-        ranges = self._ranges(node)
+        ranges = self._ranges(node, self.model.free if free is None else free)
         h = node.information / self.scale(node) ** 2 + np.diag(1.0 / ranges**2)
         return np.asarray(np.linalg.inv(h), float)
 
-    def _ranges(self, node: Node) -> Array:
+    @staticmethod
+    def _ranges(node: Node, free: Sequence[int]) -> Array:
         all_ranges = (1.0, 10.0 * abs(node.p[AMPLITUDE]) + 1e-9, math.pi, node.p[FREQUENCY])
-        return np.array([all_ranges[i] for i in self.model.free])
+        return np.array([all_ranges[i] for i in free])
 
     # --- ratios ----------------------------------------------------------------------------------
     def _nodes(self, start: Array) -> list[Node]:
@@ -187,12 +215,12 @@ class Profiles:
         """
         state, times = start, self.data.times
         ratios = [larger * spread for larger in (1e3, 1e2, 1e1, 1.0, 0.1, 0.01)]
-        last = self.fit(ratios[0], state, times, self.model.free)
+        last = self._reached(ratios[0], state, times, self.model.free)
         for ratio in [*(one for one in ratios[1:] if one > rho), rho]:
-            node = self.fit(ratio, state, times, self.model.free)
+            node = self._reached(ratio, state, times, self.model.free)
             if node.squares < _FAILED:
                 last, state, times = node, node.p, node.times
-        return last
+        return last if last.rho == 0.0 else self.fit(last.rho, state, times, self.model.free)
 
     @staticmethod
     def _weighed(nodes: list[Node], logs: Array) -> list[Node]:
@@ -202,16 +230,13 @@ class Profiles:
 
     def _spread(self, start: Array) -> float:
         """Spread of restitution that errors of times make: root of S's median eigenvalue."""
-        n = len(self.data.times) - 2
-        low, white = np.zeros((n, 3)), np.zeros(n)
-        true_times(
-            self.data.times, self.data.errors, self.data.contact, start, self.model.gravity, 0.0,
-            self.data.times.copy(), low, white,
-        )  # fmt: skip
+        b, sig = self.fit(_ANY, start, self.data.times, ()).slopes, self.data.errors
+        n = len(b)
         bands = np.zeros((3, n))
-        bands[0] = (low**2).sum(axis=1)
-        bands[1, : n - 1] = low[:-1, 0] * low[1:, 1] + low[:-1, 1] * low[1:, 2]
-        bands[2, : n - 2] = low[:-2, 0] * low[2:, 2]
+        for m in range(3):
+            part = b[:, m] * sig[m : m + n] ** 2
+            for gap in range(m + 1):
+                bands[gap, : n - gap] += part[: n - gap] * b[gap:, m - gap]
         found = eigvals_banded(bands, lower=True) if n > 2 else bands[0]
         return math.sqrt(max(float(np.median(found)), 1e-300))
 
@@ -219,7 +244,9 @@ class Profiles:
         """Log of the restricted likelihood."""
         if node.squares >= _FAILED:
             return -math.inf
-        h = node.information + np.diag((self.scale(node) / self._ranges(node)) ** 2)
+        h = node.information + np.diag(
+            (self.scale(node) / self._ranges(node, self.model.free)) ** 2
+        )
         size = float(np.linalg.slogdet(h)[1]) if len(h) else 0.0
         if self.data.is_absolute:
             return -0.5 * (node.squares + node.log_det + size)

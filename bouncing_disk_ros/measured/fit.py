@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
-from bouncing_disk_ros.measured.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 from bouncing_disk_ros.measured.predict import (
     Draws,
     Prediction,
@@ -172,12 +172,11 @@ class _Known:
 
     def _data(self, recording: Recording, errors: Array | None) -> Data:
         count, least = len(recording.times), recording.resolution
-        none = np.zeros(count, bool)
         if self.time_error > 0.0 or errors is None:
             size = max(self.time_error, least) if self.time_error > 0.0 else NOMINAL
             errors = np.full(count, size)
         floor = least / float(np.median(errors))
-        return Data(recording.times, errors, none, none, self.time_error > 0.0, floor)
+        return Data(recording.times, errors, self.time_error > 0.0, floor)
 
     def _starts(self, times: Array) -> list[Array]:
         if self.frequency == 0.0:
@@ -209,7 +208,7 @@ class _Known:
         found, p = {}, profiles.estimate
         if AMPLITUDE in self.free:
             a = profiles.interval(AMPLITUDE, 0.0, math.inf)
-            part = p[FREQUENCY] ** 2 / (math.pi * self.gravity)
+            part = float(p[FREQUENCY]) ** 2 / (math.pi * self.gravity)
             found["axial_forcing"] = Interval(part * a.value, part * a.low, part * a.high)
             found["axial_amplitude"] = a
         phase = profiles.interval(PHASE, p[PHASE] - math.pi, p[PHASE] + math.pi)
@@ -224,15 +223,23 @@ class _Known:
 
 
 def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:
-    """The parameters that are not bounded on both sides: intervals that reach an end of a range."""
-    turn = math.tau - 1e-9
-    open_ended = {
-        "restitution": lambda one: one.low <= 0.0 or one.high >= 1.0,
-        "axial_forcing": lambda one: one.low <= 0.0 or one.high == math.inf,
-        "forcing_phase": lambda one: one.high - one.low >= turn,
+    """The parameters whose interval leaves them as open as they were without data.
+
+    That is an end of the range in the interval, or more than half of a bounded range: a settled
+    orbit of period 2 can bound ε by where it exists at all, 0.02 to 0.94.
+    """
+    ranges = {
+        "restitution": (0.0, 1.0, 0.5),
+        "axial_forcing": (0.0, math.inf, math.inf),
+        "forcing_phase": (-math.inf, math.inf, math.pi),
     }
-    given = [name for name in open_ended if name in parameters]
-    return tuple(name for name in given if open_ended[name](parameters[name]))
+    found = []
+    for name, (low, high, width) in ranges.items():
+        if name in parameters:
+            one = parameters[name]
+            if one.low <= low or one.high >= high or one.high - one.low > width:
+                found.append(name)
+    return tuple(found)
 
 
 def flights_of(th: Array, p: Array, g: float) -> tuple[Array, Array]:

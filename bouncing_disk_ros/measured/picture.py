@@ -8,7 +8,7 @@ import numpy as np
 
 from bouncing_disk_ros.measured.estimate import Array, Interval
 from bouncing_disk_ros.measured.fit import ImpactFit
-from bouncing_disk_ros.measured.likelihood import AMPLITUDE, FREQUENCY, PHASE
+from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
 from bouncing_disk_ros.report.report_text import Table
 

@@ -14,14 +14,7 @@ from scipy.linalg import cho_solve_banded
 
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
-from bouncing_disk_ros.measured.likelihood import (
-    AMPLITUDE,
-    FREQUENCY,
-    PHASE,
-    RESTITUTION,
-    equations,
-    true_times,
-)
+from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 
 SEED = 20090
 MOST_IMPACTS = 20
@@ -74,19 +67,17 @@ def _draw(
     spread = 1.0
     if not data.is_absolute and profiles.degrees > 0:
         spread = math.sqrt(profiles.degrees / rng.chisquare(profiles.degrees))
-    p, th, n = node.p.copy(), node.times.copy(), len(data.times) - 2
+    p, n = node.p.copy(), len(data.times) - 2
     covariance = profiles.covariance(node)
     p[free] += spread * rng.multivariate_normal(np.zeros(len(free)), covariance, method="eigh")
     scale = spread * profiles.scale(node)
-    low, white = np.zeros((n, 3)), np.zeros(n)
-    g = profiles.model.gravity
-    if true_times(data.times, data.errors, data.contact, p, g, node.rho, th, low, white)[0] > 1e299:
+    found = profiles.fit(node.rho, p, node.times, ())
+    if found.squares > 1e299:
         return None
-    e, b, scatters = np.zeros(n), np.zeros((n, 3)), np.zeros(n)
-    equations(th, data.contact, p, g, e, b, scatters)
+    th, b, low = found.times, found.slopes, found.factor
     noise = scale * data.errors * rng.standard_normal(n + 2)
     sides = sum(b[:, m] * noise[m : n + m] for m in range(3))
-    sides = sides + scale * node.rho * scatters * rng.standard_normal(n)
+    sides = sides + scale * node.rho * rng.standard_normal(n)
     bands = np.zeros((3, n))
     bands[0], bands[1, :-1], bands[2, :-2] = low[:, 0], low[1:, 1], low[2:, 2]
     solved = cho_solve_banded((bands, True), sides)
@@ -145,8 +136,6 @@ def _at_rest(_profiles: Profiles, draws: Draws, rng: np.random.Generator) -> Arr
 def _vibrating(profiles: Profiles, draws: Draws, rng: np.random.Generator) -> Array:
     """By the next-collision map, an impact at a time: each has its own restitution."""
     g, coming = profiles.model.gravity, np.full((len(draws.times), MOST_IMPACTS), np.nan)
-    if profiles.data.contact[-2]:
-        return coming
     for i, each in enumerate(_restitutions(draws, rng)):
         p, (before, at) = draws.parameters[i], draws.times[i, -2:]
         w, a = p[FREQUENCY], abs(p[AMPLITUDE])

@@ -24,7 +24,7 @@ from bouncing_disk_ros.core import arithmetic
 from bouncing_disk_ros.core.next_event import find_next
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
-PACKAGES = ("maps", "core", "motor_study", "juggling.kernels")
+PACKAGES = ("maps", "core", "motor_study", "juggling.kernels", "measured.kernels")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"config", "from_dtype", "njit", "types"},
          "numba.extending": {"intrinsic", "overload"},

@@ -64,14 +64,47 @@ def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> No
     """Of 200 experiments 95 %: within four standard deviations of a binomial (89 to 100 %)."""
     from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
 
-    rng, none, held = np.random.default_rng(1), np.zeros(count, bool), 0
+    rng, held = np.random.default_rng(1), 0
     for _ in range(200):
         times = at_rest(rng, count, error, scatter)
-        data = Data(times, np.full(count, 1e-6), none, none, False, 1e-6)
+        data = Data(times, np.full(count, 1e-6), False, 1e-6)
         model = Model((0,), GRAVITY, None if scatter else 0.0)
         profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 1.0]))
         held += 0.025 < profiles.confidence(0)(0.75) < 0.975
     assert 178 <= held <= 199
+
+
+@pytest.mark.parametrize(
+    ("forcing", "restitution", "count", "skip", "scatter"),
+    [
+        (0.45, 0.5, 12, 0, 0.0),
+        (0.8, 0.7, 60, 30, 0.0),
+        pytest.param(0.55, 0.5, 118, 30, 0.001, marks=pytest.mark.soak),
+    ],
+)
+def test_intervals_on_a_vibrating_platform_cover(
+    forcing: float, restitution: float, count: int, skip: int, scatter: float
+) -> None:
+    """Of 100 experiments 95 %: within four standard deviations of a binomial (86 to 100 %).
+
+    Searches that ended in a side valley, or found nothing at a fixed ε, made it 85 to 92 %.
+    """
+    from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
+    from bouncing_disk_ros.measured.starts import first_values
+
+    times, _ = vibrating(
+        np.random.default_rng(3), 260, count, forcing, restitution, skip=skip, scatter=scatter
+    )
+    rng, held = np.random.default_rng(5), 0
+    assert len(times) >= 100
+    for each in times[:100]:
+        seen = each + 1e-4 * rng.standard_normal(count)
+        data = Data(seen, np.full(count, 1e-6), False, 1e-6)
+        model = Model((0, 1, 2), GRAVITY, None if scatter else 0.0)
+        tried = [Profiles(data, model, start) for start in first_values(seen, OMEGA, GRAVITY)]
+        profiles = min(tried, key=lambda one: one.cost(one.best))
+        held += 0.025 < profiles.confidence(0)(restitution) < 0.975
+    assert held >= 86
 
 
 def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
@@ -112,6 +145,17 @@ def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) 
     assert "residual" in (tmp_path / "times_fit.html").read_text()
     started = simulate(0.1, preset=str(tmp_path / "times_fit.yaml"))
     assert values.items() <= started.parameters.items()
+
+
+def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
+    """Two equations for ε, A and φ: not told even where the orbit is taken as exact."""
+    times, _ = vibrating(np.random.default_rng(3), 4, 60, 0.52, 0.5, skip=200)
+    noise = 1e-5 * np.random.default_rng(4).standard_normal(60)
+    for scatter in (0.0, -1.0):
+        fit = fit_impacts(times[0] + noise, frequency=20.0, scatter=scatter)
+        assert "restitution" in fit.untold
+        assert fit["restitution"].low < 0.5 < fit["restitution"].high
+        assert len(fit.prediction.times) > 0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""What fits of measured impacts compute, compiled: the likelihood."""
