@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import Disk, Motion
 from reference.offset_path import Piece
 
-SEGMENT = 11  # columns of a segment: see `segments`
-
 
 class State(NamedTuple):
     """Absolute state of the disk (m, m/s, rad, rad/s)."""

@@ -62,7 +62,7 @@ def test_doublings_agree_with_the_return_map(impacts: int) -> None:
     orbit = next(point.orbit for point in points if point.orbit.impacts == impacts)
     curve = orbit_curve(orbit, CurveKind.DOUBLING, Window((0.3, 0.9), (0.3, 0.8)))
     with mp.workdps(DIGITS):
-        for i in range(1, len(curve.restitution), len(curve.restitution) // 4):
+        for i in range(1, len(curve.restitution), len(curve.restitution) // 2):
             phases = curve.forcing_phase[i]
             apart = np.diff(np.append(phases, phases[0]))
             times = [mp.pi * 2 + mpf(float(d)) for d in np.angle(np.exp(1j * apart))]

@@ -168,15 +168,6 @@ def replayed_bag(path: Path) -> Content:
         return [found.impacts, found.rows, found.not_compared, len(found.runs)]
 
 
-def first_difference(path: Path) -> Content:
-    """Of a replay that differs: rows found equal before, time, recorded and replayed number."""
-    with bag.open(path) as opened:
-        (found,) = replay_bag(Recorded(opened)).runs
-    assert found.difference is not None
-    difference = found.difference
-    return found.rows, difference.time, difference.recorded, difference.replayed
-
-
 # --- what recorded runs show ----------------------------------------------------------------------
 def report(path: Path, choice: str = "longest", **wish: Any) -> Report:
     """The report on a bag."""

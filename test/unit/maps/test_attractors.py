@@ -47,13 +47,6 @@ def test_one_attractor_has_it_all_at_060() -> None:
     assert found.unresolved == 0
 
 
-def test_cascade() -> None:
-    """Between the doublings of the paper: periods 2, 4 and 8 beside the chattering orbit."""
-    assert "period-2" in names(0.50)
-    assert "period-4" in names(0.535)
-    assert "period-8" in names(0.541)
-
-
 def test_chaos_is_found_by_its_exponent() -> None:
     found = find_attractors(NextCollisionMap(0.55, 0.5), STARTS)
     assert [a.kind for a in found.found] == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]

@@ -7,8 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
-from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
@@ -55,33 +53,6 @@ def test_shares_of_the_paper(axial_forcing: float, paper: float) -> None:
     assert not (labels == UNRESOLVED).any()
 
 
-def follow(axial_forcing: float, restitution: float, tau: float, w: float) -> str:
-    """Where a single run of the stepper ends: contact, or the name of the orbit of its impacts."""
-    unit = 1.0 / math.tau
-    run = Simulation(
-        Motion(axial_forcing, 0.0, unit, 0.0),
-        Disk(1.0, restitution, 0.0, 1.0, 1.0, 1.0 / math.pi),
-        InitialState(0.0, axial_forcing * math.cos(tau) + w, 0.0, 0.0, tau),
-    )
-    rows = run.advance(round(3000 * math.tau * 1e9), 20_000)[0]
-    if (rows["kind"] == 1).any():
-        return "contact"
-    last = rows[-1]
-    expected = math.acos((1 - restitution) / ((1 + restitution) * axial_forcing))
-    return "period-1" if abs(last["forcing_phase"] - expected) < 1e-6 else "other"
-
-
-def test_pixels_are_single_runs_of_the_stepper() -> None:
-    rng = np.random.default_rng(SEED)
-    found = attractors(0.45)
-    tau, w = rng.uniform(0, math.tau, 50), -rng.uniform(0.01, 5.0, 50)
-    names = {0: "contact", 1: "period-1"}
-    labels = label_starts(found, NextCollisionMap(0.45, 0.5), tau, w).label
-    assert [names[label] for label in labels] == [
-        follow(0.45, 0.5, float(a), float(b)) for a, b in zip(tau, w, strict=True)
-    ]
-
-
 @pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
 def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
     found = attractors(axial_forcing)
@@ -97,14 +68,6 @@ def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
     parts = [label_starts(found, section, tau[i : i + 7].copy(),
                           w[i : i + 7].copy()).label for i in range(0, len(tau), 7)]  # fmt: skip
     assert np.array_equal(whole.label, np.concatenate(parts))
-
-
-def test_chaotic_basin_beside_the_chattering_one() -> None:
-    found = attractors(0.55)
-    labels = label_starts(found, NextCollisionMap(0.55, 0.5), *plane(100, 100)).label
-    kinds = [a.kind for a in found.found]
-    assert kinds == [AttractorKind.CHATTERING, AttractorKind.CHAOTIC]
-    assert set(labels) == {0, 1}
 
 
 def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:

@@ -79,14 +79,6 @@ def test_the_exponent_of_an_orbit_is_that_of_its_multiplier(
     )
 
 
-@pytest.mark.parametrize("cut", [100])
-def test_chunks_in_a_row_are_the_whole_to_the_bit(upward: Branch, cut: int) -> None:
-    first = up(VALUES[:cut])
-    then = up(VALUES[cut:], first.end)
-    for parts, whole in zip(zip(first, then, strict=True), upward, strict=True):
-        assert np.concatenate(parts).tobytes() == whole.tobytes()
-
-
 def test_the_way_down_may_differ_from_the_way_up() -> None:
     """Near Γ = 0.34 a chattering orbit lives beside the period-1 orbit (Fig. 4 of the paper)."""
     values = np.array([0.34, 0.345])

@@ -124,18 +124,6 @@ def test_starts() -> None:
     assert start_states(plane([0.0]), "period-1")[0, 0] == 1.5 * math.pi
 
 
-def test_points_know_nothing_of_each_other() -> None:
-    rng = np.random.default_rng(62)
-    parameters = plane([0.0] * 100)
-    parameters[:, 0], parameters[:, 1] = rng.uniform(0.3, 0.7, 100), rng.uniform(0.2, 0.8, 100)
-    states = start_states(parameters)
-    whole = settle_states(parameters, states, 500, 300)
-    some = rng.permutation(100)[:17]
-    part = settle_states(parameters[some], states[some], 500, 300)
-    for name in Settled._fields:
-        np.testing.assert_array_equal(getattr(whole, name)[some], getattr(part, name))
-
-
 def test_faults_are_said() -> None:
     parameters = plane([0.4])
     with pytest.raises(InputError, match=r"start: got 'period_1'.*Did you mean period-1\?"):

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
@@ -16,25 +14,11 @@ from bouncing_disk_ros.resilience_studies.manifolds import options as manifolds
 from bouncing_disk_ros.resilience_studies.resilience import options as resilience
 from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.study import named, run
+from support.shown import Shown, shown
 
-Shown = tuple[xr.Dataset, list[str]]
 SMALL_RESILIENCE: dict[str, Value] = {
     "begin": 0.2, "end": 0.45, "count": 3, "samples": 40, "instants": 4, "resolution": 0.1,
 }  # fmt: skip
-
-
-def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
-    """Result and lines of a small study, its figures drawn."""
-    definition = tool.DEFINITION
-    study = named(definition.name, **given)
-    result = run(study, path / "r.zarr")
-    assert result is not None
-    for figure in definition.pictures(study, result).values():
-        figure.set_layout_engine("none")  # takes three times as long as the rest
-        figure.draw_without_rendering()
-    lines = definition.lines(result)
-    assert all("\n" not in line for line in lines)
-    return result, lines
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +32,7 @@ def test_curves_are_stored_with_the_map_behind_them(tmp_path: Path) -> None:
         "axial_forcing_begin": 0.4, "axial_forcing_end": 0.6, "restitution_begin": 0.4,
         "restitution_end": 0.6, "largest_step": 0.02,
     }  # fmt: skip
-    result, lines = shown(tmp_path, curves, **small)
+    _, lines, result = shown(tmp_path, curves, **small)
     kinds = result["curve_kind"].values.tolist()
     assert {"doubling", "contact onset"} <= set(kinds)
     own = result["point_curve"].values == kinds.index("doubling")
@@ -64,12 +48,12 @@ def test_a_window_without_an_orbit_is_said(tmp_path: Path) -> None:
         "axial_forcing": 0.2, "axial_forcing_begin": 0.1, "axial_forcing_end": 0.3,
         "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
     }  # fmt: skip
-    _, lines = shown(tmp_path, curves, **small)
+    _, lines, _ = shown(tmp_path, curves, **small)
     assert lines == ["  no curves: no attractor at this point is periodic or holds contact"]
 
 
 def test_manifolds_are_stored_over_the_basins(tmp_path: Path) -> None:
-    result, lines = shown(tmp_path, manifolds, axial_forcing=0.34, width=40, height=40,
+    _, lines, result = shown(tmp_path, manifolds, axial_forcing=0.34, width=40, height=40,
                           distance=0.05)  # fmt: skip
     assert result["saddle_impacts"].values.tolist() == [1]
     tau = float(result["saddle_point_forcing_phase"][0])
@@ -94,7 +78,7 @@ def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) ->
         "phase_begin": 1.0, "phase_end": 3.0, "velocity_begin": -5.0, "velocity_end": -1.0,
         "width": 40, "height": 40, "axial_forcing": 0.34, "distance": 0.05, "pairs": 1,
     }  # fmt: skip
-    result, lines = shown(tmp_path, manifolds, **given)
+    _, lines, result = shown(tmp_path, manifolds, **given)
     share, counted = float(result["saddle_share"][0]), float(result["fraction"][1])
     assert share == pytest.approx(0.0861518, abs=1e-6)
     assert share == pytest.approx(counted, abs=4.0 * float(result["fraction_uncertainty"][1]))
@@ -102,12 +86,12 @@ def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) ->
 
 
 def test_one_basin_has_no_boundary(tmp_path: Path) -> None:
-    _, lines = shown(tmp_path, manifolds, axial_forcing=0.2, width=8, height=8)
+    _, lines, _ = shown(tmp_path, manifolds, axial_forcing=0.2, width=8, height=8)
     assert lines[-1] == "  no boundary in this window: all starts on its grid have one end"
 
 
 def test_resilience_of_a_few_values(resilient: Shown) -> None:
-    result, lines = resilient
+    _, lines, result = resilient
     names = result["line_name"].values.tolist()
     assert names == ["rest", "chattering", "period-1"]
     share = result["line_share"].values
@@ -129,7 +113,7 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
 
 def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Shown) -> None:
     """At one value of two: the other, with its finite one, is not the hardest."""
-    result, _ = resilient
+    _, _, result = resilient
     one = result["line_name"].values.tolist().index("period-1")
     two = result.copy()
     for name in result.data_vars:
@@ -142,7 +126,7 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Sh
 
 
 def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
-    result, _ = resilient
+    _, _, result = resilient
     (legend,) = impulse_picture(result).legends
     absent = "the attractor is not there, or its size is not decided"
     assert [text.get_text() for text in legend.get_texts()] == [absent]
@@ -152,13 +136,13 @@ def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
 
 
 def test_resilience_of_rest_is_never_lost(resilient: Shown) -> None:
-    result, _ = resilient
+    _, _, result = resilient
     assert np.isinf(result["line_least_fatal_impulse"].values[0, 0]).all()
     assert float(result["line_share"].values[0, 0]) == 1.0
 
 
 def test_resilience_does_not_depend_on_how_it_is_cut(resilient: Shown, tmp_path: Path) -> None:
-    whole, _ = resilient
+    _, _, whole = resilient
     given = {**SMALL_RESILIENCE, "begin": 0.45, "count": 1}
     alone = run(named("resilience", **given), tmp_path / "r.zarr", workers=2)
     assert alone is not None

@@ -13,8 +13,7 @@ import xarray as xr
 from bouncing_disk_ros.juggling import compute as juggling_module
 from bouncing_disk_ros.juggling.options import lines as juggling_lines
 from bouncing_disk_ros.maps.attractor_search import find_attractors
-from bouncing_disk_ros.maps.bifurcation_diagram import begin, follow
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares.compute import CLASSES
@@ -225,14 +224,6 @@ def test_starts_show_what_coexists(tmp_path: Path) -> None:
     np.testing.assert_allclose(speeds, math.cos(period_1 - 0.4), rtol=1e-9)
     branch = branch_of(whole)
     assert branch.forcing_phase.shape == (6, 7, 20)
-    # the same starts, one by one
-    start = spread_starts(7, -5.0)[int(np.flatnonzero(contact)[0])]
-    section = NextCollisionMap(0.4, 0.5, -0.4, 100.0)
-    counts = {"settling": 300, "measured": 60, "kept": 20}
-    alone = follow(section, "axial_forcing", np.array([0.4]), begin(section, start), **counts)
-    np.testing.assert_allclose(
-        branch.forcing_phase[-1, np.flatnonzero(contact)[0]], alone.forcing_phase[0, 0], atol=1e-9
-    )
 
 
 def test_following_does_not_know_of_starts() -> None:

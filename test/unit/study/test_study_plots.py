@@ -8,7 +8,6 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.motor_study import options as motor
@@ -20,40 +19,11 @@ from bouncing_disk_ros.study.bifurcation import options as bifurcation
 from bouncing_disk_ros.study.parameter_map import options as parameter_map
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_paths import options as toss_paths
-
-Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
-
-
-def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
-    """The figures, all drawn, the lines and the result of a small study."""
-    study = named(tool.DEFINITION.name, **given)
-    result = run(study, path / "r.zarr")
-    assert result is not None
-    figures = dict(tool.DEFINITION.pictures(study, result))
-    for figure in figures.values():
-        figure.set_layout_engine("none")  # takes three times as long as the rest
-        figure.draw_without_rendering()
-        assert tool is motor or "(1)" not in text_of(figure), "an axis has the unit 1"
-    return figures, told(tool, result), result
-
-
-def told(tool: ModuleType, result: xr.Dataset) -> list[str]:
-    lines: list[str] = tool.DEFINITION.lines(result)
-    assert all("\n" not in line for line in lines)
-    return lines
+from support.shown import shown, text_of, told
 
 
 def labels(figure: Figure) -> list[tuple[str, str]]:
     return [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes if axes.get_visible()]
-
-
-def text_of(figure: Figure) -> str:
-    found = [str(figure.get_suptitle())]
-    for axes in figure.axes:
-        legend = axes.get_legend()
-        found += [text.get_text() for text in legend.get_texts()] if legend else []
-        found += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel()]
-    return "\n".join(found)
 
 
 def test_basins(tmp_path: Path) -> None:
