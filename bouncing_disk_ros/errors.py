@@ -123,7 +123,29 @@ def shown(value: object, limit: int = 120) -> str:
     return cut(" ".join(text.split()), limit)
 
 
+SYMBOLS = {
+    "epsilon": "restitution", "ε": "restitution", "gamma": "axial_forcing", "Γ": "axial_forcing",
+    "theta": "phase_lag", "θ": "phase_lag", "gamma_t": "angular_forcing",
+    "Γ_T": "angular_forcing", "mu": "friction", "μ": "friction",
+}  # fmt: skip
+"""The paper's letters for parameters, which some users write instead of their names."""
+
+
 def closest(name: str, names: Iterable[str]) -> str:
-    """A hint with the nearest known name, or an empty string."""
-    match = difflib.get_close_matches(name[:100], list(names), n=1)
-    return f"Did you mean {match[0]}?" if match else ""
+    """A hint with the known names that are meant, or an empty string.
+
+    That of the paper's letter, else those that begin with it, else the nearest.
+    """
+    given, known = name[:100], list(names)
+    match = [one for one in known if one == SYMBOLS.get(given, SYMBOLS.get(given.lower()))]
+    match = match or [one for one in known if len(given) > 2 and one.startswith(given)]
+    match = match or difflib.get_close_matches(given, known, n=1)
+    return f"Did you mean {' or '.join(match[:3])}?" if match else ""
+
+
+def one_of(field: str, given: object, names: Iterable[str], why: str = "") -> str:
+    """The name given if it is a known one; else InputError with `why`, or the nearest name."""
+    known = list(names)
+    if isinstance(given, str) and given in known:
+        return given
+    raise InputError(field, given, "one of " + ", ".join(known), why or closest(str(given), known))

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.parameters import Value
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -153,9 +153,7 @@ class PlaneStudy(Study):
         given = self.parameters
         self.across, self.up = str(given["x_axis"]), str(given["y_axis"])
         for key in ("x_axis", "y_axis"):
-            if given[key] not in self.axis_names:
-                hint = closest(str(given[key]), self.axis_names)
-                raise InputError(key, given[key], "one of " + ", ".join(self.axis_names), hint)
+            one_of(key, given[key], self.axis_names)
         if self.across == self.up:
             raise InputError("y_axis", self.up, "another parameter than x_axis")
         for name in (self.across, self.up):  # no part of what is computed

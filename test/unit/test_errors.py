@@ -7,6 +7,8 @@ import time
 from array import array
 from functools import partial
 
+import pytest
+
 from bouncing_disk_ros.errors import ExitCode, InputError, closest, one_line, shown
 from bouncing_disk_ros.help_text import EXIT_MEANINGS
 
@@ -81,9 +83,24 @@ def test_errors_cross_processes() -> None:
     assert error.given == "x"
 
 
-def test_closest_knows_the_nearest_name_or_says_nothing() -> None:
-    assert closest("restituton", ["restitution", "mass"]) == "Did you mean restitution?"
-    assert closest("zzz", ["restitution"]) == ""
+@pytest.mark.parametrize(
+    ("given", "names", "meant"),
+    [
+        ("restituton", ["restitution", "mass"], "restitution"),
+        ("zzz", ["restitution"], ""),
+        ("s", ["start", "starts"], ""),
+        ("first_tos", ["spin_up", "first_toss_to_period_1"], "first_toss_to_period_1"),
+        ("pizza", ["pizza_toss", "swum", "pizza_spin"], "pizza_toss or pizza_spin"),
+        ("epsilon", ["angular_forcing", "restitution"], "restitution"),
+        ("Γ", ["axial_forcing", "angular_forcing"], "axial_forcing"),
+        ("Gamma_T", ["axial_forcing", "angular_forcing"], "angular_forcing"),
+        ("theta", ["axial_forcing", "restitution"], ""),
+    ],
+)
+def test_closest_knows_the_names_that_are_meant_or_says_nothing(
+    given: str, names: list[str], meant: str
+) -> None:
+    assert closest(given, names) == (f"Did you mean {meant}?" if meant else "")
 
 
 def test_exit_codes_are_those_of_the_contract_and_all_explained() -> None:

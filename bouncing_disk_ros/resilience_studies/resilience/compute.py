@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.angles import numbers_of
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -40,10 +40,8 @@ class ResilienceStudy(Study):
         super().__init__(parameters)
         given = self.parameters
         along = str(given["along"])
-        if along not in AXES:
-            allowed = "one of " + ", ".join(AXES)
-            why = NO_ROTATION if along in ("phase_lag", "angular_forcing") else ""
-            raise InputError("along", along, allowed, why)
+        why = NO_ROTATION if along in ("phase_lag", "angular_forcing") else ""
+        one_of("along", along, AXES, why)
         del given[along]  # no part of what is computed
         if "restitution" in given:
             refuse_conservative(float(given["restitution"]))

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
@@ -58,8 +58,7 @@ class BasinShares(Study):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        if given["along"] not in AXES:
-            raise InputError("along", given["along"], "one of " + ", ".join(AXES))
+        one_of("along", given["along"], AXES)
         if given["along"] != "restitution":
             refuse_conservative(float(given["restitution"]))
         low = {"axial_forcing": 0.0, "restitution": 0.0, "angular_forcing": 1e-9}

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.angles import angles_of
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.bifurcation_diagram import (
     STATE,
     Branch,
@@ -78,11 +78,9 @@ class Bifurcation(Study):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        if given["along"] not in MAP_PARAMETERS:
-            raise InputError("along", given["along"], "one of " + ", ".join(MAP_PARAMETERS))
+        self.axis = one_of("along", given["along"], MAP_PARAMETERS)
         if given["begin"] == given["end"] and int(given["count"]) > 1:
             raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
-        self.axis = str(given["along"])
         if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
             given["begin"] = first = _first_forcing(float(given["restitution"]))
             if not float(given["end"]) > first:
