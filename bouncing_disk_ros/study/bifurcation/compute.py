@@ -143,13 +143,24 @@ class Bifurcation(Study):
             try:
                 return begin(section)
             except InputError as error:
-                hint = (
-                    "It starts on the period-1 orbit, which begin does not have; choose another "
-                    "begin (along axial_forcing 0 takes the first that has it), or a start of "
-                    "your own: initial_velocity < 0 and initial_phase."
-                )
-                raise InputError("begin", given["begin"], _threshold(error), hint) from None
+                raise self._no_period_one(section, error) from None
         return begin(section, MapState(float(given["initial_phase"]) % math.tau, velocity))
+
+    def _no_period_one(self, section: NextCollisionMap, error: InputError) -> InputError:
+        """Why the first value cannot start on the period-1 orbit, in terms of what is given."""
+        field = "begin" if self.axis in ("axial_forcing", "restitution") else "axial_forcing"
+        hint = "The first value starts on the period-1 orbit, which needs that. "
+        forcing, least = section.axial_forcing, existence_limit(section.restitution)
+        if forcing >= least:
+            allowed = error.allowed
+        elif self.axis == "restitution":
+            bound = existence_limit(forcing)  # (1 − ε)/(1 + ε) = Γ is its own inverse
+            allowed = f"ε at least (1 − Γ)/(1 + Γ) = {bound:.6g} at Γ = {forcing:g}"
+        else:
+            allowed = f"Γ at least (1 − ε)/(1 + ε) = {least:.6g} at ε = {section.restitution:g}"
+            hint += "With begin:=0 it is just above. " if field == "begin" else ""
+        hint += "Or give a start of your own: initial_velocity < 0 and initial_phase."
+        return InputError(field, self.parameters[field], allowed, hint)
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -285,10 +296,6 @@ class Bifurcation(Study):
         if not orbit.stable:  # its doublings lie below the axis
             return []
         return list(period_doublings(orbit, self.axis, high, count))
-
-
-def _threshold(error: InputError) -> str:
-    return f"Γ {error.allowed}" if error.field == "axial_forcing" else error.allowed
 
 
 def _fields_of(branch: Branch, start: int | slice) -> Arrays:

@@ -71,7 +71,21 @@ def test_what_is_given_stays_and_integers_are_cast() -> None:
         ("basin_shares", {"along": "axial"}, "Did you mean axial_forcing?"),
         ("resilience", {"along": "epsilon"}, "Did you mean restitution?"),
         ("bifurcation", {"begin": 0.4, "end": 0.4}, "The axis is empty"),
-        ("bifurcation", {"begin": 0.3}, "at least (1 − ε)/(1 + ε) k = 0.333333. It starts on"),
+        (
+            "bifurcation",
+            {"begin": 0.3},
+            "begin: got 0.3, allowed: Γ at least (1 − ε)/(1 + ε) = 0.3",
+        ),
+        (
+            "bifurcation",
+            {"along": "restitution", "begin": 0.1, "end": 0.6},
+            "begin: got 0.1, allowed: ε at least (1 − Γ)/(1 + Γ) = 0.37931 at Γ = 0.45. The",
+        ),
+        (
+            "bifurcation",
+            {"along": "phase_lag", "begin": 0.1, "end": 0.6, "axial_forcing": 0.2},
+            "axial_forcing: got 0.2, allowed: Γ at least (1 − ε)/(1 + ε) = 0.333333 at ε = 0.5",
+        ),
         ("bifurcation", {"along": "restitution", "end": 1.5}, "end: got 1.5"),
         ("bifurcation", {"kept": 3000}, "kept: got 3000, allowed: at most measured = 2000"),
         ("bifurcation", {"starts": 5, "initial_velocity": -1.0}, "allowed: 0 with starts. The 5"),
