@@ -8,11 +8,14 @@ from typing import Any
 
 from numba import njit
 
+from bouncing_disk_ros.kernel_cache import share_compiled_kernels
+
 
 @cache
 def from_python(kernel: Any) -> Any:
-    """The same function, compiled so that Python can call it."""
-    return njit(error_model="numpy", nogil=True)(kernel.py_func)
+    """The same function, compiled so that Python can call it: once for each version of sources."""
+    share_compiled_kernels()
+    return njit(error_model="numpy", nogil=True, cache=True)(kernel.py_func)
 
 
 class Kernels:
