@@ -56,7 +56,7 @@ def _work(path: Path, k: Constants, begin: Turning, end: Turning) -> Real:
             moment = -begin.slip * k.inertia * k.grip * (k.gravity + now.s2)
         return normal * now.s1 + moment * now.b1
 
-    return mpmath.quad(power, [begin.t, end.t])
+    return mpmath.quad(power, [begin.t, end.t], method="gauss-legendre")
 
 
 def efficiency(motion: Motion, spin: Real = 0) -> Real:

@@ -93,7 +93,8 @@ def test_a_generalised_flip_is_where_the_doubling_becomes_hard(period_two: Perio
     window = Window((0.3, 0.7), (0.95, 0.995))
     places = []
     for step in (0.02, 0.013):
-        curves = orbit_curves(period_two, ["doubling"], WIDE, largest_step=step)
+        above = Window(WIDE.axial_forcing, (0.45, 0.98))
+        curves = orbit_curves(period_two, ["doubling"], above, largest_step=step)
         flips = [p for c in curves for p in c.special if p.kind is SpecialKind.GENERALISED_FLIP]
         flips = [p for p in flips if window.restitution[0] < p.restitution < window.restitution[1]]
         places.append(flips[0][1:])
