@@ -411,3 +411,14 @@ def test_messages_whose_definitions_are_lost_are_counted_and_told(
     assert (report.saved, report.lost) == (0, len(sent) - 1)
     told = [line for line in report.lines if "the definition of its topics is lost" in line]
     assert len(told) == len(sent) - 1
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_of_one_byte_more_than_it_says_is_not_taken(
+    tmp_path: Path, compression: str
+) -> None:
+    short = content(messages=messages_of_a_run()[:12], compression=compression, summary=False)
+    damaged = put(tmp_path / "run", forged({"chunk.size": lambda true: true - 1}, short))
+    with bag.open(damaged) as run:
+        said = "".join(run.remarks)
+    assert "more data than its header says" in said or "lengths contradict each other" in said

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.report.panel import Panel, series
 from bouncing_disk_ros.report.read_run import WANTED
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_html import MOST_POINTS, report_html
@@ -120,6 +121,15 @@ def test_the_plots_hold_the_numbers_of_their_panels(report: Report) -> None:
             for name, values in (("x", part.x), ("y", part.y)):
                 stored = np.frombuffer(b64decode(one[name]))
                 assert np.array_equal(stored, values, equal_nan=True)
+
+
+def test_no_name_ends_a_script(report: Report, monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "</script><p>"
+    drawn = Panel("one", "x", "y", [series(name, [1.0, 2.0], [3.0, 4.0])])
+    monkeypatch.setattr("bouncing_disk_ros.report.report_html.panels", lambda *_: [drawn])
+    text = report_html(report)
+    assert name not in text
+    assert name.replace("</", "<\\/") in text
 
 
 ALL = (*WANTED, "/diagnostics")
