@@ -200,7 +200,9 @@ def test_what_if_compares_and_draws(
     out = capsys.readouterr().out
     assert "recorded" in out
     assert "restitution:=0.3 friction:=0.1" in out
-    assert "they differ from " in out
+    verdict = out.index("replay identical: ")
+    assert verdict < out.index("what if, ") < out.index("they differ from ")
+    assert out.splitlines()[-1] == f"figure: {figure}"
     assert figure.stat().st_size > 10_000
 
 

@@ -47,6 +47,8 @@ LOOK_SECONDS = 0.2
 """How often the graph is looked at."""
 SPIN_SECONDS = 0.1
 """The longest wait before a signal is looked at."""
+SILENT_SECONDS = 3.0
+"""After so long without a message from others a line says where it listens, and who publishes."""
 LAST_SECONDS = 1.0
 """The longest time for what is still on the way when a signal comes: messages and answers."""
 
@@ -96,6 +98,7 @@ class Recorder(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # whatever becomes of /clock
         self.create_timer(LOOK_SECONDS, self._look, clock=steady)
         self.create_timer(1.0, self._report, clock=steady)
+        self._explaining = self.create_timer(SILENT_SECONDS, self._explain_silence, clock=steady)
         if period := float(self._values["status_period"]):
             self.create_timer(period, self._show_status, clock=steady)
         state = "paused, " if self._paused else ""
@@ -193,6 +196,16 @@ class Recorder(Node):
     @property
     def _state(self) -> str:
         return "paused" if self._paused else "recording"
+
+    def _explain_silence(self) -> None:
+        """Say once why nothing may have come."""
+        self._explaining.cancel()
+        heard = self._heard - self._diagnostics.published
+        if heard <= 0:
+            known = any(topic.publishers() for topic in self._topics.values())
+            why = "their publishers have sent nothing" if known else "no node publishes them"
+            domain = f"ROS_DOMAIN_ID {self.context.get_domain_id()}"
+            self.get_logger().warning(f"waiting for the topics to record in {domain}: {why}")
 
     def _show_status(self) -> None:
         self._recording.note(self._status.losses())

@@ -92,14 +92,15 @@ def _work(given: argparse.Namespace) -> int:
             print("\n".join(run_lines(number, run)))
         if found.left_over:
             print(f"{found.left_over} rows not compared: they may belong to either of two runs")
-        if given.what_if:
+        if found.rows or not found.not_compared:
+            print(verdict(found), flush=True)
+        if given.what_if:  # after the verdict: it is what was asked for
             from bouncing_disk_ros.nodes.replay.replay_text import compare
 
             compare(recorded, found, changes, given.run, given.figure)
     if not found.rows and found.not_compared:
         print(f"replay: none of the {found.not_compared} rows can be compared", file=sys.stderr)
         return ExitCode.BAD_INPUT
-    print(verdict(found), flush=True)
     return ExitCode.DONE if found.identical else ExitCode.REPLAY_DIFFERS
 
 

@@ -50,7 +50,7 @@ def _gap_line(gap: Gap) -> str:
 
 
 def verdict(found: ReplayedBag) -> str:
-    """The last line of a replay."""
+    """The last line of a replay; a comparison of what if follows it."""
     if found.identical:
         return f"replay identical: {found.impacts} impacts"
     differing = [(n, run) for n, run in enumerate(found.runs, 1) if run.difference is not None]
