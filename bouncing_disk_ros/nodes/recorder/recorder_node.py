@@ -48,7 +48,7 @@ LOOK_SECONDS = 0.2
 SPIN_SECONDS = 0.1
 """The longest wait before a signal is looked at."""
 SILENT_SECONDS = 3.0
-"""After so long without a message from others a line says where it listens, and who publishes."""
+"""After so long without a message a line says where it listens, and whether anybody publishes."""
 LAST_SECONDS = 1.0
 """The longest time for what is still on the way when a signal comes: messages and answers."""
 
@@ -200,12 +200,11 @@ class Recorder(Node):
     def _explain_silence(self) -> None:
         """Say once why nothing may have come."""
         self._explaining.cancel()
-        heard = self._heard - self._diagnostics.published
-        if heard <= 0:
+        if not self._heard:
             known = any(topic.publishers() for topic in self._topics.values())
             why = "their publishers have sent nothing" if known else "no node publishes them"
             domain = f"ROS_DOMAIN_ID {self.context.get_domain_id()}"
-            self.get_logger().warning(f"waiting for the topics to record in {domain}: {why}")
+            self.get_logger().info(f"waiting for the topics to record in {domain}: {why}")
 
     def _show_status(self) -> None:
         self._recording.note(self._status.losses())

@@ -77,6 +77,31 @@ def test_a_timer_that_is_due_at_the_end_hides_no_message(
         assert run.topics["/words"].count == 20
 
 
+@pytest.mark.parametrize("publishers", [0, 1])
+def test_a_recorder_that_hears_nothing_says_where_it_listens_and_who_publishes(
+    talker: Talker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, publishers: int
+) -> None:
+    monkeypatch.setattr(recorder_node, "SILENT_SECONDS", 0.0)
+    recorder = Recorder(
+        str(tmp_path / "run"), context=talker.context, use_global_arguments=False,
+        parameter_overrides=[Parameter("topics", value=["/words"])],
+    )  # fmt: skip
+    talker.nodes.append(recorder)
+    if publishers:
+        talker.node.create_publisher(String, "/words", 100)
+        wait_until(lambda: recorder.count_publishers("/words") > 0)
+        recorder._look()
+    said = list[str]()
+    logger = SimpleNamespace(info=said.append)
+    monkeypatch.setattr(recorder, "get_logger", lambda: logger)
+    stop = Stop()
+    stop.asked = True
+    assert recorder.record(stop) == 0
+    domain = f"ROS_DOMAIN_ID {talker.context.get_domain_id()}"
+    why = ("no node publishes them", "their publishers have sent nothing")[publishers]
+    assert said == [f"waiting for the topics to record in {domain}: {why}"]
+
+
 class _Futile:
     """A client whose service never answers."""
 
