@@ -223,3 +223,9 @@ def largest(result: xr.Dataset, field: str, name: str, unit: str, digits: str) -
     best = known.isel(known.argmax(...))
     at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(known.dims))
     return [f"  largest {name} {float(best):{digits}}{unit} at {at}"]
+
+
+def at_value(axis: xr.DataArray, value: float, digits: str = ".6g") -> str:
+    """A value of the axis, with the symbol and the unit of its parameter."""
+    unit = axis.attrs["units"]
+    return f"{axis.attrs['symbol']} = {value:{digits}}{'' if unit == '1' else f' {unit}'}"

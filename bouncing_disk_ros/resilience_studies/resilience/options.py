@@ -76,34 +76,42 @@ def lines(result: xr.Dataset) -> list[str]:
     import numpy as np
 
     from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit, time_unit
+    from bouncing_disk_ros.study.computation import at_value
 
     units = {
-        "least_fatal_impulse": ("impulse", impulse_unit(result), "N·s"),
-        "fatal_timing_error": ("timing error", 1e3 * time_unit(result), "ms"),
+        "least_fatal_impulse": ("impulse", "m πg/ω", impulse_unit(result), "N·s"),
+        "fatal_timing_error": ("timing error", "rad", 1e3 * time_unit(result), "ms"),
     }
     stretches = _stretches(result)
     share = result["line_share"].values
     rows = []
     for name, line, places in stretches[:_NAMED]:
-        x = result["value"].values[places]
+        x = result["value"][places]
         k = int(np.argmax(share[line, places]))
         error = 100.0 * float(result["line_share_uncertainty"].values[line, places][k])
-        rows.append(f"  {name}, from {x[0]:.5g} to {x[-1]:.5g}")
-        rows.append(f"    easiest to reach at {x[k]:.5g}: by {100 * share[line, places][k]:.3f} ± "
-                    f"{error:.3f} % of the starts")  # fmt: skip
-        for field, (what, unit, si) in units.items():
+        rows.append(f"  {name}, from {at_value(x, float(x[0]))} to {float(x[-1]):.6g}")
+        part = f"{100.0 * share[line, places][k]:.3f} ± {error:.3f} % of the starts"
+        rows.append(f"    easiest to reach at {at_value(x, float(x[k]))}: by {part}")
+        for field, unit in units.items():
             least = result[f"line_{field}"].values[line, places].min(axis=-1)
-            rows.append(f"    {_hardest_to_lose(what, x, least, unit, si)}")
+            rows.append(f"    {_hardest_to_lose(x, least, *unit)}")
     return rows + _warnings(result, len(stretches))
 
 
-def _hardest_to_lose(what: str, x: np.ndarray, least: np.ndarray, unit: float, si: str) -> str:
-    """Where the least fatal one is largest: where none is, before all others."""
+def _hardest_to_lose(
+    x: xr.DataArray, least: np.ndarray, what: str, unit: str, size: float, si: str
+) -> str:
+    """Where the least fatal one is largest: where none is, before all others.
+
+    `unit` of `least` is `size` in the SI unit `si`.
+    """
     import numpy as np
 
-    safe = x[np.isposinf(least)]
+    from bouncing_disk_ros.study.computation import at_value
+
+    safe = x.values[np.isposinf(least)]
     if safe.size:
-        span = f"{safe[0]:.5g}" + (f" to {safe[-1]:.5g}" if safe.size > 1 else "")
+        span = at_value(x, safe[0]) + (f" to {safe[-1]:.6g}" if safe.size > 1 else "")
         where = f", at {safe.size} of {x.size} values: {span}" if safe.size < x.size else ""
         return f"no {what} is fatal, of those looked at{where}"
     if np.isnan(least).all():
@@ -111,8 +119,8 @@ def _hardest_to_lose(what: str, x: np.ndarray, least: np.ndarray, unit: float, s
     at = int(np.nanargmax(least))
     article = "a" if what.startswith("t") else "an"
     return (
-        f"hardest to lose by {article} {what} at {x[at]:.5g}: {least[at]:.5g}, "
-        f"{least[at] * unit:.5g} {si}"
+        f"hardest to lose by {article} {what} at {at_value(x, float(x[at]))}: "
+        f"{least[at]:.5g} {unit} = {least[at] * size:.5g} {si}"
     )
 
 

@@ -80,10 +80,14 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Doublings with their ratios, the largest mean speed, where the exponent is above 0."""
+    from bouncing_disk_ros.study.computation import at_value
+
     rows = []
+    axis = result["value"]
     pairs = zip(result["doubling"].values, result["doubling_impacts"].values, strict=True)
     for value, impacts in pairs:
-        rows.append(f"  period {int(impacts)} → {2 * int(impacts)} at {float(value):.10f}")
+        where = at_value(axis, float(value), ".10f")
+        rows.append(f"  period {int(impacts)} → {2 * int(impacts)} at {where}")
     ratios = ", ".join(f"{float(ratio):.4f}" for ratio in result["feigenbaum_ratio"].values)
     if ratios:
         rows.append(f"  ratios of their distances {ratios} (tend to 4.6692)")
@@ -99,7 +103,7 @@ def lines(result: xr.Dataset) -> list[str]:
     ]
     if known:
         best, i = max(known, key=lambda pair: pair[0])
-        rows.append(f"  largest mean speed {best:.4f} ωΦ at {float(value[i]):.6g}")
+        rows.append(f"  largest mean speed {best:.4f} ωΦ at {at_value(axis, float(value[i]))}")
     chaotic = (result["lyapunov_exponent"].values > 1e-3).reshape(n, -1).any(axis=1).sum()
     rows.append(f"  Lyapunov exponent above 0.001 at {int(chaotic)} of {n} values")
     return rows + (_start_lines(result) if "start" in result.dims else [])
@@ -115,18 +119,21 @@ def _first_doubling_lines(result: xr.Dataset) -> list[str]:
     first, last = stability_limit(restitution), float(result["value"].max())
     if not result.attrs["parameter_doublings"] or last >= first:
         return []
-    here = f"at ε = {restitution:g} the first is at {first:.6g}, so let the axis end beyond it"
-    return [f"  no period doubling up to {last:.6g}: {here}"]
+    here = f"at ε = {restitution:g} the first is at Γ = {first:.6g}"
+    return [f"  no period doubling up to Γ = {last:.6g}: {here}, so let the axis end beyond it"]
 
 
 def _onset_lines(result: xr.Dataset) -> list[str]:
     """Where what was followed came to contact for the first time."""
     if "contact_onset" not in result:
         return []
+    from bouncing_disk_ros.study.computation import at_value
+
     onset, without = (float(result[f"contact_onset{end}"]) for end in ("", "_without"))
     chaotic = float(result["contact_onset_exponent"]) > 0.0
     what = "chaotic attractor (a crisis)" if chaotic else "attractor"
-    return [f"  the {what} first comes to contact between {without:.7g} and {onset:.7g}"]
+    between = f"{at_value(result['value'], without, '.7g')} and {onset:.7g}"
+    return [f"  the {what} first comes to contact between {between}"]
 
 
 def _start_lines(result: xr.Dataset) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,8 +108,9 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     in_time = result["line_share_in_time"].values[one, -1]
     assert np.all(np.diff(in_time) >= 0.0)
     assert in_time[-1] == pytest.approx(share[one, -1])
-    assert any("hardest to lose by an impulse at 0.45" in line for line in lines)
-    assert any("N·s" in line for line in lines)
+    assert any(re.fullmatch(r"  period-1, from Γ = \S+ to 0\.45", line) for line in lines)
+    assert "    hardest to lose by an impulse at Γ = 0.45: 0.1788 m πg/ω = 0.074501 N·s" in lines
+    assert "    hardest to lose by a timing error at Γ = 0.45: 0.86477 rad = 45.878 ms" in lines
 
 
 def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Shown) -> None:
@@ -121,7 +123,7 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Sh
             two[name] = result[name].copy()
             two[name].values[one, -2] = result[name].values[one, -1]
     two["line_least_fatal_impulse"].values[one, -2] = math.inf
-    text = f"at 1 of 2 values: {float(result['value'].values[-2]):.5g}"
+    text = f"at 1 of 2 values: Γ = {float(result['value'].values[-2]):.6g}"
     assert f"    no impulse is fatal, of those looked at, {text}" in resilience.lines(two)
 
 

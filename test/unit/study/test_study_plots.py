@@ -144,8 +144,11 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     assert figures["bifurcation"].axes[-1].get_xlabel().startswith(along.replace("_", " "))
     scale = figures["bifurcation"].axes[0].get_xscale()
     assert (scale == "log") == (along == "angular_forcing")
+    symbol, unit = {"phase_lag": ("θ", " rad"), "angular_forcing": ("Γ_T", "")}.get(
+        along, ("ε", "")
+    )
     at = float(result["value"].values[int(np.nanargmax(result["mean_speed"].values))])
-    assert any(line.endswith(f"at {at:.6g}") for line in lines)
+    assert any(line.endswith(f" at {symbol} = {at:.6g}{unit}") for line in lines)
 
 
 def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
@@ -155,7 +158,9 @@ def test_a_diagram_that_ends_at_rest(tmp_path: Path) -> None:
     )  # fmt: skip
     assert np.isnan(result["mean_speed"].values).all()
     assert len(lines) == 2
-    assert lines[0].startswith("  no period doubling up to 0.3: at ε = 0.5 the first is at 0.486")
+    assert lines[0].startswith(
+        "  no period doubling up to Γ = 0.3: at ε = 0.5 the first is at Γ = 0.486"
+    )
     assert lines[1] == "  Lyapunov exponent above 0.001 at 0 of 3 values"
 
 
@@ -260,11 +265,9 @@ def test_an_axis_that_ends_before_the_first_doubling_is_told(
 ) -> None:
     result = run(named("bifurcation", **SHORT, **given, count=2), tmp_path / "r.zarr")
     assert result is not None
-    line = (
-        "  no period doubling up to 0.65: at ε = 0.3 the first is at 0.677151, so let the axis end "
-    )
+    line = "  no period doubling up to Γ = 0.65: at ε = 0.3 the first is at Γ = 0.677151, so let "
     said = [one for one in told(bifurcation, result) if "no period doubling" in one]
-    assert said == [line + "beyond it"] * is_told
+    assert said == [line + "the axis end beyond it"] * is_told
 
 
 def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
