@@ -49,19 +49,21 @@ _FAR = 1e3
 class Data:
     """Times of impacts with their errors.
 
-    `times`: s, increasing. `errors`: standard deviations, s, or parts of them where `is_absolute`
-    is false. `floor`: least scale of errors that are not absolute.
+    `times`: s, increasing; a missed impact stands at its supposed time, with an error that makes it
+    worth nothing. `errors`: standard deviations, s, or parts of them where `is_absolute` is false.
+    `missed`: which times were not measured. `floor`: least scale of errors that are not absolute.
     """
 
     times: Array
     errors: Array
+    missed: NDArray[np.bool_]
     is_absolute: bool
     floor: float
 
     @property
     def count(self) -> int:
         """Equations that tell something."""
-        return len(self.times) - 2
+        return len(self.times) - 2 - int(self.missed.sum())
 
 
 @dataclass(frozen=True)

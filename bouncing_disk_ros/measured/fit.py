@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
@@ -22,6 +22,7 @@ from bouncing_disk_ros.measured.predict import (
     rest_parameters,
 )
 from bouncing_disk_ros.measured.reading import Recording, recording_of
+from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.regular_file import replaced
@@ -29,6 +30,11 @@ from bouncing_disk_ros.run.presets import PRESET_KEY
 
 NOMINAL = 1e-6
 """Errors that are not given are multiples of this, s."""
+_VOID = 1e3
+"""Times the error of a measured impact: that of a missed one. It pulls by a millionth."""
+_LEAST_KEPT = 0.67
+"""Part of the hits that a chain of flights must hold."""
+_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,9 @@ class ImpactFit:
     `parameters`: name -> value with the ends of its 95 % interval: restitution, scatter and
     time_error; at rest also first_flight, end (of all bounces), first_height; on a vibrating
     platform axial_forcing, axial_amplitude, forcing_phase (at time 0), frequency if it was fitted.
-    `times`: the true times as estimated; `residuals`: measured minus estimated times. `flights`:
+    `times`: the true times as estimated, with those of missed impacts (`missed`: which).
+    `residuals`: measured minus estimated times, nan where missed. `rejected`: times of hits that no
+    flight reaches. `flights`:
     columns take-off and landing velocity, m/s, height above the take-off, m. `restitutions`:
     coefficient of each inner impact, `speeds`: of these impacts relative to the platform, m/s.
     `untold`: parameters that these data do not tell. `prediction`: impacts to come.
@@ -50,6 +58,8 @@ class ImpactFit:
     parameters: dict[str, Interval]
     times: Array
     residuals: Array
+    missed: NDArray[np.bool_]
+    rejected: Array
     flights: Array
     restitutions: Array
     speeds: Array
@@ -154,29 +164,70 @@ class _Known:
 
     def fit(self, recording: Recording, errors: Array | None) -> ImpactFit:
         """The fit of a recording."""
-        data = self._data(recording, errors)
-        model = Model(self.free, self.gravity, self.scatter)
-        tried = [Profiles(data, model, start) for start in self._starts(data.times)]
-        profiles = min(tried, key=lambda one: one.cost(one.best))
-        if not profiles.cost(profiles.best) < math.inf:
-            raise FailedError(f"{recording.name}: no model fits; are times missed, or of others?")
+        data, profiles, rejected = self._in_sequence(recording, errors)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
         best = profiles.best
         flights, speeds = flights_of(best.times, profiles.estimate, self.gravity)
         return ImpactFit(
             recording.name, self.frequency / math.tau, self.gravity, parameters, best.times,
-            data.times - best.times, flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0],
+            np.where(data.missed, np.nan, data.times - best.times), data.missed, rejected,
+            flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0],
             _untold(parameters), predicted(profiles, draws), profiles,
         )  # fmt: skip
 
-    def _data(self, recording: Recording, errors: Array | None) -> Data:
+    def _in_sequence(
+        self, recording: Recording, errors: Array | None
+    ) -> tuple[Data, Profiles, Array]:
+        """Data without false hits and with missed impacts, their fit, and the false hits.
+
+        On a vibrating platform the fit says which hits are false, and these change the fit, until
+        nothing changes. Where no chain of flights holds most of the hits, all of them stay.
+        """
+        times = recording.times
+        chain = self._chain(times, None)
+        for _ in range(_ROUNDS):
+            data = self._data(recording, errors, chain)
+            profiles = self._profiles(recording.name, data)
+            is_whole = len(chain.kept) == len(times) and not len(chain.missed)
+            if self.frequency == 0.0 or is_whole:
+                break
+            found = self._chain(times, profiles.estimate)
+            if np.array_equal(found.kept, chain.kept) and len(found.missed) == len(chain.missed):
+                break
+            chain = found
+        return data, profiles, np.delete(times, chain.kept)
+
+    def _chain(self, times: Array, known: Array | None) -> Chain:
+        if self.frequency == 0.0:
+            found = at_rest(times, self.gravity)
+        else:
+            tried = np.array(self._starts(times)[:2] if known is None else [known])
+            found = chain_of(times, tried, self.gravity)
+        if len(found.kept) < max(3.0, _LEAST_KEPT * len(times)):
+            return Chain(np.arange(len(times)), np.empty(0), found.parameters)
+        return found
+
+    def _profiles(self, name: str, data: Data) -> Profiles:
+        model = Model(self.free, self.gravity, self.scatter)
+        tried = [Profiles(data, model, start) for start in self._starts(data.times)]
+        profiles = min(tried, key=lambda one: one.cost(one.best))
+        if not profiles.cost(profiles.best) < math.inf:
+            raise FailedError(f"{name}: no model fits; is the frequency right? was it in contact?")
+        return profiles
+
+    def _data(self, recording: Recording, errors: Array | None, chain: Chain) -> Data:
         count, least = len(recording.times), recording.resolution
         if self.time_error > 0.0 or errors is None:
             size = max(self.time_error, least) if self.time_error > 0.0 else NOMINAL
             errors = np.full(count, size)
-        floor = least / float(np.median(errors))
-        return Data(recording.times, errors, self.time_error > 0.0, floor)
+        nominal = float(np.median(errors))
+        times = np.concatenate([recording.times[chain.kept], chain.missed])
+        sizes = np.concatenate([errors[chain.kept], np.full(len(chain.missed), _VOID * nominal)])
+        order = np.argsort(times)
+        missed = order >= len(chain.kept)
+        floor = least / nominal
+        return Data(times[order], sizes[order], missed, self.time_error > 0.0, floor)
 
     def _starts(self, times: Array) -> list[Array]:
         if self.frequency == 0.0:
@@ -197,7 +248,7 @@ class _Known:
         else:
             found |= self._platform(profiles)
         if not profiles.data.is_absolute:
-            nominal = float(np.median(profiles.data.errors))
+            nominal = float(np.median(profiles.data.errors[~profiles.data.missed]))
             found["time_error"] = interval_of(nominal * draws.scale)
         if self.scatter is None:
             found["scatter"] = interval_of(draws.scatter)

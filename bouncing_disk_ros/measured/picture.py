@@ -40,9 +40,13 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     """What the fit found, in words."""
     platform = f"vibrates at {fit.frequency:g} Hz" if fit.frequency > 0.0 else "is at rest"
     data = [
-        ("recording", f"{fit.name}: {len(fit.times)} impacts in {np.ptp(fit.times):.6g} s"),
+        ("recording", f"{fit.name}: {np.sum(~fit.missed)} impacts in {np.ptp(fit.times):.6g} s"),
         ("platform", platform),
     ]
+    if fit.missed.any():
+        data.append(("missed", _times_text("impacts without a hit, near", fit.times[fit.missed])))
+    if len(fit.rejected):
+        data.append(("rejected", _times_text("hits that no flight reaches, at", fit.rejected)))
     rows = []
     for name, found in fit.parameters.items():
         symbol, unit = UNITS[name]
@@ -66,6 +70,11 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         Table("Parameters (95 % intervals)", rows),
         Table("Impacts to come (95 % intervals)", ahead),
     ]
+
+
+def _times_text(what: str, times: Array) -> str:
+    shown = ", ".join(f"{t:.6g}" for t in times[:5])
+    return f"{len(times)} {what} {shown}{' ...' if len(times) > 5 else ''} s"
 
 
 def lines_of(fit: ImpactFit) -> list[str]:
@@ -96,16 +105,23 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
     platform = p[AMPLITUDE] * np.sin(p[FREQUENCY] * grid + p[PHASE])
     at_impacts = p[AMPLITUDE] * np.sin(p[FREQUENCY] * fit.times + p[PHASE])
     times, heights = _curves(fit, at_impacts)
+    measured = ~fit.missed
+    odd = [
+        series(name, at, np.interp(at, grid, platform), SeriesStyle.POINTS, color)
+        for name, at, color in (
+            ("missed", fit.times[fit.missed], 2), ("rejected hits", fit.rejected, 3))
+        if len(at)
+    ]  # fmt: skip
     flights = Panel("Flights through the measured impacts", "time, s", "height, m", [
         series("platform", grid, platform, SeriesStyle.LINE, 4),
         series("disk", times, heights, SeriesStyle.LINE),
-        series("impacts", fit.times, at_impacts, SeriesStyle.POINTS, 1),
+        series("impacts", fit.times[measured], at_impacts[measured], SeriesStyle.POINTS, 1), *odd,
     ])  # fmt: skip
     micro = 1e6 * fit.residuals
     over_time = Panel("Measured minus estimated times", "time, s", "residual, µs", [
-        series("residuals", fit.times, micro)])  # fmt: skip
+        series("residuals", fit.times[measured], micro[measured])])  # fmt: skip
     over_speed = Panel("Measured minus estimated times", "impact speed, m/s", "residual, µs", [
-        series("residuals", fit.speeds, micro[1:-1])])  # fmt: skip
+        series("residuals", fit.speeds[measured[1:-1]], micro[1:-1][measured[1:-1]])])  # fmt: skip
     ends = np.array([fit.speeds.min(), fit.speeds.max()])
     level = np.full(2, fit["restitution"].value)
     law = Panel("Restitution of each impact", "impact speed, m/s", "restitution ε", [

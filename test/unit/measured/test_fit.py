@@ -61,17 +61,17 @@ CELLS = [(6, 1e-5, 0.0), (12, 1e-4, 0.0), (6, 1e-4, 0.003), (12, 1e-5, 0.003)]
 
 @pytest.mark.parametrize(("count", "error", "scatter"), CELLS)
 def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> None:
-    """Of 200 experiments 95 %: within four standard deviations of a binomial (89 to 100 %)."""
+    """Of 100 experiments 95 %: within four standard deviations of a binomial (86 to 100 %)."""
     from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
 
     rng, held = np.random.default_rng(1), 0
-    for _ in range(200):
+    for _ in range(100):
         times = at_rest(rng, count, error, scatter)
-        data = Data(times, np.full(count, 1e-6), False, 1e-6)
+        data = Data(times, np.full(count, 1e-6), np.zeros(count, bool), False, 1e-6)
         model = Model((0,), GRAVITY, None if scatter else 0.0)
         profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 1.0]))
         held += 0.025 < profiles.confidence(0)(0.75) < 0.975
-    assert 178 <= held <= 199
+    assert held >= 86
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> No
 def test_intervals_on_a_vibrating_platform_cover(
     forcing: float, restitution: float, count: int, skip: int, scatter: float
 ) -> None:
-    """Of 100 experiments 95 %: within four standard deviations of a binomial (86 to 100 %).
+    """Of 60 experiments 95 %: within four standard deviations of a binomial (84 to 100 %).
 
     Searches that ended in a side valley, or found nothing at a fixed ε, made it 85 to 92 %.
     """
@@ -93,18 +93,18 @@ def test_intervals_on_a_vibrating_platform_cover(
     from bouncing_disk_ros.measured.starts import first_values
 
     times, _ = vibrating(
-        np.random.default_rng(3), 260, count, forcing, restitution, skip=skip, scatter=scatter
+        np.random.default_rng(3), 160, count, forcing, restitution, skip=skip, scatter=scatter
     )
     rng, held = np.random.default_rng(5), 0
-    assert len(times) >= 100
-    for each in times[:100]:
+    assert len(times) >= 60
+    for each in times[:60]:
         seen = each + 1e-4 * rng.standard_normal(count)
-        data = Data(seen, np.full(count, 1e-6), False, 1e-6)
+        data = Data(seen, np.full(count, 1e-6), np.zeros(count, bool), False, 1e-6)
         model = Model((0, 1, 2), GRAVITY, None if scatter else 0.0)
         tried = [Profiles(data, model, start) for start in first_values(seen, OMEGA, GRAVITY)]
         profiles = min(tried, key=lambda one: one.cost(one.best))
         held += 0.025 < profiles.confidence(0)(restitution) < 0.975
-    assert held >= 86
+    assert held >= 50
 
 
 def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
@@ -156,6 +156,29 @@ def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
         assert "restitution" in fit.untold
         assert fit["restitution"].low < 0.5 < fit["restitution"].high
         assert len(fit.prediction.times) > 0
+
+
+def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
+    """Impacts 4, 9, 10 are missed, two hits false: the same answer as with all, a bit wider."""
+    at = [3, 8, 9]
+    cases = [
+        (at_rest(np.random.default_rng(2), 30, 1e-4, 0.003, 0.92), 0.0, 0.92),
+        (vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)[0][0]
+         + 1e-5 * np.random.default_rng(4).standard_normal(60), 20.0, 0.7),
+    ]  # fmt: skip
+    for times, frequency, true in cases:
+        false = times[[5, 20]] + 0.31 * np.diff(times)[[5, 20]]
+        seen = np.sort(np.concatenate([np.delete(times, at), false]))
+        fit = fit_impacts(seen, frequency=frequency)
+        whole = fit_impacts(times, frequency=frequency)
+        assert fit.rejected == pytest.approx(false)
+        assert np.flatnonzero(fit.missed).tolist() == at
+        one, other = fit["restitution"], whole["restitution"]
+        assert (len(whole.rejected), int(whole.missed.sum())) == (0, 0)
+        assert one.low < true < one.high
+        assert other.high - other.low < (one.high - one.low) * 1.1
+        # their times: within the errors of times and of the flights around them, scatter 0.3 %
+        assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,182 @@
+"""Which hits are impacts of one disk, and which are missed: the likeliest chain of flights.
+
+From two impacts follows the take-off, and from that the next landing. A hit that lands there is an
+impact; another one is false (an echo, a second ball). A landing without a hit is a missed impact.
+The chain of least cost is found by dynamic programming: an impact costs minus the logarithm of its
+density around the landing, in parts of one over the flight; a false or missed one costs `_ODD`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+
+Array = NDArray[np.float64]
+_ODD = 3.0
+"""Of a false or missed impact: a part of 5 %."""
+_SKIPPED, _MISSED = 4, 3
+"""Hits to look ahead (three may be false), landings to look ahead (two may be missed)."""
+_ERRORS = np.array([1e-5, 1e-4, 1e-3])
+"""Of landings, s."""
+_PARTS = np.array([2e-3, 1.5e-2])
+"""The same, in parts of the flight."""
+_FIRST = 100
+"""Hits that find the restitution on a platform at rest."""
+_GRID = 64
+"""Points of a flight where its height is looked at."""
+_STEPS = 4
+"""Of Newton's method, from the middle of a part: quadratic, so far below the least error."""
+_HOPELESS = 12.0
+"""Chains to the same hit that cost more than the best by this are not followed."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """`kept`: indices of the hits that are impacts. `missed`: times of those without a hit, s.
+
+    `parameters`: the candidate of this chain.
+    """
+
+    kept: NDArray[np.int64]
+    missed: Array
+    parameters: Array
+
+
+def chain_of(times: Array, candidates: Array, gravity: float) -> Chain:
+    """The likeliest chain under candidates (M, 4) for ε, A, φ, ω."""
+    p = np.repeat(candidates, len(_ERRORS) * len(_PARTS), axis=0)
+    errors = np.tile(np.repeat(_ERRORS, len(_PARTS)), len(candidates))
+    parts = np.tile(_PARTS, len(_ERRORS) * len(candidates))
+    return _Search(times, p.T, gravity, errors, parts).chain()
+
+
+def at_rest(times: Array, gravity: float) -> Chain:
+    """The likeliest chain on a platform at rest, for any restitution."""
+    found = chain_of(times[:_FIRST], _still(np.linspace(0.02, 0.99, 98)), gravity)
+    if len(times) <= _FIRST:
+        return found
+    near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)
+    return chain_of(times, _still(near), gravity)
+
+
+def _still(restitutions: Array) -> Array:
+    """Candidates with a platform at rest."""
+    none = np.zeros(len(restitutions))
+    return np.column_stack([restitutions, none, none, none + 1.0])
+
+
+class _Search:
+    """Costs of chains that end with two impacts, for all candidates (G) at once.
+
+    A slot (a, m) of hit j stands for chains whose last impact but one is hit j - a - 1, with m
+    missed in between; `costs`, `takeoffs`: (N, slots, G).
+    """
+
+    def __init__(self, times: Array, p: Array, gravity: float, errors: Array, parts: Array) -> None:
+        self.times, self.p, self.g, self.errors, self.parts = times, p, gravity, errors, parts
+        shape = (len(times), _SKIPPED, _MISSED, p.shape[1])
+        self.costs, self.takeoffs = np.full(shape, np.inf), np.zeros(shape)
+        self.sources = np.full(shape, -1, np.int16)
+
+    def chain(self) -> Chain:
+        count = len(self.times)
+        for j in range(count):
+            self._begin(j)
+        for j in range(count):
+            self._go_on(j)
+        ends = self.costs + _ODD * np.arange(count - 1, -1, -1)[:, None, None, None]
+        j, a, m, candidate = (int(x) for x in np.unravel_index(int(np.argmin(ends)), ends.shape))
+        kept, missed, one = [j], [], slice(candidate, candidate + 1)
+        while True:
+            source, before = int(self.sources[j, a, m, candidate]), j - a - 1
+            kept.append(before)
+            if source < 0:
+                break
+            slot = divmod(source, _MISSED)
+            takeoff = self.takeoffs[before, slot[0], slot[1], one]
+            at = np.full(1, self.times[before])
+            for _ in range(m):
+                at, takeoff = self._flown(at, takeoff, one)
+                missed.append(float(at[0]))
+            j, (a, m) = before, slot
+        return Chain(np.array(kept[::-1]), np.array(missed), self.p[:, candidate])
+
+    def _begin(self, j: int) -> None:
+        """Chains that begin with hit j and one before it."""
+        for a in range(min(_SKIPPED, j)):
+            before = np.full(self.p.shape[1], self.times[j - a - 1])
+            self.costs[j, a, 0] = _ODD * (j - 1)
+            self.takeoffs[j, a, 0] = self._takeoff(before, self.times[j], slice(None))
+
+    def _go_on(self, j: int) -> None:
+        """From chains that end with hit j to later hits."""
+        last = min(j + _SKIPPED, len(self.times) - 1)
+        costs = self.costs[j].reshape(-1, self.p.shape[1])
+        alive = np.flatnonzero((costs < costs.min(axis=0) + _HOPELESS).any(axis=1))
+        if last == j or len(alive) == 0:
+            return
+        takeoff = self.takeoffs[j].reshape(costs.shape)[alive]
+        before = np.full(takeoff.shape, self.times[j])
+        ours = np.arange(self.p.shape[1])
+        for m in range(_MISSED):
+            landing, up = self._flown(before, takeoff, slice(None))
+            size = np.hypot(self.errors, self.parts * (landing - before)) * (1.0 + m)
+            base = costs[alive] + _ODD * m + np.log(2.5 * size / np.maximum(landing - before, size))
+            reached = np.zeros(len(alive), bool)
+            for k in range(j + 1, last + 1):
+                sums = base + 0.5 * ((self.times[k] - landing) / size) ** 2 + _ODD * (k - j - 1)
+                sums[self.times[k] <= before] = np.inf
+                sums[np.isnan(sums)] = np.inf
+                best = np.argmin(sums, axis=0)
+                least, a = sums[best, ours], k - j - 1
+                better = least < self.costs[k, a, m]
+                start = self._takeoff(before[best, ours], self.times[k], slice(None))
+                self.costs[k, a, m] = np.where(better, least, self.costs[k, a, m])
+                self.takeoffs[k, a, m] = np.where(better, start, self.takeoffs[k, a, m])
+                self.sources[k, a, m] = np.where(better, alive[best], self.sources[k, a, m])
+                reached |= (abs(self.times[k] - landing) < 2.0 * size).any(axis=1)
+            if reached.all():  # a landing that has its hit is not missed
+                return
+            alive, before, takeoff = alive[~reached], landing[~reached], up[~reached]
+
+    def _platform(self, at: float | Array, which: slice) -> tuple[Array, Array]:
+        a, w, angle = self.p[AMPLITUDE, which], self.p[FREQUENCY, which], self.p[PHASE, which]
+        return a * np.sin(w * at + angle), a * w * np.cos(w * at + angle)
+
+    def _takeoff(self, before: Array, at: float | Array, which: slice) -> Array:
+        """Velocity after the landing of a flight."""
+        (start, _), (end, speed) = self._platform(before, which), self._platform(at, which)
+        duration = at - before
+        with np.errstate(all="ignore"):
+            fall = (end - start) / duration - 0.5 * self.g * duration - speed
+        return np.asarray(speed - self.p[RESTITUTION, which] * fall)
+
+    def _flown(self, at: Array, takeoff: Array, which: slice) -> tuple[Array, Array]:
+        """Time of the landing, nan if there is none, and velocity after it."""
+        start, _ = self._platform(at, which)
+        a = np.abs(self.p[AMPLITUDE, which])
+        root = np.sqrt(np.maximum(takeoff**2 + 2.0 * self.g * (start + a), 0.0))
+        longest = (takeoff + root) / self.g
+        landing = at + longest
+        if a.any():
+            part = np.linspace(0.0, 1.0, _GRID + 1)[1:].reshape(-1, *(1,) * at.ndim)
+
+            def height(since: Array) -> Array:
+                there, _ = self._platform(at + since, which)
+                return np.asarray(start + takeoff * since - 0.5 * self.g * since**2 - there)
+
+            with np.errstate(all="ignore"):
+                above = height(longest * part) > 0.0
+                down = above[:-1] & ~above[1:]
+                first = np.argmax(down, axis=0)
+                since = longest * (part[first].reshape(at.shape) + 0.5 / _GRID)
+                for _ in range(_STEPS):
+                    there, speed = self._platform(at + since, which)
+                    above_it = start + takeoff * since - 0.5 * self.g * since**2 - there
+                    since = since - above_it / (takeoff - self.g * since - speed)
+            landing = np.where(down.any(axis=0), at + since, np.nan)
+        return landing, self._takeoff(at, landing, which)
