@@ -26,7 +26,7 @@ from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
-from bouncing_disk_ros.ros.stop import Stop
+from bouncing_disk_ros.ros.stop import Stop, ending_at_once
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.topics import Qos
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 FIGURE_DPI = 160
 REPORT_SECONDS = 0.2
 """How often progress is looked at."""
+STOP_SECONDS = 1.5
+"""After a signal: how long parts at work have until they are given up, to be computed again."""
 LOG_SECONDS = 10.0
 """Without a terminal: how often a line says how much is done."""
 MOST_SENT = 2048
@@ -223,25 +225,31 @@ class StudyWork:
                 outlet.progress(shown.done / max(1, shown.total))
 
         if not outlet.wait(lambda: not worker.is_alive(), report):
-            print(f"{self._name}: stopping after the parts that are being computed",
+            print(f"{self._name}: stopping; another Ctrl-C ends it at once",
                   file=sys.stderr, flush=True)  # fmt: skip
-        worker.join()  # a signal: what is at work is finished and kept
+            with ending_at_once(self._name):
+                worker.join(STOP_SECONDS)
+                if worker.is_alive():
+                    self._say_interrupted()
+                    sys.stdout.flush()
+                    os._exit(int(ExitCode.INTERRUPTED))  # threads at work cannot be ended alone
+        worker.join()
         report()
         self._raise_error()
         if self._result is None:
-            done, total = self._progress[:2] if self._progress else (0, 1)
-            print(
-                f"{self._name}: interrupted; {done} of {total} parts are kept in "
-                f"{self._folder}, and the same command goes on from there",
-                file=sys.stderr,
-                flush=True,
-            )
+            self._say_interrupted()
             return ExitCode.INTERRUPTED
         self._show(self._result, outlet)
         if self._options["hold"]:
             print(f"{self._name}: running until Ctrl-C, so that the topics can be read", flush=True)
             outlet.wait(lambda: False, lambda: None)
         return ExitCode.DONE
+
+    def _say_interrupted(self) -> None:
+        done, total = self._progress[:2] if self._progress else (0, 1)
+        kept = f"{done} of {total} parts are kept in {self._folder}"
+        line = f"{self._name}: interrupted; {kept}, and the same command goes on from there"
+        print(line, file=sys.stderr, flush=True)
 
     def _raise_error(self) -> None:
         if isinstance(self._error, OSError):  # a full disk, a scheduler that is gone

@@ -121,6 +121,21 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
             np.testing.assert_array_equal(resumed[name].values, at_once[name].values, str(name))
 
 
+@pytest.mark.parametrize("times", [1, 2])
+def test_parts_that_take_long_do_not_hold_up_an_end(
+    start: Starter, tmp_path: Path, times: int
+) -> None:
+    """Each of these parts takes minutes, so an end that waits for one does not come in time."""
+    node = begin(start, "basin_shares", tmp_path / "s", workers=2, count=2, samples=20_000)
+    node.wait_for("result in ")
+    for _ in range(times - 1):
+        node.send(signal.SIGINT)
+        node.wait_for("another Ctrl-C ends it at once")
+    assert node.end(signal.SIGINT, 20.0) == 130
+    assert ("interrupted; 0 of 2 parts are kept" in node.output) or times == 2
+    assert "Traceback" not in node.output
+
+
 def test_what_cannot_be_used_is_one_line_and_code_2(
     warm_kernels: None, capfd: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
