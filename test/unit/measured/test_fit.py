@@ -149,13 +149,12 @@ def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) 
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
     """Two equations for ε, A and φ: not told even where the orbit is taken as exact."""
-    times, _ = vibrating(np.random.default_rng(3), 4, 60, 0.52, 0.5, skip=200)
-    noise = 1e-5 * np.random.default_rng(4).standard_normal(60)
-    for scatter in (0.0, -1.0):
-        fit = fit_impacts(times[0] + noise, frequency=20.0, scatter=scatter)
-        assert "restitution" in fit.untold
-        assert fit["restitution"].low < 0.5 < fit["restitution"].high
-        assert len(fit.prediction.times) > 0
+    times, _ = vibrating(np.random.default_rng(3), 4, 40, 0.52, 0.5, skip=200)
+    noise = 1e-5 * np.random.default_rng(4).standard_normal(40)
+    fit = fit_impacts(times[0] + noise, frequency=20.0, scatter=0.0)
+    assert "restitution" in fit.untold
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert len(fit.prediction.times) > 0
 
 
 def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
