@@ -124,9 +124,10 @@ def use_numba_cache() -> None:
 
 
 def announce_compilation(name: str, *, own_process: bool = True) -> None:
-    """Say on stderr, as executable `name`, when the first kernel is compiled: a start waits for it.
+    """Say on stderr, as executable `name`, which kernels are compiled: a start waits for them.
 
-    Loading a compiled kernel is no compilation. Imports numba, but none of the kernels.
+    One line with the name of the first; on a terminal a bar that names each. Loading a compiled
+    kernel is no compilation. Imports numba, but none of the kernels.
     `own_process`: no code but this package's runs here.
     """
     if own_process:
@@ -134,15 +135,34 @@ def announce_compilation(name: str, *, own_process: bool = True) -> None:
     from numba.core import event
 
     class Announcement(event.Listener):
-        """Prints one line, once."""
+        """Tells of the kernels that are compiled for themselves, not of those within them."""
 
-        def on_start(self, _event: object) -> None:
-            event.unregister("numba:compile", self)
-            line = f"{name}: compiling the physics, once on this machine: up to a minute"
-            print(line, file=sys.stderr, flush=True)
+        def __init__(self) -> None:
+            self._depth = self._count = 0
+            self._bar: Any = None
+
+        def on_start(self, begun: Any) -> None:
+            self._depth += 1
+            if self._depth == 1:
+                self._show(begun.data["dispatcher"].py_func)
 
         def on_end(self, _event: object) -> None:
-            """Nothing is to be said at the end."""
+            self._depth -= 1
+            if self._depth == 0:
+                self._count += 1
+                self._bar.close()  # its line is free again for the bar of a study
+
+        def _show(self, function: Any) -> None:
+            from tqdm import tqdm
+
+            kernel = f"{function.__module__.removeprefix(f'{PACKAGE}.')}.{function.__name__}"
+            what = f"{name}: compiling kernels, each once on this machine"
+            if self._count == 0:
+                print(f"{what}; first {kernel}", file=sys.stderr, flush=True)
+            self._bar = tqdm(
+                desc=name, initial=self._count, unit=" kernels", leave=False, disable=None
+            )
+            self._bar.set_postfix_str(kernel)
 
     event.register("numba:compile", Announcement())
 

@@ -71,7 +71,7 @@ def run(*command: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess
 def test_the_library_and_every_tool(plain: Path, tmp_path: Path) -> None:
     done = run(str(plain / "python"), "-c", LIBRARY, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
-    assert "bouncing_disk_ros: compiling the physics, once" in done.stdout
+    assert "bouncing_disk_ros: compiling kernels, each once" in done.stdout
     for name, values in SMALL.items():
         options = [word for value in values for word in ("-p", value)]
         done = run(str(plain / name), "--ros-args", *options, "-p", f"output:={name}", cwd=tmp_path)

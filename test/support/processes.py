@@ -29,7 +29,7 @@ from typing import IO
 PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
     r"\[INFO\]"
-    r"|: compiling the "  # of a first start
+    r"|: compiling (the|kernels)\b"  # of a first start
     r"|: \d+ of \d+ parts$"  # of a study that takes more than ten seconds
 )
 """What lines of stderr have in them that tell of nothing wrong."""

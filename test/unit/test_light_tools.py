@@ -77,5 +77,5 @@ def test_a_compilation_is_announced_once_and_loading_is_none(tmp_path: Path) -> 
         )
         assert done.returncode == 0, done.stderr
         lines.append(done.stderr)
-    announced = "tool: compiling the physics, once on this machine: up to a minute\n"
-    assert lines == [announced, ""]
+    announced = "tool: compiling kernels, each once on this machine; first "
+    assert lines == [f"{announced}core.arithmetic.sine_and_cosine\n", ""]
