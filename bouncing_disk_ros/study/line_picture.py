@@ -40,7 +40,7 @@ def draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
     contact = 100.0 * result["share_in_contact"].values
     axes.plot(x, contact, "-", color=BLACK, lw=1.4)
     _mark_ends_of_contact(axes, result, x, contact, colors)
-    axes.set_ylim(0.0, 100.0)
+    axes.set_ylim(0.0, 103.0)  # a share of 100 % is seen beside the frame
     axes.set_ylabel("share of starts (%)")
     axes.set_title("starts that come to contact (black), and those that reach an attractor without",
                    fontsize=9)  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.colours import PURPLE, VERMILION
+from bouncing_disk_ros.colours import INK
 from bouncing_disk_ros.figure_style import new_figure, typeset
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
@@ -25,9 +25,9 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     _draw_lines(figure, top, result)
     largest = "the largest attractor that is neither rest nor chattering"
     middle.set_title(f"fastest rotation on {largest}", fontsize=9)
-    middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=VERMILION)
+    middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=INK)
     middle.set_ylabel("best phase lag\n$\\theta/\\pi$")
-    bottom.plot(x, result["best_speed"].values, ".", ms=4, color=PURPLE)
+    bottom.plot(x, result["best_speed"].values, ".", ms=4, color=INK)
     bottom.set_ylabel("mean speed there\n($\\omega\\Phi$)")
     symbol = str(result["value"].attrs.get("symbol", ""))
     bottom.set_xlabel(typeset(f"{result['value'].attrs['long_name']} {symbol}"))
