@@ -7,6 +7,7 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.contact import (
     HOLD,
     ONE_PERIOD,
@@ -26,7 +27,6 @@ from bouncing_disk_ros.core.contact_rows import tie
 from bouncing_disk_ros.core.event_store import store_event
 from bouncing_disk_ros.core.flight import Launch, search_impact
 from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
-from bouncing_disk_ros.core.impact_law import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,

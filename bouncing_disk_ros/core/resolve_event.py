@@ -5,6 +5,11 @@ from __future__ import annotations
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.chatter import (
+    chatter_rotation,
+    chatter_sums,
+    first_of_chatter,
+)
 from bouncing_disk_ros.core.contact_rows import (
     STOPPED_TAIL,
     chatter_drag,
@@ -21,13 +26,7 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
-from bouncing_disk_ros.core.impact_law import (
-    chatter_rotation,
-    chatter_sums,
-    first_of_chatter,
-    friction_change,
-    speed_after,
-)
+from bouncing_disk_ros.core.impact_law import axial_push, friction_change, rebound, speed_after
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
     ROWS,
@@ -68,7 +67,6 @@ from bouncing_disk_ros.core.propagate import (
     spin,
     turn,
 )
-from bouncing_disk_ros.core.restitution import axial_push, rebound
 
 
 @kernel

@@ -15,18 +15,18 @@ from typing import NamedTuple
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
-from bouncing_disk_ros.core.contact import load, slide
-from bouncing_disk_ros.core.contact_rows import sign_of, what_holds
-from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
-from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.impact_law import (
+from bouncing_disk_ros.core.chatter import (
     BOUNCES,
     COMPLETES,
     chatter_rotation,
     chatter_sums,
     chatter_verdict,
-    speed_after,
 )
+from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_rows import sign_of, what_holds
+from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
+from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
@@ -36,7 +36,6 @@ from bouncing_disk_ros.core.platform import (
     axial_jet,
     steady_motion,
 )
-from bouncing_disk_ros.core.restitution import axial_push, rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,

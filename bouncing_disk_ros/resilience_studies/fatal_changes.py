@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.restitution import rebounded
+from bouncing_disk_ros.core.impact_law import rebounded
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_flights import land_from_height

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bench.axial import GRAVITY, RESTITUTION
 from bench.many_references import flight
-from bouncing_disk_ros.core.impact_law import chatter_scale as chatter_scale_kernel
+from bouncing_disk_ros.core.chatter import chatter_scale as chatter_scale_kernel
 from support.kernels import from_python
 
 chatter_scale = from_python(chatter_scale_kernel)
@@ -57,7 +57,7 @@ class _Start:
         return self.label == CONTACT
 
     def _complete(self, tau: float, w: float) -> bool:
-        """The bound of `core.impact_law.may_end`: what the closed form leaves out is rounding."""
+        """The bound of `core.chatter.may_end`: what the closed form leaves out is rounding."""
         axial_forcing, u = self._rule.axial_forcing, -RESTITUTION * w
         a, jerk = GRAVITY - axial_forcing * math.sin(tau), axial_forcing * math.cos(tau)
         return a > 0.0 and u**3 * (jerk * jerk + axial_forcing * a) <= self._scale * a**5

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel, sincos
-from bouncing_disk_ros.core.restitution import rebound
+from bouncing_disk_ros.core.impact_law import rebound
 from bouncing_disk_ros.juggling.kernels.offset_plan import Array, offset_state
 
 KIND, SINCE, POSITION, VELOCITY = 0, 1, 2, 3

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bouncing_disk_ros.core import flight, impact_law, roots
+from bouncing_disk_ros.core import chatter, flight, roots
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING
 from bouncing_disk_ros.maps.axial_map import GRAVITY
@@ -61,7 +61,7 @@ _FLAT = 1e-100  # stands for accelerations a ≤ 0
 
 turned_gap = lane(flight.turned_gap)
 slope_after = lane(roots.slope_after)
-may_end = lane(impact_law.may_end)
+may_end = lane(chatter.may_end)
 
 
 @lane

@@ -35,7 +35,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import restitution as restitution_law
+from bouncing_disk_ros.core import impact_law
 from bouncing_disk_ros.core.arithmetic import (
     C4,
     C6,
@@ -61,7 +61,7 @@ from bouncing_disk_ros.core.arithmetic import (
     kernel,
     sincos,
 )
-from bouncing_disk_ros.core.impact_law import chatter_scale
+from bouncing_disk_ros.core.chatter import chatter_scale
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 from bouncing_disk_ros.maps.axial_map import GRAVITY, MapDisk, after_impact, axial_motion
 
@@ -113,7 +113,7 @@ def lane(function: Kernel) -> Kernel:
     return compiled
 
 
-rebound = lane(restitution_law.rebounded)
+rebound = lane(impact_law.rebounded)
 
 
 def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
@@ -192,7 +192,7 @@ def chatter_outcome(tau: float, w: float, forcing: float, restitution: float) ->
     motion = axial_motion(forcing)
     jet = axial_jet(motion, sine, cosine, 0.0)
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
-    kind: int = after_impact(motion, disk, tau, jet, restitution_law.rebound(w, restitution))[0]
+    kind: int = after_impact(motion, disk, tau, jet, impact_law.rebound(w, restitution))[0]
     return kind
 
 
