@@ -7,11 +7,12 @@ from pathlib import Path
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, MotionInForce
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import Summary, lines, summary_of
+from bouncing_disk_ros.ros.startup import check_figure_file
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 
@@ -26,7 +27,6 @@ AT_REST = {
 """The preset starts on its orbit; the story starts at rest, at the lowest point."""
 SETTLING_SECONDS = 12.0
 """So long after the programme's beginning the orbit must have been found."""
-FORMATS = (".png", ".pdf", ".svg")
 OPENING = f"A disk at rest on its platform (preset {PRESET}). Programme: {FIRST_TOSS}."
 
 
@@ -38,8 +38,7 @@ def start_values() -> dict[str, Value]:
 def picture_of(chosen: Mapping[str, Value]) -> Path:
     """The file of the picture; InputError for a kind that cannot be drawn."""
     picture = Path(str(chosen["picture"]))
-    if picture.suffix not in FORMATS:
-        raise InputError("picture", str(picture), "a file ending in " + ", ".join(FORMATS))
+    check_figure_file("picture", picture)
     return picture
 
 
