@@ -282,21 +282,21 @@ class ControlPane:
 
     # --- what is on the page
     def _run_buttons(self) -> Any:
-        self.pause = Button(label="Pause", button_type="primary", width=100, name="pause")
-        self.step = Button(label="Step", width=90, name="step")
-        self.reset = Button(label="Reset", width=90, name="reset")
+        self.pause = Button(label="Pause", button_type="primary", width=75, name="pause")
+        self.step = Button(label="Step", width=65, name="step")
+        self.reset = Button(label="Reset", width=65, name="reset")
+        self.strobe = Button(label="Strobe", width=70, name="strobe")
         self.pause.on_click(lambda: self.send(Call("pause", not self._paused)))
         self.step.on_click(self._step)
         self.reset.on_click(lambda: self.send(Call("reset")))
-        return row(self.pause, self.step, self.reset)
+        self.strobe.on_click(self._on_strobe)
+        return row(self.pause, self.step, self.reset, self.strobe)
 
     def _slow_motion(self) -> Any:
         labels = [f"×{factor:g}" for factor in SLOWER]
-        self.slow = RadioButtonGroup(labels=labels, active=0, width=WIDTH - 80, name="slow")
+        self.slow = RadioButtonGroup(labels=labels, active=0, width=WIDTH, name="slow")
         self.slow.on_change("active", self._on_slow)
-        self.strobe = Button(label="Strobe", width=70, name="strobe")
-        self.strobe.on_click(self._on_strobe)
-        return row(self.slow, self.strobe)
+        return self.slow
 
     def _forcing_choice(self) -> Any:
         self.choice = RadioButtonGroup(

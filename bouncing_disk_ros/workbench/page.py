@@ -18,10 +18,22 @@ from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_history import RunLink, numbers
-from bouncing_disk_ros.workbench.run_pane import RunPane
+from bouncing_disk_ros.workbench.run_pane import ONE_COLUMN, RunPane
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
 
 TITLE = "Bouncing disk workbench"
+TEMPLATE = """
+{% block preamble %}
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+  @media (prefers-color-scheme: dark) {
+    html { background: white; filter: invert(0.9) hue-rotate(180deg); }
+  }
+</style>
+{% endblock %}
+"""
+"""A phone shows the page in its own width; a browser that wishes dark pages gets one, with the hues
+of the light one."""
 FRAME_MS = 33
 """30 frames a second."""
 TEXT_EVERY = 6
@@ -86,6 +98,7 @@ class Page:
         self.tabs = Tabs(tabs=[first, *others], sizing_mode="stretch_width")
         self.tabs.on_change("active", lambda _attr, _old, _new: self._follow())
         document.title = TITLE
+        document.template = TEMPLATE
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
@@ -97,7 +110,10 @@ class Page:
 
     def _layout(self) -> Any:
         right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")
-        below = row(self.controls.layout, right, sizing_mode="stretch_width")
+        below = row(
+            self.controls.layout, right, sizing_mode="stretch_width",
+            stylesheets=[ONE_COLUMN.replace("column", "column-reverse")],  # the run, then controls
+        )  # fmt: skip
         above = [self._status] if self.scenes is None else [self._status, self.scenes.layout]
         return column(*above, below, sizing_mode="stretch_width")
 

@@ -34,6 +34,10 @@ from bouncing_disk_ros.workbench.run_history import (
 )
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
+ONE_COLUMN = (
+    "@media (max-width: 700px) { :host { flex-direction: column; } :host > * { flex: none; } }"
+)
+"""Style of a row whose parts stand below each other on a narrow screen."""
 SLICES = (SKY, DISK) * 4
 MARKS = 12
 SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
@@ -108,6 +112,7 @@ def run_figures() -> RunFigures:
             y_range=Range1d(0.0, 1.0),
         )
     )  # fmt: skip
+    speed.title.text_font_size = "11px"  # the whole of it beside two figures on 1366 pixels
     speed.line("time", "speed", source=speed_rows, color=DISK, line_width=2)
     predicted = Span(dimension="width", line_color=THEORY, line_dash="dashed", line_width=2,
                      visible=False)  # fmt: skip
@@ -318,9 +323,15 @@ class RunPane:
         figures = self._figures
         figures.path.x_range.on_change("end", self._on_drawn)
         self.layout = column(
-            row(figures.side, figures.path, sizing_mode="stretch_width"),
+            row(figures.side, figures.path, sizing_mode="stretch_width", stylesheets=[ONE_COLUMN]),
             figures.caption,
-            row(figures.top, figures.section, figures.speed, sizing_mode="stretch_width"),
+            row(
+                figures.top,
+                figures.section,
+                figures.speed,
+                sizing_mode="stretch_width",
+                stylesheets=[ONE_COLUMN],
+            ),
             sizing_mode="stretch_width",
         )
 

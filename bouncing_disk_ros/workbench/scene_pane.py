@@ -43,7 +43,7 @@ class ScenePane:
         self.answer = Button(label="Show the number", width=140, visible=False, name="show_number")
         self.answer.on_click(self.show)
         self.layout = column(
-            row(*self.buttons.values()),
+            row(*self.buttons.values(), styles={"flex-wrap": "wrap"}, sizing_mode="stretch_width"),
             row(self.text, self.answer, sizing_mode="stretch_width"),
             sizing_mode="stretch_width",
         )

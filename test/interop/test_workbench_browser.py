@@ -66,6 +66,22 @@ def seconds_shown(browser: Any) -> float:
     return float(found[1]) if found else 0.0
 
 
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (1366, 768), (1920, 1080)])
+def test_the_page_fits_the_screen(
+    width: int, height: int, browser: Any, workbench: Process
+) -> None:
+    screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 700}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
+    wait(lambda: seconds_shown(browser) > 1.0)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    places = {name: chromium.button(browser, name).rect for name in ("Pause", "Reset", "Juggle")}
+    for name, place in places.items():
+        assert 0 <= place["x"] <= width - place["width"], name
+        assert width < 700 or place["y"] + place["height"] <= height, name
+    look(browser, f"page_{width}")
+
+
 def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     from selenium.webdriver.common.keys import Keys
 
