@@ -74,7 +74,7 @@ MAY_IMPORT = {
 LIBRARIES = {
     "angles": {"numpy"},  # the types alone
     "parsing": {"yaml"},
-    "kernel_cache": {"numba"},
+    "kernel_cache": {"numba", "tqdm"},
     "figure_style": {"numpy", "matplotlib"},
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags", "tqdm"},
     "core": {"numpy", "numba"},
