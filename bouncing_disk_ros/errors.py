@@ -134,7 +134,7 @@ SYMBOLS = {
 def closest(name: str, names: Iterable[str]) -> str:
     """A hint with the known names that are meant, or an empty string.
 
-    That of the paper's letter, else those that begin with it, else the nearest.
+    The parameter of a letter of the paper, else names that begin with the text, else the nearest.
     """
     given, known = name[:100], list(names)
     match = [one for one in known if one == SYMBOLS.get(given, SYMBOLS.get(given.lower()))]
