@@ -90,16 +90,19 @@ _BETWEEN = re.compile(r"[;\t]|,\s*|\s+")
 def read_table(field: str, path: Path, most: int) -> tuple[list[str], list[list[str]]]:
     """Names of the columns and cells of a text file, at most `most` bytes; lines with # are left.
 
-    Cells are separated by commas, semicolons, tabs or blanks. The first line has names (in small
-    letters then) where it begins with no number; else there are none. InputError, naming `field`.
+    Cells are separated by commas, semicolons, tabs or blanks, and may have quotes. The first line
+    has names (in small letters then) where it begins with no number; else there are none.
+    InputError, naming `field`.
     """
     lines = (line.strip() for line in read_text(field, path, most).splitlines())
     rows = [
-        _BETWEEN.split(line.rstrip(",;")) for line in lines if line and not line.startswith("#")
+        [cell.strip("\"' ") for cell in _BETWEEN.split(line.rstrip(",;"))]
+        for line in lines
+        if line and not line.startswith("#")
     ]
     if not rows or number_of(rows[0][0]) is not None:
         return [], rows
-    return [name.strip("\"' ").lower() for name in rows[0]], rows[1:]
+    return [name.lower() for name in rows[0]], rows[1:]
 
 
 def number_of(text: str) -> float | None:

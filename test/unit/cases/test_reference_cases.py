@@ -250,6 +250,14 @@ def test_who_finds_no_impact_has_missed_them_all(nothing: dict[str, Any]) -> Non
     assert found.verdict == "differs: 0 of 10 events within 1e-09, 10 missed"
 
 
+def test_cells_in_quotes_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "quoted.csv"
+    times = map(float, reference_case("drop").impacts["time_lower"])
+    rows = "\n".join(f'"{time!r}","impact"' for time in times)
+    file.write_text(f'"time","kind"\n{rows}\n', "utf-8")
+    assert compare_with_case("drop", file).is_within
+
+
 # --- the commands ---------------------------------------------------------------------------------
 def test_the_commands_list_compare_and_draw(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
