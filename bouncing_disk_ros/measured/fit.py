@@ -31,7 +31,7 @@ from bouncing_disk_ros.run.presets import PRESET_KEY
 NOMINAL = 1e-6
 """Errors that are not given are multiples of this, s."""
 _VOID = 1e3
-"""Times the error of a measured impact: that of a missed one. It pulls by a millionth."""
+"""Error of a missed impact, in errors of a measured one: it pulls by a millionth."""
 _LEAST_KEPT = 0.67
 """Part of the hits that a chain of flights must hold."""
 _ROUNDS = 4
@@ -185,8 +185,9 @@ class _Known:
         nothing changes. Where no chain of flights holds most of the hits, all of them stay.
         """
         times = recording.times
-        chain = self._chain(times, None)
+        found = self._chain(times, None)
         for _ in range(_ROUNDS):
+            chain = found
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
             is_whole = len(chain.kept) == len(times) and not len(chain.missed)
@@ -195,7 +196,6 @@ class _Known:
             found = self._chain(times, profiles.estimate)
             if np.array_equal(found.kept, chain.kept) and len(found.missed) == len(chain.missed):
                 break
-            chain = found
         return data, profiles, np.delete(times, chain.kept)
 
     def _chain(self, times: Array, known: Array | None) -> Chain:

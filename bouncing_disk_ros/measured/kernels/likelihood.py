@@ -243,7 +243,7 @@ def _excess(
     rho: float,
     low: NDArray[np.float64],
 ) -> float:
-    """Logarithm of det S over that of the density of times; low (n, 3): the factor of S.
+    """Logarithm of det S over the determinant of the density of times; low (n, 3): the factor of S.
 
     Each time follows from the two before it, so that density is the product of b[:, 2]: the first
     two times are integrated over a flat measure.

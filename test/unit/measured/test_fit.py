@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from bouncing_disk_ros import InputError, fit_impacts, load_preset, simulate
+from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
+from bouncing_disk_ros.measured.sequence import Chain
 from support.measured_impacts import GRAVITY, at_rest, vibrating
 
 OMEGA = math.tau * 20.0
@@ -178,6 +182,22 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
         assert other.high - other.low < (one.high - one.low) * 1.1
         # their times: within the errors of times and of the flights around them, scatter 0.3 %
         assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
+
+
+def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    times = vibrating(np.random.default_rng(3), 4, 20, 0.8, 0.7, skip=30)[0][0]
+    left_out = itertools.cycle((5, 6))
+
+    def changing(hits: NDArray[np.float64], tried: NDArray[np.float64], _gravity: float) -> Chain:
+        kept = np.delete(np.arange(len(hits)), next(left_out))
+        return Chain(kept, np.empty(0), tried[0])
+
+    monkeypatch.setattr(fitting, "chain_of", changing)
+    fit = fit_impacts(times, frequency=20.0, time_error=1e-5, scatter=0.01)
+    measured = fit.times[~fit.missed] + fit.residuals[~fit.missed]
+    assert np.sort(np.concatenate([measured, fit.rejected])) == pytest.approx(times, abs=1e-12)
 
 
 @pytest.mark.parametrize(
