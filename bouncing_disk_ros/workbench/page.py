@@ -18,7 +18,7 @@ from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_history import RunLink, numbers
-from bouncing_disk_ros.workbench.run_pane import ONE_COLUMN, RunPane
+from bouncing_disk_ros.workbench.run_pane import RunPane, one_column
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
 
 TITLE = "Bouncing disk workbench"
@@ -112,7 +112,7 @@ class Page:
         right = column(self.tabs, self.controls.terminal, sizing_mode="stretch_width")
         below = row(
             self.controls.layout, right, sizing_mode="stretch_width",
-            stylesheets=[ONE_COLUMN.replace("column", "column-reverse")],  # the run, then controls
+            stylesheets=[one_column("column-reverse")],  # the run, then controls
         )  # fmt: skip
         above = [self._status] if self.scenes is None else [self._status, self.scenes.layout]
         return column(*above, below, sizing_mode="stretch_width")

@@ -34,14 +34,16 @@ from bouncing_disk_ros.workbench.run_history import (
 )
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
-ONE_COLUMN = (
-    "@media (max-width: 700px) { :host { flex-direction: column; } :host > * { flex: none; } }"
-)
-"""Style of a row whose parts stand below each other on a narrow screen."""
 SLICES = (SKY, DISK) * 4
 MARKS = 12
 SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
 """Sizes of the frames of the side view and of the lower figures, pixels."""
+
+
+def one_column(direction: str = "column") -> str:
+    """Style of a row whose parts stand below each other on a narrow screen."""
+    parts = f":host {{ flex-direction: {direction}; }} :host > * {{ flex: none; }}"
+    return f"@media (max-width: 700px) {{ {parts} }}"
 
 
 class RunFigures(NamedTuple):
@@ -323,14 +325,16 @@ class RunPane:
         figures = self._figures
         figures.path.x_range.on_change("end", self._on_drawn)
         self.layout = column(
-            row(figures.side, figures.path, sizing_mode="stretch_width", stylesheets=[ONE_COLUMN]),
+            row(
+                figures.side, figures.path, sizing_mode="stretch_width", stylesheets=[one_column()]
+            ),
             figures.caption,
             row(
                 figures.top,
                 figures.section,
                 figures.speed,
                 sizing_mode="stretch_width",
-                stylesheets=[ONE_COLUMN],
+                stylesheets=[one_column()],
             ),
             sizing_mode="stretch_width",
         )
