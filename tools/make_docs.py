@@ -145,7 +145,7 @@ def target(link: str, folder: Path, source: Path) -> str:
     path = (folder / link).resolve().relative_to(ROOT)
     if str(path) in TOP:
         return TOP[str(path)]
-    if path.parts[0] == "docs":
+    if path.parts[0] == "docs" and path.parts[1] != "notebooks":
         return str(path.relative_to("docs"))
     copy = source / "files" / path
     copy.parent.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,7 @@ INGREDIENTS = ("constraints.txt", "setup.py")
 #: part of .venv -> extras of setup.py, megabytes to download, megabytes on disk (measured)
 PARTS = {
     "run": (("ros", "prove", "netcdf"), 235, 930),
-    "test": (("test", "ci", "docs"), 95, 400),
+    "test": (("test", "ci", "docs"), 115, 490),
     "bench": (("bench",), 195, 620),
     "interop": (("interop",), 235, 710),
 }
