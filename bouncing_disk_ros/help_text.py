@@ -124,12 +124,10 @@ def _study_parts() -> list[str]:
     parts = []
     for one in definitions:
         parts += [f"## The study {one.name}", _HEAD + "\n".join(map(_row, one.specs))]
-    *bags, last = (f"`{one.name}`" for one in definitions if one.takes_bag)
-    presets = ", ".join(f"`{one.name}`" for one in definitions if one.takes_preset)
+    *bags, last = (f"`{one.name}`" for one in definitions if one.takes_run)
     note = (
         "Results do not depend on these parameters, except that a bag or a preset provides values "
-        f"of the parameters above. Only {', '.join(bags)} and {last} take a bag, only {presets} a "
-        "preset."
+        f"of the parameters above. Only {', '.join(bags)} and {last} take them."
     )
     common = loaded("bouncing_disk_ros.study.definition:COMMON")
     return [*parts, "## All studies", note, _HEAD + "\n".join(map(_row, common.values()))]

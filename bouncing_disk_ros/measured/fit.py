@@ -78,7 +78,7 @@ class ImpactFit:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts."
             raise InputError("preset", f"no {given}", "a fit whose data tell all parameters", hint)
         values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
-                  "gravity": self.gravity}  # fmt: skip
+                  "gravity": self.gravity, "preload": 0.0}  # fmt: skip
         if self.frequency > 0.0:
             values["frequency"] = float(self.profiles.estimate[FREQUENCY]) / math.tau
             values["axial_amplitude"] = self["axial_amplitude"].value

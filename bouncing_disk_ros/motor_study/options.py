@@ -130,7 +130,6 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="mean_speed",
-    takes_bag=True,
-    takes_preset=True,
+    takes_run=True,
 )
 main = main_of(DEFINITION)

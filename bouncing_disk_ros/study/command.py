@@ -27,7 +27,6 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
 from bouncing_disk_ros.ros.stop import Stop, ending_at_once
-from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.topics import Qos
 
@@ -159,7 +158,7 @@ class StudyWork:
         self._name = definition.name
         self._kinds = figure_kinds(str(values["figures"]))
         own = {name: values[name] for name in definition.options}
-        own |= {**self._from_preset(own), **self._from_bag(own)}
+        own |= self._from_run(own)
         self._study = definition.make(own)
         definition.refuse_idle(values)  # of what the user has set, not of a preset or a bag
         folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
@@ -170,26 +169,22 @@ class StudyWork:
         self._error: BaseException | None = None
         self._result: xr.Dataset | None = None
 
-    def _from_preset(self, own: Mapping[str, Value]) -> dict[str, Value]:
-        """What a preset says and the user does not."""
-        name = str(self._options.get("preset", ""))
-        if not name:
+    def _from_run(self, own: Mapping[str, Value]) -> dict[str, Value]:
+        """What a recorded run or a preset says and the user does not."""
+        preset, bag, namespace = (
+            str(self._options.get(name, "")) for name in ("preset", "bag", "namespace")
+        )
+        if preset and bag:
+            raise InputError("preset", preset, "none with bag", "The bag has all parameters.")
+        if namespace and not bag:
+            raise InputError("namespace", namespace, "none without bag", "Give bag too.")
+        if not (preset or bag):
             return {}
-        if self._options["bag"]:
-            raise InputError("preset", name, "none with bag", "The bag has all parameters.")
-        found = load_preset(name)
-        return {key: value for key, value in found.items() if key in own and key not in self._given}
-
-    def _from_bag(self, own: Mapping[str, Value]) -> dict[str, Value]:
-        """What a recorded run says and the user does not."""
-        bag, namespace = (str(self._options.get(name, "")) for name in ("bag", "namespace"))
-        if not bag or not self._definition.takes_bag:
-            if namespace:
-                raise InputError("namespace", namespace, "none without bag", "Give bag too.")
-            return {}
-        from bouncing_disk_ros.study.from_bag import read_bag, wanted
+        from bouncing_disk_ros.study.from_run import of_preset, read_bag, wanted
 
         specs = wanted(self._definition, own, self._given)
+        if preset:
+            return of_preset(preset, specs)
         loads = "load_torque" in self._definition.table
         found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)

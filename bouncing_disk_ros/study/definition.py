@@ -27,14 +27,12 @@ if TYPE_CHECKING:
 Idle = tuple[str, str, str]
 """An option that does nothing beside the others, what is allowed for it, and why."""
 
-_BAG = (
+_TAKEN = (
+    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
+         "parameters that are not given here are taken from it"),
     Spec("bag", "", "", "folder of a recorded run: parameters that are not given here are taken "
          "from its last steady motion up and down, and from the disk then"),
     Spec("namespace", "", "", "of the simulator, where that bag has several"),
-)  # fmt: skip
-_PRESET = (
-    Spec("preset", "", "", "name of a preset in share/bouncing_disk_ros/config, or a file: "
-         "parameters that are not given here are taken from it"),
 )  # fmt: skip
 _RUN = (
     Spec("output", "", "", "folder for the result and the figures; a run continues the result "
@@ -54,7 +52,7 @@ def _by_name(*specs: Spec) -> Mapping[str, Spec]:
     return MappingProxyType({spec.name: spec for spec in specs})
 
 
-COMMON: Mapping[str, Spec] = _by_name(*_PRESET, *_BAG, *_RUN)
+COMMON: Mapping[str, Spec] = _by_name(*_TAKEN, *_RUN)
 """Options of the executables that say where and how, not what: no part of a study's parameters."""
 
 
@@ -87,9 +85,8 @@ class StudyDefinition:
     """What the executable prints of a result."""
     image: str = ""
     """The field (rows, columns) that is published as an image; empty: the result is not a map."""
-    takes_bag: bool = False
-    """Whether a recorded run gives the options that it has (`from_bag.wanted`)."""
-    takes_preset: bool = False
+    takes_run: bool = False
+    """Whether a recorded run, or a preset, gives the options that it has (`from_run.wanted`)."""
     not_taken: Mapping[str, str] = field(default_factory=dict)
     """Parameters that it could be expected to have -> why it has none."""
     idle: Callable[[Mapping[str, Value]], Iterable[Idle]] = _none
@@ -103,9 +100,7 @@ class StudyDefinition:
     @cached_property
     def table(self) -> Mapping[str, Spec]:
         """All options of its executable: what decides the result first."""
-        bag = _BAG if self.takes_bag else ()
-        preset = _PRESET if self.takes_preset else ()
-        return _by_name(*self.specs, *preset, *bag, *_RUN)
+        return _by_name(*self.specs, *(_TAKEN if self.takes_run else ()), *_RUN)
 
     def refuse_not_taken(self, names: Iterable[str]) -> None:
         """Refuse, with the reason, parameters that it could be expected to have."""

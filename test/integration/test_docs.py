@@ -108,7 +108,7 @@ def check_run(name: str, *rest: str) -> None:
         key, value = given.split(":=")
         if key != "use_sim_time":
             TABLES[name][key].checked(yaml.safe_load(value))
-        if key == "preset":
+        if key == "preset" and not value.startswith("./"):  # a file that fit_impacts writes
             load_preset(value)
     if name == "perform" and rest and rest[0] not in ("--ros-args", "./mine.yaml"):
         load_programme(rest[0])

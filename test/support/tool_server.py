@@ -96,7 +96,7 @@ def study(arguments: Sequence[str]) -> int:
     from bouncing_disk_ros.errors import InputError
     from bouncing_disk_ros.ros.spin import bad_input
     from bouncing_disk_ros.study.bifurcation.options import DEFINITION
-    from bouncing_disk_ros.study.from_bag import read_bag
+    from bouncing_disk_ros.study.from_run import read_bag
 
     wanted = ("axial_forcing", "restitution", "phase_lag")
     try:

@@ -107,7 +107,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="label",
-    takes_bag=True,
+    takes_run=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)

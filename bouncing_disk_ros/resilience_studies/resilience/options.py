@@ -163,7 +163,7 @@ DEFINITION = StudyDefinition(
     study="bouncing_disk_ros.resilience_studies.resilience.compute:ResilienceStudy",
     pictures=_pictures,
     lines=lines,
-    takes_bag=True,
+    takes_run=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),
 )
 main = main_of(DEFINITION)

@@ -82,6 +82,6 @@ DEFINITION = StudyDefinition(
     study="bouncing_disk_ros.study.basin_shares.compute:BasinShares",
     pictures=_pictures,
     lines=lines,
-    takes_bag=True,
+    takes_run=True,
 )
 main = main_of(DEFINITION)

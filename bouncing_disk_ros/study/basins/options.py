@@ -149,7 +149,7 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="label",
-    takes_bag=True,
+    takes_run=True,
     idle=_idle,
 )
 main = main_of(DEFINITION)

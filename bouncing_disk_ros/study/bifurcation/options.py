@@ -162,7 +162,7 @@ DEFINITION = StudyDefinition(
     study="bouncing_disk_ros.study.bifurcation.compute:Bifurcation",
     pictures=_pictures,
     lines=lines,
-    takes_bag=True,
+    takes_run=True,
     idle=_idle,
 )
 main = main_of(DEFINITION)

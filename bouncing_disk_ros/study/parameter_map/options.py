@@ -96,6 +96,6 @@ DEFINITION = StudyDefinition(
     pictures=_pictures,
     lines=lines,
     image="period",
-    takes_bag=True,
+    takes_run=True,
 )
 main = main_of(DEFINITION)

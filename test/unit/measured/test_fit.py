@@ -12,11 +12,16 @@ import yaml
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bouncing_disk_ros import InputError, fit_impacts, load_preset, simulate
+from bouncing_disk_ros import InputError, bag, fit_impacts, load_preset, simulate
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
 from bouncing_disk_ros.measured.sequence import Chain
+from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.from_run import of_preset, wanted
+from support.live import LiveSimulators
 from support.measured_impacts import GRAVITY, at_rest, vibrating
+from support.recorded import RecordedRun
+from support.ros_peer import Peer
 
 OMEGA = math.tau * 20.0
 
@@ -134,7 +139,9 @@ def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
         _ = fit.preset
 
 
-def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) -> None:
+def test_a_simulated_run_gives_its_parameters_back_and_a_preset(
+    tmp_path: Path, live: LiveSimulators
+) -> None:
     run = simulate(0.9, axial_forcing=0.8, frequency=20.0, restitution=0.7, initial_height=0.01)
     times = run.impacts["time"][run.impacts["count"] == 1][:14]
     file = tmp_path / "times.csv"
@@ -147,8 +154,35 @@ def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) 
     assert float(values["restitution"]) == pytest.approx(0.7, abs=0.01)
     assert yaml.safe_load((tmp_path / "times_fit.yaml").read_text())["/**"]
     assert "residual" in (tmp_path / "times_fit.html").read_text()
-    started = simulate(0.1, preset=str(tmp_path / "times_fit.yaml"))
+    preset = str(tmp_path / "times_fit.yaml")
+    started = simulate(0.1, preset=preset)
     assert values.items() <= started.parameters.items()
+    peer = Peer()
+    node = live(peer, preset=preset, autostart=False)
+    assert {name: node.get_parameter(name).value for name in values} == values
+    peer.close()
+    for study, forcing in (("basins", "axial_forcing"), ("motor", "axial_amplitude")):
+        definition = definition_of(study)
+        defaults = {name: spec.default for name, spec in definition.options.items()}
+        taken = of_preset(preset, wanted(definition, defaults, ()))
+        amplitude = run.parameters["axial_amplitude"]
+        true = {"axial_forcing": 0.8, "axial_amplitude": amplitude}[forcing]
+        assert taken[forcing] == pytest.approx(true, rel=0.01)
+        assert taken["restitution"] == values["restitution"]
+
+
+def test_only_the_impacts_of_a_bag_are_read(tmp_path: Path) -> None:
+    """The true parameters are in the intervals; times are stored as seconds in 64 bits."""
+    with bag.Writer(tmp_path / "run_1") as writer:
+        RecordedRun(
+            writer, axial_amplitude=0.0016, frequency=20.0, restitution=0.7, initial_height=0.01,
+            gravity=GRAVITY, without=("disk/inputs", "platform/motion", "disk/rotor_speed"),
+        ).run(0.8)  # fmt: skip
+    fit = fit_impacts(tmp_path / "run_1", frequency=20.0)
+    assert fit["restitution"].low < 0.7 < fit["restitution"].high
+    assert fit["axial_amplitude"].low < 0.0016 < fit["axial_amplitude"].high
+    assert fit["restitution"].high - fit["restitution"].low < 0.01
+    assert fit.untold == ()
 
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
@@ -211,6 +245,10 @@ def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
         ("1.0\n2.0\nnan\n", "no finite number"),
         ("RIFF\nWAVE\n", "a text with a column of seconds"),
         ("\n".join(map(str, range(20_001))), "20001 times"),
+        ("1234567\n" * 10_000_000, "at most"),
+        ("0.1, 0.5\n0.7\n\nend of drop\n", "'end of drop' in line 3 of the table"),
+        ("0.1\n0.5\n1e400\n", "no finite number"),
+        ("-1e12\n0.5\n1\n", "too large"),
     ],
 )
 def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, message: str) -> None:

@@ -18,7 +18,7 @@ from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
 from bouncing_disk_ros.study.command import run_study
 from bouncing_disk_ros.study.definition import definition_of
-from bouncing_disk_ros.study.from_bag import RECORDED, numbers, read_bag, wanted
+from bouncing_disk_ros.study.from_run import RECORDED, numbers, read_bag, wanted
 from support.recorded import NS, RecordedRun, period_one_bag
 
 WANTED = {name: DEFINITION.options[name] for name in MAP_PARAMETERS}
@@ -55,7 +55,7 @@ def test_a_study_takes_what_a_run_has_unless_it_is_given_or_does_nothing(
     name: str, values: dict[str, str], given: tuple[str, ...], names: str
 ) -> None:
     definition = definition_of(name)
-    assert definition.takes_bag
+    assert definition.takes_run
     defaults = {key: spec.default for key, spec in definition.options.items()}
     assert list(wanted(definition, {**defaults, **values}, given)) == names.split()
     assert set(RECORDED) == numbers(MOTION, DISK).keys()
@@ -145,6 +145,25 @@ def test_a_study_is_that_of_the_recorded_run(
     assert "parameter_bag" not in found
     with pytest.raises(InputError, match=r"There width is 8, not 9\. Choose another output"):
         studied("basins", tmp_path / "b", **{**small, "bag": run, "restitution": 0.4, "width": 9})
+
+
+def test_a_study_is_that_of_a_preset(tmp_path: Path) -> None:
+    """What the preset decides, with the simulator's own mass, g and preload for the rest."""
+    file = tmp_path / "plate.yaml"
+    file.write_text(
+        "/**:\n  ros__parameters:\n    axial_amplitude: 0.001\n    frequency: 20.0\n"
+        "    restitution: 0.7\n    preload: 0.5\n    mass: 0.25\n    gravity: 8.0\n"
+    )
+    small: dict[str, Value] = {"width": 4, "height": 4, "angular_velocities": "0"}
+    small["preset"] = str(file)
+    found = studied("basins", tmp_path / "b", **small).attrs
+    forcing = 0.001 * (math.tau * 20.0) ** 2 / (math.pi * (8.0 + 0.5 / 0.25))
+    assert found["parameter_axial_forcing"] == pytest.approx(forcing, rel=1e-12)
+    assert found["parameter_restitution"] == 0.7
+    assert found["parameter_angular_forcing"] == 100.0, "not decided by this preset: the study's"
+    file.write_text("/**:\n  ros__parameters:\n    axial_amplitude: 9.0\n    frequency: 900.0\n")
+    with pytest.raises(InputError, match=r"axial_forcing from the preset: .* computed from .*yaml"):
+        studied("basins", tmp_path / "x", **small)
 
 
 def test_a_motor_takes_a_preset_or_a_recorded_run(

@@ -1,4 +1,4 @@
-"""What a study takes from a recorded run: forcing, restitution and phase lag of its steady motion.
+"""What a study takes from a recorded run or a preset: forcing, restitution, phase lag, the disk.
 
 With P/m added to gravity: Γ = Aω²/(π g), Γ_T = a_g²Φω²/(a_e π g μ).
 """
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from tqdm import tqdm
 
-from bouncing_disk_ros import bag
+from bouncing_disk_ros import bag, parameters
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS, angular_forcing_of, axial_forcing_of
@@ -20,12 +20,16 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.spans import Segment, known, segments_of, time_decimals
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.units import NS
 
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
 
 
+_DECIDED_BY = {"axial_forcing": "axial_amplitude", "angular_forcing": "angular_amplitude"}
+"""What a preset must have to decide a number without dimensions."""
 RECORDED = (*MAP_PARAMETERS, *Motion._fields, *Disk._fields)
 """What a run has, by `numbers`."""
 
@@ -41,12 +45,27 @@ class FromBag(NamedTuple):
 def wanted(
     definition: StudyDefinition, values: Mapping[str, Value], given: Collection[str]
 ) -> dict[str, Spec]:
-    """The options that a study takes from a bag: all that a run has, unless given or idle."""
+    """The options that a study takes from a run: all that it has, unless given or idle."""
     idle = {name for name, *_ in definition.all_idle(values)}
     return {
         name: spec
         for name, spec in definition.options.items()
         if name in RECORDED and name not in idle and name not in given
+    }
+
+
+def of_preset(name: str, wanted: Mapping[str, Spec]) -> dict[str, Value]:
+    """The options of a study that are `wanted` and that a preset decides.
+
+    Raises InputError for a preset that cannot be read, or whose values the study cannot use.
+    """
+    preset = load_preset(name)
+    whole = parameters.complete(preset)
+    values = numbers(motion_of(whole), Disk(*(float(whole[field]) for field in Disk._fields)))
+    return {
+        key: _checked(name, "preset", spec, float(values[key]))
+        for key, spec in wanted.items()
+        if _DECIDED_BY.get(key, key) in preset
     }
 
 
@@ -71,7 +90,9 @@ def read_bag(
     segment = _last_moving(steady, path, wanted)
     assert segment.motion is not None
     values = numbers(segment.motion, segment.disk)
-    taken = {name: _checked(path, spec, float(values[name])) for name, spec in wanted.items()}
+    taken = {
+        name: _checked(path, "bag", spec, float(values[name])) for name, spec in wanted.items()
+    }
     shown = ", ".join(
         f"{_symbol(wanted[name])} = {value:.10g}{_unit(wanted[name])}"
         for name, value in taken.items()
@@ -143,12 +164,12 @@ def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
     }
 
 
-def _checked(path: str, spec: Spec, value: float) -> Value:
+def _checked(path: str, source: str, spec: Spec, value: float) -> Value:
     try:
         return spec.checked(value)
     except InputError as error:
         hint = f"This value is computed from {path}; give another with {spec.name}:=..."
-        raise InputError(f"{spec.name} from the bag", value, error.allowed, hint) from None
+        raise InputError(f"{spec.name} from the {source}", value, error.allowed, hint) from None
 
 
 def _warnings(disk: Disk) -> list[str]:
