@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator, MultipleLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import GREY
@@ -63,21 +63,6 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
 def typeset(text: str) -> str:
     """A text with Γ_T and w_A as they are printed: with a subscript."""
     return text.replace("Γ_T", r"$\Gamma_T$").replace("w_A", "$w_A$")
-
-
-def with_prefix(value: float, unit: str) -> str:
-    """A number with its unit as a data sheet writes it: 40 kHz, 0.3 µm as 300 nm, 0.5 g.
-
-    Units that are composed, and those without a prefix, stay: 9.807 m/s².
-    """
-    if unit == "kg":
-        value, unit = 1e3 * value, "g"
-    is_small_angle = unit == "rad" and abs(value) < 0.01
-    if value and (is_small_angle or unit in ("Hz", "m", "g", "N", "N·m", "s", "W")):
-        text = EngFormatter(unit)(float(f"{value:.4g}"))
-    else:
-        text = f"{value:.4g} {unit}".rstrip()
-    return text.replace("-", "−")
 
 
 def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:

@@ -1,6 +1,39 @@
-"""Units: how many nanoseconds a second has. All instants are whole nanoseconds."""
+"""Units: nanoseconds in a second, and the prefix with which a person writes a number."""
 
 from __future__ import annotations
 
+Units = tuple[tuple[float, str], ...]
+
 NS = 1_000_000_000
-"""Nanoseconds in a second."""
+"""Nanoseconds in a second. All instants are whole nanoseconds."""
+_PREFIXES: Units = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_PREFIXED = ("Hz", "m", "g", "N", "N·m", "s", "W")
+_INERTIAS: Units = ((1.0, "kg·m²"), (1e-3, "g·m²"), (1e-7, "g·cm²"), (1e-9, "g·mm²"))
+_SMALL_ANGLE = 0.01
+"""Below this angles are in mrad, rad."""
+
+
+def shown_unit(unit: str, largest: float) -> tuple[float, str]:
+    """A unit in which numbers up to a largest one (SI) are 1 or more: its size, its name.
+
+    Units that are composed, and those without a prefix, stay: m/s².
+    """
+    if unit == "kg":
+        size, name = shown_unit("g", 1e3 * largest)
+        return 1e-3 * size, name
+    if unit == "kg·m²":
+        known = _INERTIAS
+    elif unit in _PREFIXED or (unit == "rad" and largest < _SMALL_ANGLE):
+        known = tuple((size, prefix + unit) for size, prefix in _PREFIXES)
+    else:
+        return 1.0, unit
+    if largest == 0.0:
+        return 1.0, unit
+    return next(((size, name) for size, name in known if largest >= size), known[-1])
+
+
+def with_prefix(value: float, unit: str) -> str:
+    """A number with its unit as a data sheet writes it, to 4 digits: 40 kHz, 300 nm, 9.807 m/s²."""
+    value = float(f"{value:.4g}")
+    size, name = shown_unit(unit, abs(value))
+    return f"{value / size:.4g} {name}".rstrip().replace("-", "−")

@@ -25,7 +25,7 @@ from bouncing_disk_ros.juggling.target_orbit import (
     mean_rotor_speed,
     orbit_named,
 )
-from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.maps.scales import axial_forcing_of, stability_limit, velocity_scale
 from bouncing_disk_ros.units import NS
 
 _MEASURED = 11
@@ -200,10 +200,22 @@ class LiveLoop:
     def _tell(self, loop: WatchedLoop) -> None:
         aim = "" if self.target == OWN else f" to {self.target}"
         name = f"{self.options.controller or self.strategy}{aim}"
-        self.text, self.more = f"{name}: {loop.watch.text}", ""
+        self.text, self.more = f"{name}: {loop.watch.text}", self._why(loop)
         if self._turns(loop):
             speed = loop.rotor_speed / loop.top_speed
             self.more = f", rotor speed {speed:.2f} ωΦ" if speed == speed else ""
+
+    def _why(self, loop: WatchedLoop) -> str:
+        """Why the orbit is not held; empty: it is."""
+        reason = loop.watch.reason
+        limit = stability_limit(self.options.disk.restitution)
+        is_open = self.strategy == "none" and not self.options.controller
+        if reason and is_open and loop.axial_forcing > limit:
+            reason = (
+                "the open loop does nothing, and period 1 is unstable above "
+                f"Γ = {limit:.3g}: Γ is {loop.axial_forcing:.3g}"
+            )
+        return reason and f": {reason}"
 
     @staticmethod
     def _turns(loop: WatchedLoop) -> bool:

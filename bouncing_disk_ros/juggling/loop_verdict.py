@@ -34,16 +34,17 @@ class Watch:
     def __init__(self, orbit: Array, tolerance: float = 0.05, streak: int = 5) -> None:
         self.orbit, self._tolerance, self._streak = orbit, tolerance, streak
         self._near = self._count = self._reached = 0
-        self._had = False
+        self._had = self._rests = False
+        self._off = (math.inf, math.inf)  # of the last impact: phase in rad, velocity in πg/ω
 
     def note(self, phase: float, velocity: float, *, rests: bool) -> None:
         """An impact: forcing phase, velocity after it in πg/ω, whether the disk rests then."""
         self._count += 1
-        on = not rests and any(
-            abs(math.remainder(phase - tau, math.tau)) <= self._tolerance
-            and abs(velocity - v) <= self._tolerance
-            for tau, v in self.orbit
-        )
+        apart = [
+            (abs(math.remainder(phase - tau, math.tau)), abs(velocity - v)) for tau, v in self.orbit
+        ]
+        self._off, self._rests = min(apart, key=max), rests
+        on = not rests and all(part <= self._tolerance for part in self._off)
         self._near = self._near + 1 if on else 0
         if self._near == 1:
             self._reached = self._count
@@ -63,6 +64,20 @@ class Watch:
         if outcome is Outcome.CAPTURED:
             return f"captured after {impacts} impact{'s' if impacts != 1 else ''}"
         return "lost" if outcome is Outcome.LOST else "not captured"
+
+    @property
+    def reason(self) -> str:
+        """What is missing from a capture, in words with numbers of the last impact."""
+        if self._near >= self._streak:
+            return ""
+        if not self._count:
+            return "no impact was heard yet"
+        if self._rests:
+            return "the disk rests on the platform"
+        if self._near:
+            return f"near the orbit for {self._near} of {self._streak} impacts"
+        phase, velocity = self._off
+        return f"the last impact is {phase:.2f} rad and {velocity:.2f} πg/ω from the orbit"
 
 
 def verdict_of(

@@ -20,10 +20,10 @@ from bouncing_disk_ros.figure_style import (
     name_lines,
     new_figure,
     pixel_frame,
-    with_prefix,
 )
 from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.units import with_prefix
 
 KIND_COLORS: Mapping[int, str] = {
     -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,

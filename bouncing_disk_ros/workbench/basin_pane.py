@@ -385,8 +385,15 @@ def legend(view: View) -> str:
             f'<span style="display:inline-block;width:12px;height:12px;border:1px solid {BLACK};'
             f'background:{color}"></span>'
         )
-        rows.append(f"{square} {html.escape(name)}: {100.0 * share:.2f} %")
+        rows.append(f"{square} {html.escape(name)}: {share_text(share)} in this window")
     return "<br>".join(rows)
+
+
+def share_text(share: float) -> str:
+    """A share in percent: one that is not 0 is not written as 0."""
+    if share == 0.0:
+        return "none"
+    return f"{100.0 * share:.2f} %" if share >= 5e-5 else "less than 0.01 %"
 
 
 # ------------------------------------------------------------------------------------------------

@@ -28,6 +28,7 @@ from bouncing_disk_ros.parameters import TABLE, spec_of
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
@@ -40,21 +41,12 @@ from bouncing_disk_ros.workbench.actions import (
     StopJuggling,
     lines,
 )
-from bouncing_disk_ros.workbench.run_history import RunLink, numbers
+from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 FORCING = "axial_forcing"
 """The slider of Γ, which stands for the axial amplitude that gives it."""
 STEPS = 500
-_UNITS: Mapping[str, tuple[tuple[float, str], ...]] = {
-    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
-    "rad": ((1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad")),
-    "Hz": ((1e6, "MHz"), (1e3, "kHz"), (1.0, "Hz")),
-    "N": ((1.0, "N"), (1e-3, "mN")),
-    "N·m": ((1.0, "N·m"), (1e-3, "mN·m"), (1e-6, "µN·m")),
-    "kg·m²": ((1.0, "kg·m²"), (1e-3, "g·m²"), (1e-7, "g·cm²"), (1e-9, "g·mm²")),
-}
-"""SI unit -> units that sliders show, from the largest; their sizes."""
 
 
 @dataclass(frozen=True)
@@ -135,12 +127,6 @@ def friction_torque(values: Mapping[str, float]) -> float:
     """T* = μ a_e (m g + P): what friction can pass on in the mean, N·m; at least a little."""
     pull = max(_weight(values) + values["preload"], 0.0)
     return max(values["friction"] * values["friction_radius"] * pull, 1e-9)
-
-
-def shown_unit(unit: str, largest: float) -> tuple[float, str]:
-    """A unit for numbers up to a largest one: its size, its name."""
-    known = _UNITS.get(unit, ((1.0, unit),))
-    return next(((size, name) for size, name in known if largest >= 2.0 * size), known[-1])
 
 
 # ------------------------------------------------------------------------------------------------
@@ -250,8 +236,7 @@ class ControlPane:
         self._values: dict[str, float] = {}
         self._sizes: dict[str, float] = {}  # of the units that sliders show
         self._lines: deque[str] = deque(maxlen=SHOWN_LINES)
-        self._notice = 0
-        self._notices: deque[str] = deque(maxlen=SHOWN_NOTICES)
+        self._notices: tuple[Notice, ...] = ()
         self._paused = self._following = False
         self.sliders = {control.name: self._slider(control) for control in self._controls}
         self.command_lines = Div(text="", sizing_mode="stretch_width", name="command_lines")
@@ -314,9 +299,7 @@ class ControlPane:
         self.axial = Spinner(title="impulse N·s", value=0.1, step=0.05, width=95, name="axial")
         self.angular = Spinner(title="N·m·s", value=0.0, step=0.01, width=85, name="angular")
         self.impulse = Button(label="Give impulse", width=105, align="end", name="impulse")
-        self.impulse.on_click(
-            lambda: self.send(Impulse(float(self.axial.value or 0), float(self.angular.value or 0)))
-        )
+        self.impulse.on_click(self._on_impulse)
         self.first_toss = Button(label="First toss", width=WIDTH, name="first_toss")
         self.first_toss.on_click(self._on_first_toss)
         return column(self.first_toss, row(self.axial, self.angular, self.impulse))
@@ -350,11 +333,38 @@ class ControlPane:
         self._lines.extendleft(reversed(lines(action, self._link.names)))
         shown = "<br>".join(html.escape(line) for line in self._lines)
         self.command_lines.text = f"<div style='{_TERMINAL}'>{shown}</div>"
+        self._link.history.settle()
         self._link.send(action)
 
     def _on_slider(self, control: Control, _attr: str, _old: Any, new: float) -> None:
+        if self._following:
+            return
         given = float(new) * self._sizes.get(control.name, 1.0)
-        self.send(control.action(given, self._values))
+        self.send(control.action(self._near_start(control, given), self._values))
+
+    def _near_start(self, control: Control, given: float) -> float:
+        """The value that the run began with where a slider stands on the step nearest to it.
+
+        Steps are of a slider, so that value may lie between two of them.
+        """
+        begun = _value(control, numbers(self._link.history.first_values))
+        if begun is None:
+            return given
+        slider, size = self.sliders[control.name], self._sizes.get(control.name, 1.0)
+        first, step = slider.start * size, slider.step * size
+        is_nearest = math.floor((begun - first) / step + 0.5) == round((given - first) / step)
+        return begun if is_nearest else given
+
+    def _on_impulse(self) -> None:
+        """Send it, or refuse a field without a number: a browser gives None for it."""
+        given = [self.axial.value, self.angular.value]
+        if None in given:
+            error = InputError(
+                "impulse", "no number", "numbers in N·s and N·m·s, such as 0.1 and 0"
+            )
+            self._link.history.note(error.line, is_refusal=True)
+        else:
+            self.send(Impulse(*map(float, given)))
 
     def _on_first_toss(self) -> None:
         """Send it, or say why the disk in force would not stay in the orbit that it is for."""
@@ -400,12 +410,13 @@ class ControlPane:
     def refresh(self, values: Mapping[str, Any], phase: str) -> None:
         """Let the controls show what is in force, and what the node has said."""
         found = numbers(values)
-        if found != self._values:
+        was_refused = self._show_notices()
+        if found != self._values or was_refused:  # a slider goes back from what was refused
             self._values = found
-            for control in self._controls:
-                self._follow(control)
             factor = found["real_time_factor"]
             self._following = True  # what is set here is no wish of somebody's
+            for control in self._controls:
+                self._follow(control)
             self.slow.active = SLOWER.index(factor) if factor in SLOWER else None
             self._following = False
         paused = phase == "paused"
@@ -413,16 +424,13 @@ class ControlPane:
             self._paused = paused
             self.pause.label = "Resume" if paused else "Pause"
         self.juggling.refresh(found, self._link.history.juggling)
-        self._show_notices()
 
     def _follow(self, control: Control) -> None:
-        slider = self.sliders[control.name]
-        try:
-            value = control.value(self._values)
-        except (InputError, ZeroDivisionError):
+        slider, value = self.sliders[control.name], _value(control, self._values)
+        if value is None:
             return
         low, high = control.limits(self._values)
-        size, unit = shown_unit(control.unit, max(abs(low), abs(high)))
+        size, unit = shown_unit(control.unit, 0.5 * max(abs(low), abs(high)))
         shown = f" ({unit})" if unit else ""
         fits = self._sizes.get(control.name) == size and slider.start <= value / size <= slider.end
         if not fits or (slider.end - slider.start) * size > 3.0 * (high - low):
@@ -430,16 +438,30 @@ class ControlPane:
             step = (high - low) / size / STEPS
             slider.update(start=low / size, end=high / size, step=step, format=_format(step))
         slider.update(value=value / size, title=f"{control.label}{shown}")
+        # else a browser says nothing of a move back to what it was moved to last, or to 0 at first
+        slider.set_from_json("value_throttled", value / size)
 
-    def _show_notices(self) -> None:
-        new = self._link.history.notices_after(self._notice)
-        if not new:
-            return
-        self._notice = new[-1].number
-        for notice in new:
-            color = "#b00020" if notice.is_refusal else "#444"
-            self._notices.appendleft(f"<div style='color:{color}'>{html.escape(notice.text)}</div>")
-        self.messages.text = f"<div style='{_TERMINAL}'>{''.join(self._notices)}</div>"
+    def _show_notices(self) -> bool:
+        """Show what the node has said; whether a refusal is new."""
+        newest = tuple(self._link.history.notices_after(0)[: -SHOWN_NOTICES - 1 : -1])
+        if newest == self._notices:
+            return False
+        before, self._notices = self._notices, newest
+        lines = [
+            f"<div style='color:{'#b00020' if one.is_refusal else '#444'}'>"
+            f"{one.at} {html.escape(one.text)}</div>"
+            for one in newest
+        ]
+        self.messages.text = f"<div style='{_TERMINAL}'>{''.join(lines)}</div>"
+        return any(one.is_refusal for one in set(newest) - set(before))
+
+
+def _value(control: Control, values: Mapping[str, float]) -> float | None:
+    """What a slider stands at; None where the parameters are not known, or have none."""
+    try:
+        return control.value(values)
+    except (KeyError, InputError, ZeroDivisionError):
+        return None
 
 
 def _format(step: float) -> str:

@@ -134,6 +134,7 @@ class LocalLink(RunLink):
     # --- the run, in its thread
     def _begin(self) -> None:
         self._shown_motion = -1
+        self.history.state = ""
         name = self.names.node
         self._run = RunControl(name, self._values, self, stopping=self._ended.is_set)
         self._run.set_active(True)

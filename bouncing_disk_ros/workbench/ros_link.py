@@ -192,8 +192,13 @@ class RosLink(RunLink):
     def _on_log(self, msg: Log) -> None:
         """Refusals and faults of the simulator, in its own words; only those of now."""
         named = self.names.node.strip("/").replace("/", ".")
-        if msg.name == named and msg.level >= _WARNING and time_to_ns(msg.stamp) >= self._started:
-            self.history.note(one_line(msg.msg), is_refusal=True)
+        if msg.name != named or time_to_ns(msg.stamp) < self._started:
+            return
+        text = one_line(msg.msg).removeprefix("refused: ")  # an answer says the rest alone
+        if msg.level >= _WARNING:
+            self.history.note(text, is_refusal=True)
+        elif ": " in text:  # a task whose warnings were heard may be well again
+            self.history.settle(text.partition(": ")[0] + ": ")
 
     def tick(self) -> None:
         """Look who is there; say on the page when nobody is."""

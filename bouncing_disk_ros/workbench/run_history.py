@@ -8,6 +8,7 @@ from __future__ import annotations
 import bisect
 import math
 import threading
+import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
@@ -100,8 +101,9 @@ class Notice(NamedTuple):
     """One line for the reader of the page."""
 
     number: int  # runs on
+    at: str  # time of day
     text: str
-    is_refusal: bool = False
+    is_refusal: bool = False  # and nothing has settled it
 
 
 class Timeline(Generic[T]):
@@ -154,6 +156,7 @@ class RunHistory:
     def _begin(self) -> None:
         self.motions: Timeline[MotionInForce] = Timeline()
         self.values: Timeline[dict[str, Value]] = Timeline()
+        self.first_values: dict[str, Value] = {}  # those that the run began with
         self.changes: Timeline[str] = Timeline()  # what the section begins anew at
         self.impacts_seen = 0
 
@@ -167,6 +170,7 @@ class RunHistory:
             motion = self.motions.at(math.inf)
             self._forget_rows()
             self._begin()
+            self.settle()
             if motion is not None and motion.begin_ns == 0:
                 self.add_motion(motion)
 
@@ -216,6 +220,7 @@ class RunHistory:
             if any(before.get(name) != value for name, value in values.items()):
                 self._change(time, "parameters")
             self.values.add(time, {**before, **values})
+            self.first_values = self.first_values or self.values.items[0]
 
     def add_record(self, record: Mapping[str, Any]) -> None:
         """Take a checked record of disk/inputs: the first of a run begins a new one."""
@@ -237,10 +242,25 @@ class RunHistory:
         self.changes.add(max(time, last), what)
 
     def note(self, text: str, *, is_refusal: bool = False) -> None:
-        """Add a line for the reader of the page."""
+        """Add a line for the reader of the page; the same line is held once, with its last time.
+
+        A node writes a refusal to its log and answers with it.
+        """
         with self.lock:
+            for held in [one for one in self.notices if one.text == text]:
+                self.notices.remove(held)
             self._notice_count += 1
-            self.notices.append(Notice(self._notice_count, text, is_refusal))
+            at = time.strftime("%H:%M:%S")
+            self.notices.append(Notice(self._notice_count, at, text, is_refusal))
+
+    def settle(self, about: str = "") -> None:
+        """Lines that begin so are refusals no longer: things are well again, or have gone on."""
+        with self.lock:
+            held = tuple(self.notices)
+            self.notices.clear()
+            for one in held:
+                settled = one.is_refusal and one.text.startswith(about)
+                self.notices.append(one._replace(is_refusal=False) if settled else one)
 
     # --- readers
     @property
@@ -270,6 +290,22 @@ class RunHistory:
         with self.lock:
             return dict(self.values.at(math.inf) or parameters.DEFAULTS)
 
+    def gaps(self, times: NDArray[np.float64], before: float | None, rate: str) -> NDArray[np.intp]:
+        """Which of some rows (times in s) come more than an interval after the one before them.
+
+        `before`: the time of the row before them, None: there is none. `rate`: the parameter that
+        says how many there are in a second. Where it changes, the longer interval counts; where it
+        is not known, none is missing.
+        """
+        if not len(times) or not self.values.items:
+            return np.empty(0, np.intp)
+        ends = np.concatenate([[times[0] if before is None else before], times])
+        places = np.searchsorted(self.values.times, ends, side="right") - 1
+        items = self.values.items
+        intervals = np.array([1.0 / float(items[max(0, place)][rate]) for place in places])
+        allowed = np.maximum(intervals[1:], intervals[:-1])
+        return np.flatnonzero(np.diff(ends) > 1.5 * allowed)
+
     def notices_after(self, number: int) -> list[Notice]:
         """The lines since one with a number."""
         with self.lock:
@@ -297,6 +333,8 @@ class Frame(NamedTuple):
     samples: NDArray[np.void]
     points: NDArray[np.void]
     speeds: NDArray[np.void]
+    sample_gaps: NDArray[np.intp]  # rows before which samples are missing
+    speed_gaps: NDArray[np.intp]
     pose: np.void | None  # the newest sample
     values: dict[str, Value]  # the parameters in force
 
@@ -340,11 +378,14 @@ class RunView:
                 self._section_since = since
                 self._seen["points"] = math.nextafter(since, -math.inf)  # an impact at once counts
             pose = history.samples.last(until)
+            seen = dict(self._seen) if not clear else {}
+            samples = self._new("samples", until, MOST_SAMPLES)
+            points = self._new("points", until, MOST_POINTS)
+            speeds = self._new("speeds", until, MOST_SAMPLES)
             return Frame(
-                end, clear, clear_section,
-                self._new("samples", until, MOST_SAMPLES),
-                self._new("points", until, MOST_POINTS),
-                self._new("speeds", until, MOST_SAMPLES),
+                end, clear, clear_section, samples, points, speeds,
+                history.gaps(samples["time"], seen.get("samples"), "state_rate"),
+                history.gaps(speeds["time"], seen.get("speeds"), "rotor_speed_rate"),
                 pose, history.values_at(until),
             )  # fmt: skip
 

@@ -22,6 +22,7 @@ from bouncing_disk_ros.colours import DISK, PLATFORM, SKY, THEORY
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench.run_history import (
     PATH_SECONDS,
     SAMPLE_DTYPE,
@@ -34,6 +35,7 @@ from bouncing_disk_ros.workbench.run_history import (
 )
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
+Rows = Mapping[str, NDArray[np.float64]]
 SLICES = (SKY, DISK) * 4
 MARKS = 12
 SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
@@ -283,17 +285,6 @@ def fitted(low: float, high: float, least: float, start: float, end: float) -> t
     return middle - 0.65 * span, middle + 0.65 * span
 
 
-LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
-
-
-def length_unit(span: float) -> tuple[float, str]:
-    """A unit of length in which a span has 0.5 to 500 or so: its size in m, its name."""
-    for size, name in LENGTHS:
-        if span >= 0.5 * size:
-            return size, name
-    return LENGTHS[-1]
-
-
 # ------------------------------------------------------------------------------------------------
 # The pane of a run: puts frames of a `RunView` into the figures, as fast as the page draws.
 
@@ -450,12 +441,12 @@ class RunPane:
             if share > 0.25 or window == held:  # it still fits
                 return False
         self._window = window
-        size, unit = length_unit(0.2 * (window.high - window.low))
+        size, unit = shown_unit("m", 0.4 * (window.high - window.low))
         figures, changed = self._figures, size != self._size
         self._size, self._unit = size, unit
         figures.heights.update(start=window.low / size, end=window.high / size)
         figures.side.yaxis.axis_label = f"height ({unit})"
-        wide, name = length_unit(0.4 * window.half_width)
+        wide, name = shown_unit("m", 0.8 * window.half_width)
         figures.side.x_range.update(start=-window.half_width / wide, end=window.half_width / wide)
         figures.side.xaxis.axis_label = f"width ({name})"
         self._caption()
@@ -481,11 +472,9 @@ class RunPane:
             "disk": samples["disk_position"] / size,
             "platform": samples["platform_position"] / size,
         }
-        _put(figures.path_rows, path, frame.clear, KEPT_PATH)
-        _put(
-            figures.speed_rows, {"time": speeds["time"], "speed": speeds["speed"]}, frame.clear,
-            KEPT_SPEEDS,
-        )  # fmt: skip
+        _put(figures.path_rows, _broken(path, frame.sample_gaps), frame.clear, KEPT_PATH)
+        speed = {"time": speeds["time"], "speed": speeds["speed"]}
+        _put(figures.speed_rows, _broken(speed, frame.speed_gaps), frame.clear, KEPT_SPEEDS)
         section = {
             "phase": points["forcing_phase"] / math.pi,
             "velocity": points["velocity"] / self._scale,
@@ -500,7 +489,7 @@ class RunPane:
     def _draw_pose(self, pose: np.void) -> None:
         window, size = self._window, self._size
         assert window is not None
-        wide, _ = length_unit(0.4 * window.half_width)
+        wide, _ = shown_unit("m", 0.8 * window.half_width)
         height = window.high - window.low
         radius, half = 0.5 * self._diameter() / wide, 0.92 * window.half_width / wide
         disk, platform = pose["disk_position"] / size, pose["platform_position"] / size
@@ -542,7 +531,15 @@ def _fit(axis: Any, low: float, high: float, least: float) -> None:
         axis.update(start=start, end=end)
 
 
-def _put(source: Any, rows: Mapping[str, NDArray[np.float64]], clear: bool, keep: int) -> None:
+def _broken(rows: Rows, gaps: NDArray[np.intp]) -> Rows:
+    """Rows of a line with nan before those that come after a gap: no line is drawn across it."""
+    return {
+        name: np.insert(column, gaps, column[gaps] if name == "time" else math.nan)
+        for name, column in rows.items()
+    }
+
+
+def _put(source: Any, rows: Rows, clear: bool, keep: int) -> None:
     """Add rows to a source, or let it begin anew with them."""
     count = len(next(iter(rows.values())))
     if clear:

@@ -95,6 +95,11 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     for _ in range(5):
         handle.send_keys(Keys.ARROW_LEFT)
     wait(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
+    chromium.slider_handle(browser, "Φ").send_keys(Keys.HOME)
+    wait(lambda: "platform/angular_amplitude" in chromium.page_text(browser))
+    chromium.field(browser, "impulse").send_keys(Keys.CONTROL, "a", Keys.DELETE, Keys.TAB)
+    chromium.button(browser, "Give impulse").click()
+    wait_for_text(browser, r"\d\d:\d\d:\d\d impulse: got 'no number'")
 
     for name in ("Chaos", "Motor under load"):
         chromium.button(browser, name).click()

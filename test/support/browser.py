@@ -65,6 +65,15 @@ def slider_handle(browser: Any, title: str) -> Any:
     return browser.execute_script(_FIND % test, title)
 
 
+def field(browser: Any, title: str) -> Any:
+    """The field for a number or a text whose title begins so."""
+    test = (
+        "e.tagName == 'INPUT' && e.getRootNode().querySelector('label')"
+        "?.textContent.startsWith(arguments[0])"
+    )
+    return browser.execute_script(_FIND % test, title)
+
+
 def page_text(browser: Any) -> str:
     """All text that is seen on the page."""
     script = """

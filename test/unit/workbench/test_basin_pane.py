@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,7 +17,7 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.workbench import basin_pane
-from bouncing_disk_ros.workbench.basin_pane import BasinPane, view
+from bouncing_disk_ros.workbench.basin_pane import BasinPane, share_text, view
 from bouncing_disk_ros.workbench.start_plane import PATH_PERIODS, SAMPLES, Window, whole_window
 from support.bokeh_page import BokehPage
 
@@ -92,8 +93,11 @@ def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> N
     mapper = opened.pane._map._mapper
     assert mapper.palette[1:] == colors_of(["chattering (1 cycle)", "period-1"])
     assert (mapper.low, mapper.high) == (-0.5, 2.5)  # a colour to each of −1, 0 and 1, plus 1
-    assert "period-1, multiplier 0.5: 34." in opened.texts
+    assert re.search(r"period-1, multiplier 0.5: 34.\d\d % in this window", opened.texts)
     assert f"{FULL} × {FULL} starts" in opened.texts
+    opened.zoom(Window(1.0, 1.1, -1.4, -1.3))
+    assert "chattering (1 cycle): none in this window" in opened.texts
+    assert [share_text(one) for one in (1.0, 1e-6)] == ["100.00 %", "less than 0.01 %"]
 
 
 def test_the_page_says_where_double_precision_ends(opened: Opened) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,23 @@ def test_a_motion_that_fades_or_has_no_orbit_is_named(warm_kernels: None) -> Non
     juggled.juggling.on_motion(MotionInForce(10, 10, slow, slow, 0, 0.0))
     assert "cannot juggle: axial_forcing: got 0.2" in juggled.juggling.status
     assert "There is no period-1 orbit" in juggled.juggling.status
+
+
+@pytest.mark.parametrize(
+    ("forcing", "strategy", "periods", "reason"),
+    [
+        (0.6, "none", 0.0, "the open loop does nothing, and period 1 is unstable above Γ = 0.486"),
+        (0.45, "none", 0.0, "no impact was heard yet"),
+        (0.45, "none", 3.0, "the last impact is .* rad and .* πg/ω from the orbit"),
+        (0.2, "deadbeat", 0.0, "There is no period-1 orbit"),
+    ],
+)  # fmt: skip
+def test_it_says_why_it_does_not_capture(
+    warm_kernels: None, forcing: float, strategy: str, periods: float, reason: str
+) -> None:
+    juggled = Juggled(forcing, strategy)
+    juggled.run(periods)
+    assert re.search(f"(not captured|cannot juggle): .*{reason}", juggled.juggling.status)
 
 
 def test_an_answer_beyond_a_limit_is_refused_as_the_node_does(warm_kernels: None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -19,6 +20,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench import page as page_module
 from bouncing_disk_ros.workbench.actions import (
     Call,
@@ -38,7 +40,6 @@ from bouncing_disk_ros.workbench.control_pane import (
     FORCING,
     MOTION_CONTROLS,
     forcing_of,
-    shown_unit,
 )
 from bouncing_disk_ros.workbench.page import TABS, Page, Pages, TabRow
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
@@ -112,7 +113,7 @@ def test_each_slider_shows_and_sends_its_number(document: Document, link: ListLi
     for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
         slider = model(document, control.name)
         low, high = control.limits(in_force(link))
-        size, unit = shown_unit(control.unit, max(abs(low), abs(high)))
+        size, unit = shown_unit(control.unit, 0.5 * max(abs(low), abs(high)))
         assert slider.value * size == pytest.approx(control.value(in_force(link)), rel=1e-12)
         assert slider.start <= slider.value <= slider.end
         assert unit in slider.title
@@ -132,6 +133,27 @@ def test_each_slider_shows_and_sends_its_number(document: Document, link: ListLi
             parameters.TABLE[control.name].checked(si)
         (line,) = lines(action, link.names)
         assert line.replace("'", "&#x27;") in model(document, "command_lines").text
+
+
+@pytest.mark.parametrize("preset", ["pizza_multiple_toss", "swum"])
+def test_each_slider_reaches_the_value_that_the_run_began_with(preset: str) -> None:
+    """By a step of the slider: its steps hold that value of their own in few cases."""
+    link, document = ListLink(), Document()
+    filled(link, preset)
+    Page(document, link).update()
+    begun = in_force(link)
+    for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
+        slider = model(document, control.name)
+        steps = round((slider.value - slider.start) / slider.step)
+        for nearest in (steps + 2, steps, steps + 2):
+            given = slider.start + nearest * slider.step
+            change(document, control.name, "value_throttled", given)
+        back, away = link.sent[-2:]
+        assert isinstance(back, (Move, Set))
+        assert isinstance(away, (Move, Set))
+        ((name, value),) = back.values.items()
+        assert value == pytest.approx(begun[name], rel=1e-14), control.name
+        assert away.values != back.values
 
 
 def test_sliders_fit_a_motor_too() -> None:
@@ -157,6 +179,13 @@ def test_buttons(document: Document, link: ListLink) -> None:
         Call("pause", True), Sequel((Call("pause", True), Call("step"))), Call("reset"),
         Perform("first_toss_to_period_1"), Impulse(0.25, -0.01),
     ]  # fmt: skip
+
+
+def test_an_impulse_that_is_no_number_is_refused(document: Document, link: ListLink) -> None:
+    change(document, "angular", "value", None)
+    click(document, "impulse")
+    assert link.sent == []
+    assert "impulse: got 'no number'" in link.history.notices_after(0)[-1].text
 
 
 def test_a_first_toss_is_refused_where_the_disk_would_not_stay_in_period_1() -> None:
@@ -221,8 +250,54 @@ def test_the_nodes_own_line_is_shown_as_text_not_as_markup(link: ListLink) -> No
     link.history.note("restitution: got 2.0, allowed: <b>", is_refusal=True)
     page.update()
     shown = model(document, "messages").text
-    assert "restitution: got 2.0, allowed: &lt;b&gt;" in shown
+    assert re.search(r"\d\d:\d\d:\d\d restitution: got 2.0, allowed: &lt;b&gt;", shown)
     assert "#b00020" in shown
+
+
+def test_a_refusal_is_shown_once_and_is_no_alarm_for_ever(link: ListLink) -> None:
+    """A node logs it and answers with it; the next action, or a new run, goes on from it."""
+    document = Document()
+    page = Page(document, link)
+
+    def shown() -> str:
+        for _ in range(6):
+            page.update()
+        return str(model(document, "messages").text)
+
+    def new_run() -> None:
+        filled(link)
+
+    def command() -> None:
+        click(document, "reset")
+
+    for goes_on in (command, new_run):
+        for text in ("real time: 2 s behind", "mass: got 2.0", "mass: got 2.0"):
+            link.history.note(text, is_refusal=True)
+        assert shown().count("mass: got 2.0") == 1
+        assert shown().count("#b00020") == 2
+        link.history.settle("real time: ")
+        assert shown().count("#b00020") == 1
+        goes_on()
+        assert "#b00020" not in shown()
+        assert "mass: got 2.0" in shown()
+
+
+def test_missing_samples_leave_a_gap_in_the_path(document: Document, link: ListLink) -> None:
+    """100 samples a second; from 1 s on some are missing, then the rate is another one."""
+    path = model(document, "path").data
+    assert not np.isnan(path["disk"]).any()
+    link.history.add_values(1.5, {"state_rate": 10.0})
+    samples = np.zeros(7, SAMPLE_DTYPE)
+    samples["time"] = [1.01, 1.02, 1.05, 1.06, 1.5, 1.6, 1.7]
+    page = Page(made := Document(), link)
+    page.update()
+    for rows in (samples[:3], samples[3:]):
+        link.history.add_samples(rows)
+        page.update()
+    path = model(made, "path").data
+    times = path["time"][np.isnan(path["disk"])]
+    assert times.tolist() == [1.05, 1.5]
+    assert np.isnan(path["platform"]).sum() == 2
 
 
 def test_a_page_that_draws_nothing_is_not_sent_more(link: ListLink) -> None:

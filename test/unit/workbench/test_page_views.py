@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import pytest
 
+from bouncing_disk_ros.units import with_prefix
 from bouncing_disk_ros.workbench.run_pane import (
     LONGEST,
     MOST_AHEAD,
     PATIENCE,
     FlowControl,
     fitted,
-    length_unit,
     nice_above,
     side_window,
 )
@@ -76,8 +76,19 @@ def test_a_pizza_is_to_scale_and_a_motor_is_magnified() -> None:
 
 def test_numbers_of_axes() -> None:
     assert [nice_above(x) for x in (0.11, 0.2, 3.0, 7e-7)] == pytest.approx([0.2, 0.2, 5.0, 1e-6])
-    assert length_unit(0.2) == (1e-3, "mm")
-    assert length_unit(3e-6) == (1e-6, "µm")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (40e3, "Hz", "40 kHz"), (3e-7, "m", "300 nm"), (0.0397887, "m", "39.79 mm"),
+        (-0.005, "rad", "−5 mrad"), (1.4468, "rad", "1.447 rad"), (0.5, "kg", "500 g"),
+        (9.80665, "m/s²", "9.807 m/s²"), (1e-7, "kg·m²", "1 g·cm²"), (0.0, "m", "0 m"),
+        (0.99999e-3, "m", "1 mm"), (0.5, "", "0.5"),
+    ],
+)  # fmt: skip
+def test_a_number_has_the_prefix_of_a_data_sheet(value: float, unit: str, text: str) -> None:
+    assert with_prefix(value, unit) == text
     assert fitted(1.0, 2.0, 0.1, 0.8, 2.2) == (0.8, 2.2), "it fits still"
     low, high = fitted(1.0, 3.0, 0.1, 0.8, 2.2)
     assert low < 1.0
