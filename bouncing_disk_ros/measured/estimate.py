@@ -23,12 +23,13 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from bouncing_disk_ros.measured.kernels.likelihood import (
+from bouncing_disk_ros.measured.kernels.likelihood import excess_slopes, fit_times
+from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
+    DRAG,
     FREQUENCY,
     RESTITUTION,
-    excess_slopes,
-    fit_times,
+    SLOPE,
 )
 
 Array = NDArray[np.float64]
@@ -59,6 +60,8 @@ class Data:
     missed: NDArray[np.bool_]
     is_absolute: bool
     floor: float
+    is_released: bool = False
+    """Whether the first time is that of a release at rest."""
 
     @property
     def count(self) -> int:
@@ -135,7 +138,7 @@ class Profiles:
         p, th, size, n = start.copy(), times.copy(), len(free), len(times) - 2
         h, b, low = np.zeros((size, size)), np.zeros((n, 3)), np.zeros((n, 3))
         squares, excess = fit_times(
-            self.data.times, self.data.errors, p, np.array(free, np.int64),
+            self.data.times, self.data.errors, p, np.array(free, np.int64), self.data.is_released,
             self.model.gravity, rho, th, h, b, low,
         )  # fmt: skip
         if self.model.scatter == 0.0:  # exact orbits: nothing is integrated
@@ -144,10 +147,11 @@ class Profiles:
 
     def _shifted(self, node: Node, free: list[int]) -> Array:
         """Parameters where the log of the determinants counts beside the squares."""
-        p, slopes, span = node.p.copy(), np.zeros(4), np.ptp(self.data.times)
-        steps = 1e-5 * np.array([1.0, max(abs(p[AMPLITUDE]), 1e-12), 1.0, 1.0 / span])
+        p, slopes, span = node.p.copy(), np.zeros(len(node.p)), np.ptp(self.data.times)
+        rest = self._ranges(node, (SLOPE, DRAG))
+        steps = 1e-5 * np.array([1.0, max(abs(p[AMPLITUDE]), 1e-12), 1.0, 1.0 / span, *rest])
         excess_slopes(
-            self.data.errors, p, np.array(free, np.int64), node.times,
+            self.data.errors, p, np.array(free, np.int64), self.data.is_released, node.times,
             self.model.gravity, node.rho, steps, slopes,
         )  # fmt: skip
         p[free] -= 0.5 * self.covariance(node, free) @ slopes[free]
@@ -177,9 +181,10 @@ class Profiles:
         h = node.information / self.scale(node) ** 2 + np.diag(1.0 / ranges**2)
         return np.asarray(np.linalg.inv(h), float)
 
-    @staticmethod
-    def _ranges(node: Node, free: Sequence[int]) -> Array:
-        all_ranges = (1.0, 10.0 * abs(node.p[AMPLITUDE]) + 1e-9, math.pi, node.p[FREQUENCY])
+    def _ranges(self, node: Node, free: Sequence[int]) -> Array:
+        speed = 0.5 * self.model.gravity * float(np.median(np.diff(self.data.times)))
+        all_ranges = (1.0, 10.0 * abs(node.p[AMPLITUDE]) + 1e-9, math.pi, node.p[FREQUENCY],
+                      1.0 / speed, self.model.gravity / speed**2)  # fmt: skip
         return np.array([all_ranges[i] for i in free])
 
     # --- ratios ----------------------------------------------------------------------------------

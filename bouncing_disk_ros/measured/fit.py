@@ -12,7 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
-from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.kernels.rest_laws import (
+    AMPLITUDE,
+    FREQUENCY,
+    PARAMETERS,
+    PHASE,
+    RESTITUTION,
+)
+from bouncing_disk_ros.measured.laws import Law, laws_of, other_law
 from bouncing_disk_ros.measured.predict import (
     Draws,
     Prediction,
@@ -49,7 +56,8 @@ class ImpactFit:
     flight reaches. `flights`:
     columns take-off and landing velocity, m/s, height above the take-off, m. `restitutions`:
     coefficient of each inner impact, `speeds`: of these impacts relative to the platform, m/s.
-    `untold`: parameters that these data do not tell. `prediction`: impacts to come.
+    `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
+    their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     """
 
     name: str
@@ -64,6 +72,7 @@ class ImpactFit:
     restitutions: Array
     speeds: Array
     untold: tuple[str, ...]
+    laws: tuple[Law, ...]
     prediction: Prediction
     profiles: Profiles
 
@@ -73,10 +82,17 @@ class ImpactFit:
 
     @property
     def preset(self) -> dict[str, Value]:
-        """Parameters of the simulator; InputError where the data do not tell them."""
+        """Parameters of the simulator.
+
+        InputError where the data do not tell them, or tell a law that it does not have.
+        """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts."
             raise InputError("preset", f"no {given}", "a fit whose data tell all parameters", hint)
+        if law := other_law(self.laws):
+            given = f"{law.text}, {law.evidence(self.laws[0])}"
+            hint = "The simulator has no such law. `laws` has its parameters."
+            raise InputError("preset", given, "a constant restitution", hint)
         values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
                   "gravity": self.gravity, "preload": 0.0}  # fmt: skip
         if self.frequency > 0.0:
@@ -104,6 +120,7 @@ def fit_impacts(
     axial_amplitude: float = 0.0,
     gravity: float = 0.0,
     height: float = 0.0,
+    fall_time: float = 0.0,
     time_error: float = 0.0,
     scatter: float = -1.0,
     errors: ArrayLike | None = None,
@@ -116,7 +133,8 @@ def fit_impacts(
     - `frequency`: of the platform, Hz; 0: it is at rest. `frequency_error`: how well that is
       known, Hz; above 0 it is fitted. `axial_amplitude`: of the platform, m; 0: fitted.
     - `gravity`: m/s²; 0: standard gravity. `height`: of the release at rest, m, if no impact
-      is missed: then gravity is found.
+      is missed: then gravity is found. `fall_time`: of that drop, s, from the release to the first
+      impact, as exact as the times; 0: not known.
     - `time_error`: standard deviation of the times, s; 0: fitted. `errors`: one for each time, s;
       with time_error 0 only their ratios count.
     - `scatter`: standard deviation of the restitution from impact to impact; below 0: fitted.
@@ -135,7 +153,7 @@ def fit_impacts(
         raise InputError("errors", f"{own.size}", f"{len(recording.times)}, one for each time")
     known = _Known(
         math.tau * frequency, math.tau * frequency_error, axial_amplitude,
-        gravity or float(DEFAULTS["gravity"]), height, time_error,
+        gravity or float(DEFAULTS["gravity"]), height, fall_time, time_error,
         None if scatter < 0.0 else scatter,
     )  # fmt: skip
     return known.fit(recording, own)
@@ -150,6 +168,7 @@ class _Known:
     amplitude: float
     gravity: float
     height: float
+    fall_time: float
     time_error: float
     scatter: float | None
 
@@ -167,13 +186,15 @@ class _Known:
         data, profiles, rejected = self._in_sequence(recording, errors)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
-        best = profiles.best
-        flights, speeds = flights_of(best.times, profiles.estimate, self.gravity)
+        hits = slice(int(data.is_released), None)
+        times, missed = profiles.best.times[hits], data.missed[hits]
+        flights, speeds = flights_of(times, profiles.estimate, self.gravity)
+        laws = laws_of(profiles) if self.frequency == 0.0 else ()
         return ImpactFit(
-            recording.name, self.frequency / math.tau, self.gravity, parameters, best.times,
-            np.where(data.missed, np.nan, data.times - best.times), data.missed, rejected,
-            flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0],
-            _untold(parameters), predicted(profiles, draws), profiles,
+            recording.name, self.frequency / math.tau, self.gravity, parameters, times,
+            np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
+            flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], _untold(parameters),
+            laws, predicted(profiles, draws), profiles,
         )  # fmt: skip
 
     def _in_sequence(
@@ -185,6 +206,8 @@ class _Known:
         nothing changes. Where no chain of flights holds most of the hits, all of them stay.
         """
         times = recording.times
+        if self.fall_time and self.frequency:
+            raise InputError("fall_time", self.fall_time, "0 with a frequency")
         found = self._chain(times, None)
         for _ in range(_ROUNDS):
             chain = found
@@ -222,17 +245,24 @@ class _Known:
             size = max(self.time_error, least) if self.time_error > 0.0 else NOMINAL
             errors = np.full(count, size)
         nominal = float(np.median(errors))
-        times = np.concatenate([recording.times[chain.kept], chain.missed])
-        sizes = np.concatenate([errors[chain.kept], np.full(len(chain.missed), _VOID * nominal)])
+        hits, first = recording.times[chain.kept], recording.times[0]
+        released = np.full(int(self.fall_time > 0.0), first - self.fall_time)
+        times = np.concatenate([hits, released, chain.missed])
+        sizes = np.concatenate([
+            errors[chain.kept], np.full(len(released), errors[0]),
+            np.full(len(chain.missed), _VOID * nominal),
+        ])  # fmt: skip
         order = np.argsort(times)
-        missed = order >= len(chain.kept)
-        floor = least / nominal
-        return Data(times[order], sizes[order], missed, self.time_error > 0.0, floor)
+        missed = order >= len(hits) + len(released)
+        return Data(times[order], sizes[order], missed, self.time_error > 0.0, least / nominal,
+                    self.fall_time > 0.0)  # fmt: skip
 
     def _starts(self, times: Array) -> list[Array]:
         if self.frequency == 0.0:
             flights = np.diff(times)
-            return [np.array([float(np.median(flights[1:] / flights[:-1])), 0.0, 0.0, 1.0])]
+            start = np.zeros(PARAMETERS)
+            start[RESTITUTION] = float(np.median(flights[1:] / flights[:-1]))
+            return [start]
         step = 1.0 / (times[-1] - times[0])
         width = math.ceil(2.0 * self.frequency_error / step)
         tried = self.frequency + step * np.arange(-width, width + 1)
@@ -244,7 +274,7 @@ class _Known:
     def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
         found = {"restitution": profiles.interval(RESTITUTION, 0.0, 1.0)}
         if self.frequency == 0.0:
-            found |= rest_parameters(draws, self.gravity, self.height)
+            found |= rest_parameters(draws, self.gravity, self.height, profiles.data.is_released)
         else:
             found |= self._platform(profiles)
         if not profiles.data.is_absolute:

@@ -35,6 +35,8 @@ _SPECS = (
          high=1e9),
     Spec("height", 0.0, "m", "height of the release at rest, if no impact is missed: then gravity "
          "is found", low=0.0, high=1e6),
+    Spec("fall_time", 0.0, "s", "from that release to the first impact; 0: not known", low=0.0,
+         high=1e6),
     Spec("time_error", 0.0, "s", "standard deviation of the times; 0: fitted", low=0.0, high=1e6),
     Spec("scatter", -1.0, "1", "standard deviation of the restitution from impact to impact; "
          "below 0: fitted", "σ_ε", low=-1.0, high=1.0),
@@ -93,7 +95,7 @@ def _write(fit: ImpactFit, preset: Path, files: Sequence[Path]) -> None:
         fit.write_preset(preset)
         print(f"written: {preset}", flush=True)
     except (InputError, FailedError) as error:
-        print(f"no preset: {error}", flush=True)
+        print(f"no {error}", flush=True)
     (title, subtitle), drawn = headline_of(fit), panels_of(fit)
     about = f"Made by {NAME} of bouncing_disk_ros"
     for file in files:

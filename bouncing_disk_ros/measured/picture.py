@@ -8,7 +8,8 @@ import numpy as np
 
 from bouncing_disk_ros.measured.estimate import Array, Interval
 from bouncing_disk_ros.measured.fit import ImpactFit
-from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE
+from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
+from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
 from bouncing_disk_ros.report.report_text import Table
 
@@ -17,7 +18,7 @@ UNITS = {
     "forcing_phase": ("φ at time 0", "rad"), "frequency": ("f", "Hz"), "gravity": ("g", "m/s²"),
     "first_flight": ("T₀", "s"), "first_height": ("height of the release", "m"),
     "end": ("end of the bounces", "s"), "time_error": ("error of times", "s"),
-    "scatter": ("scatter of ε", ""),
+    "scatter": ("scatter of ε", ""), "slope": ("ε₁", "s/m"), "terminal_speed": ("v_t", "m/s"),
 }  # fmt: skip
 """Parameter -> its symbol and unit."""
 _POINTS = 60
@@ -60,6 +61,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         mean = float(np.mean(speed * np.cos(angle)))
         text = f"mean velocity of the platform at impacts {mean:.6g} m/s"
         rows.append(("one solution of many", f"{text} with ε = {fit.profiles.estimate[0]:.4g}"))
+    laws = [(law.name, _law_text(law, fit)) for law in fit.laws]
     coming = fit.prediction
     ahead = [
         (f"impact {len(fit.times) + i + 1}", interval_text(Interval(*row), "s"))
@@ -68,8 +70,18 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     return [
         Table("Data", data),
         Table("Parameters (95 % intervals)", rows),
+        *([Table("Laws of the restitution", laws)] if laws else []),
         Table("Impacts to come (95 % intervals)", ahead),
     ]
+
+
+def _law_text(law: Law, fit: ImpactFit) -> str:
+    least = min(one.criterion for one in fit.laws)
+    delta = f"ΔAICc {law.criterion - least:.2f}" if law.criterion < math.inf else "too few impacts"
+    shown = [f"{UNITS[name][0]} = {interval_text(found, UNITS[name][1])}"
+             for name, found in law.parameters.items() if name != "drag"]  # fmt: skip
+    told = ", told by these data" if law is other_law(fit.laws) else ""
+    return f"{delta}{told}: {', '.join(shown)}"
 
 
 def _times_text(what: str, times: Array) -> str:
@@ -122,11 +134,14 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
         series("residuals", fit.times[measured], micro[measured])])  # fmt: skip
     over_speed = Panel("Measured minus estimated times", "impact speed, m/s", "residual, µs", [
         series("residuals", fit.speeds[measured[1:-1]], micro[1:-1][measured[1:-1]])])  # fmt: skip
-    ends = np.array([fit.speeds.min(), fit.speeds.max()])
-    level = np.full(2, fit["restitution"].value)
+    fastest = float(fit.speeds.max())
+    curves = [(law.name, *law.curve(fastest, fit.gravity)) for law in fit.laws] or [
+        ("fit", np.array([fit.speeds.min(), fastest]), np.full(2, fit["restitution"].value))
+    ]
     law = Panel("Restitution of each impact", "impact speed, m/s", "restitution ε", [
         series("impacts", fit.speeds, fit.restitutions),
-        series("fit", ends, level, SeriesStyle.LINE, 1),
+        *(series(name, speeds, values, SeriesStyle.LINE, 1 + i)
+          for i, (name, speeds, values) in enumerate(curves)),
     ])  # fmt: skip
     return [(panel, "") for panel in (flights, law, over_time, over_speed)]
 

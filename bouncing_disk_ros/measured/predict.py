@@ -14,7 +14,7 @@ from scipy.linalg import cho_solve_banded
 
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
-from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 
 SEED = 20090
 MOST_IMPACTS = 20
@@ -24,7 +24,7 @@ _TAIL = 100.0 * (1.0 - LEVEL) / 2.0
 
 @dataclass(frozen=True)
 class Draws:
-    """Parameters (M, 4), true times (M, N), scatter and scale of errors (M) of all draws."""
+    """Parameters (M, 6), true times (M, N), scatter and scale of errors (M) of all draws."""
 
     parameters: Array
     times: Array
@@ -86,16 +86,21 @@ def _draw(
     return p, th + noise, scale * node.rho, scale
 
 
-def rest_parameters(draws: Draws, gravity: float, height: float) -> dict[str, Interval]:
+def rest_parameters(
+    draws: Draws, gravity: float, height: float, is_released: bool
+) -> dict[str, Interval]:
     """What follows at rest: first flight, end of all bounces, height of the release.
 
-    With the height of the release known, gravity in its place.
+    With the height of the release known, gravity in its place. The drop takes as long as the first
+    time tells, where it is that of the release, else T₀/(2ε).
     """
     eps = draws.parameters[:, RESTITUTION]
-    first = draws.times[:, 1] - draws.times[:, 0]
+    begun = int(is_released)
+    first = draws.times[:, begun + 1] - draws.times[:, begun]
+    drop = draws.times[:, 1] - draws.times[:, 0] if is_released else 0.5 * first / eps
     last = draws.times[:, -1] - draws.times[:, -2]
     end = np.where(eps < 1.0, draws.times[:, -1] + last * eps / np.maximum(1.0 - eps, 1e-9), np.inf)
-    released = first**2 / (8.0 * eps**2)
+    released = 0.5 * drop**2
     found = {"first_flight": interval_of(first), "end": interval_of(end)}
     if height > 0.0:
         return found | {"gravity": interval_of(height / released)}
@@ -105,7 +110,7 @@ def rest_parameters(draws: Draws, gravity: float, height: float) -> dict[str, In
 def predicted(profiles: Profiles, draws: Draws) -> Prediction:
     """The impacts after the last one."""
     rng = np.random.default_rng(SEED)
-    at_rest = draws.parameters[0, AMPLITUDE] == 0.0
+    at_rest = draws.parameters[0, FREQUENCY] == 0.0
     coming = (_at_rest if at_rest else _vibrating)(profiles, draws, rng)
     rows = []
     before = float(np.median(draws.times[:, -1]))

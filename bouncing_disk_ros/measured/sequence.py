@@ -13,7 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.kernels.likelihood import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.kernels.rest_laws import (
+    AMPLITUDE,
+    FREQUENCY,
+    PARAMETERS,
+    PHASE,
+    RESTITUTION,
+    SLOPE,
+)
 
 Array = NDArray[np.float64]
 _ODD = 3.0
@@ -23,9 +30,13 @@ _SKIPPED, _MISSED = 4, 3
 _ERRORS = np.array([1e-5, 1e-4, 1e-3])
 """Of landings, s."""
 _PARTS = np.array([2e-3, 1.5e-2])
-"""The same, in parts of the flight."""
+"""The same, in parts of the flight: of most landings, and of those that the law fits worse."""
+_FAR = 600.0
+"""Of half a squared deviation: beyond it nothing is likelier than something else."""
 _FIRST = 100
 """Hits that find the restitution on a platform at rest."""
+_CHANGES = np.linspace(-0.1, 0.2, 7)
+"""Of the restitution, from the fastest impact to the slowest ones."""
 _GRID = 64
 """Points of a flight where its height is looked at."""
 _STEPS = 4
@@ -47,26 +58,27 @@ class Chain:
 
 
 def chain_of(times: Array, candidates: Array, gravity: float) -> Chain:
-    """The likeliest chain under candidates (M, 4) for ε, A, φ, ω."""
-    p = np.repeat(candidates, len(_ERRORS) * len(_PARTS), axis=0)
-    errors = np.tile(np.repeat(_ERRORS, len(_PARTS)), len(candidates))
-    parts = np.tile(_PARTS, len(_ERRORS) * len(candidates))
-    return _Search(times, p.T, gravity, errors, parts).chain()
+    """The likeliest chain under candidates (M, 6) for ε, A, φ, ω, 0, 0."""
+    p = np.repeat(candidates, len(_ERRORS), axis=0)
+    return _Search(times, p.T, gravity, np.tile(_ERRORS, len(candidates))).chain()
 
 
 def at_rest(times: Array, gravity: float) -> Chain:
-    """The likeliest chain on a platform at rest, for any restitution."""
-    found = chain_of(times[:_FIRST], _still(np.linspace(0.02, 0.99, 98)), gravity)
+    """The likeliest chain on a platform at rest, for any restitution, also one ε - ε₁v."""
+    fastest = 0.5 * gravity * float(np.diff(times).max(initial=0.0))
+    slopes = _CHANGES / max(fastest, 1e-9)
+    found = chain_of(times[:_FIRST], _still(np.linspace(0.02, 0.99, 98), slopes), gravity)
     if len(times) <= _FIRST:
         return found
     near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)
-    return chain_of(times, _still(near), gravity)
+    return chain_of(times, _still(near, found.parameters[[SLOPE]]), gravity)
 
 
-def _still(restitutions: Array) -> Array:
+def _still(restitutions: Array, slopes: Array) -> Array:
     """Candidates with a platform at rest."""
-    none = np.zeros(len(restitutions))
-    return np.column_stack([restitutions, none, none, none + 1.0])
+    found = np.zeros((len(slopes), len(restitutions), PARAMETERS))
+    found[..., RESTITUTION], found[..., SLOPE] = restitutions, slopes[:, None]
+    return found.reshape(-1, PARAMETERS)
 
 
 class _Search:
@@ -76,8 +88,8 @@ class _Search:
     missed in between; `costs`, `takeoffs`: (N, slots, G).
     """
 
-    def __init__(self, times: Array, p: Array, gravity: float, errors: Array, parts: Array) -> None:
-        self.times, self.p, self.g, self.errors, self.parts = times, p, gravity, errors, parts
+    def __init__(self, times: Array, p: Array, gravity: float, errors: Array) -> None:
+        self.times, self.p, self.g, self.errors = times, p, gravity, errors
         shape = (len(times), _SKIPPED, _MISSED, p.shape[1])
         self.costs, self.takeoffs = np.full(shape, np.inf), np.zeros(shape)
         self.sources = np.full(shape, -1, np.int16)
@@ -124,11 +136,15 @@ class _Search:
         ours = np.arange(self.p.shape[1])
         for m in range(_MISSED):
             landing, up = self._flown(before, takeoff, slice(None))
-            size = np.hypot(self.errors, self.parts * (landing - before)) * (1.0 + m)
-            base = costs[alive] + _ODD * m + np.log(2.5 * size / np.maximum(landing - before, size))
+            flight = landing - before
+            sizes = np.hypot(self.errors, _PARTS[:, None, None] * flight) * (1.0 + m)
+            share = np.maximum(flight, sizes) / (2.5 * sizes) / len(_PARTS)
+            base, size = costs[alive] + _ODD * m, sizes.max(axis=0)
             reached = np.zeros(len(alive), bool)
             for k in range(j + 1, last + 1):
-                sums = base + 0.5 * ((self.times[k] - landing) / size) ** 2 + _ODD * (k - j - 1)
+                away = 0.5 * ((self.times[k] - landing) / sizes) ** 2
+                density = (share * np.exp(-np.minimum(away, _FAR))).sum(axis=0)
+                sums = base - np.log(density) + _ODD * (k - j - 1)
                 sums[self.times[k] <= before] = np.inf
                 sums[np.isnan(sums)] = np.inf
                 best = np.argmin(sums, axis=0)
@@ -153,7 +169,7 @@ class _Search:
         duration = at - before
         with np.errstate(all="ignore"):
             fall = (end - start) / duration - 0.5 * self.g * duration - speed
-        return np.asarray(speed - self.p[RESTITUTION, which] * fall)
+        return np.asarray(speed - (self.p[RESTITUTION, which] + self.p[SLOPE, which] * fall) * fall)
 
     def _flown(self, at: Array, takeoff: Array, which: slice) -> tuple[Array, Array]:
         """Time of the landing, nan if there is none, and velocity after it."""

@@ -13,7 +13,7 @@ _ROUNDS = 6
 
 
 def first_values(times: Array, frequency: float, gravity: float, most: int = 4) -> list[Array]:
-    """Likely parameters (ε, A, φ, ω), the best first.
+    """Likely parameters (ε, A, φ, ω, 0, 0), the best first.
 
     Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. The sum
     of absolute errors is minimised (weighted least squares), so some wrong times do not matter.
@@ -27,7 +27,7 @@ def first_values(times: Array, frequency: float, gravity: float, most: int = 4) 
         wanted = -0.5 * gravity * (tp - restitution * tm)
         pair, cost = _robust(rows, wanted)
         size, phase = math.hypot(*pair), math.atan2(pair[1], pair[0])
-        found.append((cost, np.array([restitution, size, phase, frequency])))
+        found.append((cost, np.array([restitution, size, phase, frequency, 0.0, 0.0])))
     costs = [math.inf, *(cost for cost, _ in found), math.inf]
     lowest = [
         i - 1 for i in range(1, len(costs) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])

@@ -24,6 +24,22 @@ def at_rest(
     return times + error * rng.standard_normal(count)
 
 
+def with_law(
+    count: int, takeoff: float, restitution: float, slope: float = 0.0, drag: float = 0.0
+) -> Array:
+    """Times of impacts at rest, the first at 0: ε - ε₁v, quadratic drag κ (1/m), m/s."""
+    times, terminal = [0.0], math.sqrt(GRAVITY / drag) if drag else math.inf
+    for _ in range(count - 1):
+        a = takeoff / terminal
+        flight = 2.0 * takeoff / GRAVITY
+        if drag:
+            flight = terminal / GRAVITY * (math.atan(a) + math.asinh(a))
+        times.append(times[-1] + flight)
+        landing = takeoff / math.sqrt(1.0 + a * a)
+        takeoff = (restitution - slope * landing) * landing
+    return np.array(times)
+
+
 def vibrating(
     rng: np.random.Generator, runs: int, count: int, forcing: float, restitution: float,
     scatter: float = 0.0, skip: int = 0, frequency: float = 20.0, gravity: float = GRAVITY,

@@ -1,7 +1,8 @@
 """Likelihood of measured impact times: kernels that integrate the true times out.
 
-The platform is s = A sin(ωt + φ); A = 0 is a platform at rest. From the true times θ follow the
-take-off and landing of each flight, so each inner impact k has a coefficient of restitution
+The platform is s = A sin(ωt + φ); ω = 0 is a platform at rest, with laws of its own (`rest_laws`).
+From the true times θ follow the take-off and landing of each flight, so each inner impact k has a
+coefficient of restitution
 
     e_k(θ_(k-1), θ_k, θ_(k+1)) = -(u_k - ṡ_k)/(v_k - ṡ_k) = ε + scatter.
 
@@ -18,9 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import entry, rare_kernel
+from bouncing_disk_ros.measured.kernels.rest_laws import (
+    AMPLITUDE,
+    FREQUENCY,
+    PARAMETERS,
+    PHASE,
+    RESTITUTION,
+    rest_equations,
+)
 
-RESTITUTION, AMPLITUDE, PHASE, FREQUENCY = range(4)
-"""Parameters of the model: ε, A (m), φ (rad at t = 0), ω (rad/s)."""
 _ROUNDS = 200
 _LEAST_PART = 1e-3
 """Of a step."""
@@ -37,16 +44,19 @@ _ARRAY = "float64[::1]"
 def _equations(
     th: NDArray[np.float64],
     p: NDArray[np.float64],
+    is_released: bool,
     g: float,
     e: NDArray[np.float64],
     b: NDArray[np.float64],
     d: NDArray[np.float64],
 ) -> bool:
-    """Fill e (n), b (n, 3: derivatives by three times) and d (4, n: by the parameters).
+    """Fill e (n), b (n, 3: derivatives by three times) and d (6, n: by the parameters).
 
     False: there is no such motion.
     """
     w, a = p[FREQUENCY], p[AMPLITUDE]
+    if w == 0.0:
+        return rest_equations(th, p, is_released, g, e, b, d)
     for j in range(e.size):
         k = j + 1
         x0, x1, x2 = th[k - 1], th[k], th[k + 1]
@@ -254,27 +264,30 @@ def _excess(
     return total
 
 
-@entry(f"void({_ARRAY}, {_ARRAY}, int64[::1], {_ARRAY}, float64, float64, {_ARRAY}, {_ARRAY})")
+@entry(
+    f"void({_ARRAY}, {_ARRAY}, int64[::1], boolean, {_ARRAY}, float64, float64, {_ARRAY}, {_ARRAY})"
+)
 def excess_slopes(
     sig: NDArray[np.float64],
     p: NDArray[np.float64],
     free: NDArray[np.int64],
+    is_released: bool,
     th: NDArray[np.float64],
     g: float,
     rho: float,
     steps: NDArray[np.float64],
     slopes: NDArray[np.float64],
 ) -> None:
-    """Fill slopes (4) of `_excess` at fixed times, by steps of the free parameters."""
+    """Fill slopes (6) of `_excess` at fixed times, by steps of the free parameters."""
     n = th.size - 2
-    e, b, d, low = np.empty(n), np.empty((n, 3)), np.empty((4, n)), np.empty((n, 3))
+    e, b, d, low = np.empty(n), np.empty((n, 3)), np.empty((PARAMETERS, n)), np.empty((n, 3))
     for i in free:
         if i == RESTITUTION:  # B does not depend on it
             continue
         q, found = p.copy(), 0.0
         for sign in (-1.0, 1.0):
             q[i] = p[i] + sign * steps[i]
-            if not _equations(th, q, g, e, b, d):
+            if not _equations(th, q, is_released, g, e, b, d):
                 found = 0.0
                 break
             found += sign * _excess(sig, b, rho, low)
@@ -309,7 +322,7 @@ def _added(
 
 
 @entry(
-    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], float64, float64, "
+    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], boolean, float64, float64, "
     f"{_ARRAY}, float64[:, ::1], float64[:, ::1], float64[:, ::1])"
 )
 def fit_times(
@@ -317,6 +330,7 @@ def fit_times(
     sig: NDArray[np.float64],
     p: NDArray[np.float64],
     free: NDArray[np.int64],
+    is_released: bool,
     g: float,
     rho: float,
     th: NDArray[np.float64],
@@ -332,10 +346,10 @@ def fit_times(
     Nonlinear Problems", 2004).
     """
     n, size = t.size - 2, free.size
-    e, every, d, white = np.empty(n), np.empty((4, n)), np.empty((size, n)), np.empty(n)
-    e2, b2, every2, white2 = np.empty(n), np.empty((n, 3)), np.empty((4, n)), np.empty(n)
+    e, every, d, white = np.empty(n), np.empty((PARAMETERS, n)), np.empty((size, n)), np.empty(n)
+    e2, b2, every2, white2 = np.empty(n), np.empty((n, 3)), np.empty(every.shape), np.empty(n)
     by, by2, move, move2 = np.empty(size), np.empty(size), np.empty(t.size), np.empty(t.size)
-    if not _equations(th, p, g, e, b, every):
+    if not _equations(th, p, is_released, g, e, b, every):
         return _IMPOSSIBLE, 0.0
     part, length, is_found = 1.0, 0.0, False
     for _ in range(_ROUNDS):
@@ -349,7 +363,7 @@ def fit_times(
         part = min(_part(p, free, by), 2.0 * part)
         while part > _LEAST_PART:
             q, places = _added(p, free, part, by), th + part * move
-            if _equations(places, q, g, e2, b2, every2):
+            if _equations(places, q, is_released, g, e2, b2, every2):
                 after = _step(t, sig, places, e2, b, low, d, h, white2, by2, move2)
                 if is_found or after < (1.0 - 0.5 * part) ** 2 * length:
                     th[:], p[:], e[:], b[:], every[:] = places, q, e2, b2, every2

@@ -19,7 +19,7 @@ from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from support.live import LiveSimulators
-from support.measured_impacts import GRAVITY, at_rest, vibrating
+from support.measured_impacts import GRAVITY, at_rest, vibrating, with_law
 from support.recorded import RecordedRun
 from support.ros_peer import Peer
 
@@ -53,6 +53,70 @@ def test_without_scatter_it_is_least_squares_of_the_times() -> None:
     assert fit.high - fit.low == pytest.approx(2.0 * half, rel=0.02)
 
 
+def test_the_time_of_the_drop_is_one_datum_more() -> None:
+    """Without scatter it is least squares of all times; T₀ = 2ε(t₀ - t_r), g = 2h/(t₀ - t_r)²."""
+    rng, count = np.random.default_rng(8), 7
+    exact = at_rest(rng, count, 0.0, 0.0)
+    drop = 0.45 / (2.0 * 0.75)
+    seen = np.concatenate([[exact[0] - drop], exact]) + 1e-4 * rng.standard_normal(count + 1)
+    fit = fit_impacts(seen[1:], fall_time=seen[1] - seen[0], scatter=0.0, height=0.441299)
+    k = np.arange(count)
+
+    def errors(x: np.ndarray) -> np.ndarray:
+        later = x[0] + 2.0 * x[2] * x[1] * (1.0 - x[2] ** k) / (1.0 - x[2])
+        return np.concatenate([[x[0] - x[1]], later]) - seen
+
+    found = least_squares(errors, [0.3, 0.3, 0.75], x_scale=[1e-3, 1e-3, 1e-3], xtol=1e-15)
+    assert fit["restitution"].value == pytest.approx(found.x[2], abs=1e-7)
+    covariance = np.linalg.inv(found.jac.T @ found.jac) * 2.0 * found.cost / 5.0
+    width = fit["restitution"].high - fit["restitution"].low
+    assert width == pytest.approx(2.0 * 2.5706 * math.sqrt(covariance[2, 2]), rel=0.02)
+    assert fit["gravity"].low < 2.0 * 0.441299 / drop**2 < fit["gravity"].high
+    with pytest.raises(InputError, match="fall_time"):
+        fit_impacts(seen[1:], fall_time=0.3, frequency=20.0)
+
+
+@pytest.mark.parametrize(
+    ("told", "restitution", "slope", "drag"),
+    [("constant", 0.75, 0.0, 0.0), ("slope", 0.85, 0.04, 0.0), ("drag", 0.8, 0.0, 0.05)],
+)
+def test_the_law_of_the_restitution_is_told(
+    told: str, restitution: float, slope: float, drag: float
+) -> None:
+    """Parameters in their intervals, and AICc as from least squares of the times by SciPy."""
+    count = 12
+    exact = with_law(count, 2.2, restitution, slope, drag)
+    times = exact + 1e-5 * np.random.default_rng(1).standard_normal(count)
+    fit = fit_impacts(times, scatter=0.0)
+    assert (len(fit.rejected), int(fit.missed.sum())) == (0, 0)
+    criteria = {law.name: law.criterion for law in fit.laws}
+    assert min(criteria, key=lambda name: criteria[name]) == told
+    (law,) = (law for law in fit.laws if law.name == told)
+    assert law.parameters["restitution"].low < restitution < law.parameters["restitution"].high
+    for name, true in (("slope", slope), ("drag", drag)):
+        if name in law.parameters:
+            assert law.parameters[name].low < true < law.parameters[name].high
+    if told == "constant":
+        assert fit.preset["restitution"] == fit["restitution"].value
+    else:
+        with pytest.raises(InputError, match=f"preset: got '{law.text}.*a constant restitution"):
+            _ = fit.preset
+    best = {}
+    for name, own in (("constant", ()), ("slope", (0.02,)), ("drag", (0.05,))):
+
+        def errors(x: np.ndarray, name: str = name) -> np.ndarray:
+            extra = {name: x[3]} if len(x) > 3 else {}
+            return 1e5 * (x[0] + with_law(count, x[1], x[2], **extra) - times)
+
+        scale = [1e-5, *[1e-4] * (2 + len(own))]
+        found = least_squares(errors, [0.0, 2.2, 0.8, *own], x_scale=scale, xtol=1e-15, ftol=1e-15)
+        size, n = 2 + len(own), count - 2
+        best[name] = n * math.log(2.0 * found.cost) + 2.0 * size * n / (n - size - 1)
+    for name in ("slope", "drag"):
+        delta = best[name] - best["constant"]
+        assert criteria[name] - criteria["constant"] == pytest.approx(delta, abs=0.01)
+
+
 def test_with_much_scatter_it_is_the_mean_of_ratios() -> None:
     """Errors of times that do not matter: ε has the t interval of independent restitutions."""
     times = at_rest(np.random.default_rng(7), 14, 1e-9, 0.01)
@@ -78,7 +142,7 @@ def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> No
         times = at_rest(rng, count, error, scatter)
         data = Data(times, np.full(count, 1e-6), np.zeros(count, bool), False, 1e-6)
         model = Model((0,), GRAVITY, None if scatter else 0.0)
-        profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 1.0]))
+        profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 0.0, 0.0, 0.0]))
         held += 0.025 < profiles.confidence(0)(0.75) < 0.975
     assert held >= 86
 

@@ -1,0 +1,107 @@
+"""Laws of the restitution on a platform at rest, fitted to the same impacts and compared by AICc.
+
+AICc: Hurvich and Tsai, "Regression and time series model selection in small samples" (1989). All
+laws have the same errors of times and the same scatter, so the densities of times are compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bouncing_disk_ros.measured.estimate import Array, Interval, Model, Profiles
+from bouncing_disk_ros.measured.kernels.rest_laws import DRAG, RESTITUTION, SLOPE
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of the restitution.
+
+    `parameters`: restitution (the constant, or at speed 0) and slope, s/m, or drag, 1/m, and
+    terminal_speed, m/s. `criterion`: AICc, inf with too few impacts for it.
+    """
+
+    name: str
+    text: str
+    parameters: dict[str, Interval]
+    criterion: float
+
+    def evidence(self, other: Law) -> str:
+        """By how much the criterion of another law is larger, in words."""
+        return f"AICc lower by {other.criterion - self.criterion:.3g}"
+
+    def curve(self, fastest: float, gravity: float) -> tuple[Array, Array]:
+        """Impact speeds up to the fastest, and restitutions as they seem without drag."""
+        eps = self.parameters["restitution"].value
+        takeoff = np.linspace(1e-3, 1.0, 200) * fastest
+        if "drag" not in self.parameters:
+            slope = self.parameters["slope"].value if "slope" in self.parameters else 0.0
+            return takeoff, eps - slope * takeoff
+        terminal = self.parameters["terminal_speed"].value
+        if not terminal < math.inf:
+            return takeoff, np.full(len(takeoff), eps)
+
+        def flight(u: Array) -> Array:
+            return np.asarray(terminal / gravity * (np.arctan(u / terminal)
+                                                    + np.arcsinh(u / terminal)))  # fmt: skip
+
+        before = flight(takeoff)
+        after = flight(eps * takeoff / np.sqrt(1.0 + (takeoff / terminal) ** 2))
+        return 0.5 * gravity * before, after / before
+
+
+def laws_of(constant: Profiles) -> tuple[Law, ...]:
+    """The constant restitution as it was fitted, one that falls with the speed, and drag."""
+    found = [_law("constant", "a constant restitution", constant, ())]
+    for name, text, index in (
+        ("slope", "a restitution that depends on the speed", SLOPE),
+        ("drag", "a constant restitution with drag", DRAG),
+    ):
+        model = replace(constant.model, free=(RESTITUTION, index))
+        if constant.data.count > len(model.free):
+            found.append(_law(name, text, _fitted(constant, model), (index,)))
+    return tuple(found)
+
+
+def other_law(laws: Sequence[Law]) -> Law | None:
+    """The law that these data tell in place of the constant one; None: they do not refute that.
+
+    Its AICc is lower, and the interval of its own parameter is without 0.
+    """
+    told = [law for law in laws[1:] if law.criterion < laws[0].criterion and not _may_be_0(law)]
+    return min(told, key=lambda law: law.criterion, default=None)
+
+
+def _may_be_0(law: Law) -> bool:
+    own = law.parameters["slope" if "slope" in law.parameters else "drag"]
+    return own.low <= 0.0 <= own.high
+
+
+def _fitted(constant: Profiles, model: Model) -> Profiles:
+    return Profiles(constant.data, model, constant.estimate)
+
+
+def _law(name: str, text: str, profiles: Profiles, own: tuple[int, ...]) -> Law:
+    parameters = {"restitution": profiles.interval(RESTITUTION, 0.0, math.inf)}
+    if SLOPE in own:
+        parameters["slope"] = profiles.interval(SLOPE, -math.inf, math.inf)
+    if DRAG in own:
+        found = profiles.interval(DRAG, -math.inf, math.inf)
+        drag = Interval(*(max(x, 0.0) for x in (found.value, found.low, found.high)))
+        speeds = [math.sqrt(profiles.model.gravity / x) if x > 0.0 else math.inf
+                  for x in (drag.value, drag.high, drag.low)]  # fmt: skip
+        parameters |= {"drag": drag, "terminal_speed": Interval(*speeds)}
+    return Law(name, text, parameters, _criterion(profiles))
+
+
+def _criterion(profiles: Profiles) -> float:
+    """AICc with the scale of errors and the scatter among the parameters, if they are fitted."""
+    data, model = profiles.data, profiles.model
+    count = len(model.free) + (not data.is_absolute) + (model.scatter is None)
+    if data.count - count - 1 <= 0:
+        return math.inf
+    least = min(profiles.cost(node) for node in profiles.nodes)
+    return least + 2.0 * count * data.count / (data.count - count - 1)
