@@ -51,9 +51,10 @@ def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> Non
     peer.settle()
     peer.publish("platform/axial_amplitude", Float64(data=0.03))
     peer.wait_for_record("motion")
+    publisher = peer.publisher("platform/axial_amplitude")  # a stopped process is soon not heard of
     process.send(signal.SIGSTOP)
     for number in range(400):  # more than reader and writer hold
-        peer.publish("platform/axial_amplitude", Float64(data=0.03 + 1e-6 * number))
+        publisher.publish(Float64(data=0.03 + 1e-6 * number))
     process.send(signal.SIGCONT)
 
     def counted() -> tuple[int, str]:
