@@ -96,7 +96,7 @@ SECTIONS: dict[str, tuple[str, str]] = {
 }
 MODULES = {
     "bag": ("open", "Bag", "Writer", "Options", "recover", "Message", "Topic", "BagError"),
-    "study": ("named", "run", "export", "Study", "Progress"),
+    "study": ("named", "run", "export", "export_tables", "Study", "Progress"),
     "plots": tuple(plots.__all__),
 }  # fmt: skip
 NEED_ROS = ("nodes.simulator.simulator_node.SimulatorNode", "testing.SteppedSimulator")

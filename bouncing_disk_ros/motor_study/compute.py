@@ -264,7 +264,7 @@ class Motor(PlaneStudy):
             **{
                 f"{name}_error": Field(
                     dims, "float64", _COLUMNS[name].units,
-                    f"standard error of the {_COLUMNS[name].long_name}",
+                    f"standard error: {_COLUMNS[name].long_name}",
                 )
                 for name in MEANS
             },

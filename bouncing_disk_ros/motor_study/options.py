@@ -99,6 +99,11 @@ def lines(result: xr.Dataset) -> list[str]:
         doubled, none, contact = (float(result.attrs[f"preload_{name}"]) for name in names)
         rows.append(f"  period 1 between preloads of {doubled:.6g} and {none:.6g} N; contact, "
                     f"once begun, never ends from {contact:.6g} N on")  # fmt: skip
+        preloads = result["preload"].values
+        if not ((preloads > doubled) & (preloads < none)).any():
+            axis = "x" if result["mean_speed"].dims[1] == "preload" else "y"
+            rows.append(f"  no preload of the axis lies in that range: {axis}_begin:={doubled:.3g} "
+                        f"{axis}_end:={none:.3g} shows it")  # fmt: skip
     settled = result["kind"].attrs["flag_meanings"].split().index("not_settled")
     if count := int((result["kind"] == result["kind"].attrs["flag_values"][settled]).sum()):
         rows.append(f"  the speed has not settled within longest periods at {count} points, or "

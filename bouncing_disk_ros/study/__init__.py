@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
     from bouncing_disk_ros.study.definition import named
     from bouncing_disk_ros.study.runner import Progress, run
-    from bouncing_disk_ros.study.store import export, open_result
+    from bouncing_disk_ros.study.store import export, export_tables, open_result
 
 _PUBLIC = {
     "computation": "Arrays Axis Field Region Study",
     "runner": "Progress run",
-    "store": "export open_result",
+    "store": "export export_tables open_result",
     "definition": "named",
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = [
-    "Arrays", "Axis", "Field", "Progress", "Region", "Study", "export", "named", "open_result",
-    "run",
+    "Arrays", "Axis", "Field", "Progress", "Region", "Study", "export", "export_tables",
+    "named", "open_result", "run",
 ]  # fmt: skip
 
 

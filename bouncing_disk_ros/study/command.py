@@ -285,7 +285,7 @@ class StudyWork:
 
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset, outlet: Outlet) -> None:
-        from bouncing_disk_ros.study.store import RESULT, export
+        from bouncing_disk_ros.study.store import RESULT, export, export_tables
 
         print("\n".join(self._definition.lines(result)), flush=True)
         figures = self._definition.pictures(self._study, result)
@@ -297,6 +297,8 @@ class StudyWork:
         if self._netcdf:
             files.append(self._folder / "result.nc")
             replaced(files[-1], partial(export, result))
+        if self._options["csv"]:
+            files += export_tables(result, self._folder)
         print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
         drawn = next((file for file in files if file.suffix == ".png"), None)
         outlet.result(next(iter(figures.values())), drawn, result)

@@ -43,6 +43,8 @@ _RUN = (
     Spec("figures", "png pdf", "", "kinds of figure files: any of png, pdf, svg, or none",
          listed=True),
     Spec("netcdf", True, "", "also export the whole result as result.nc, if netCDF4 is installed"),
+    Spec("csv", False, "", "also export the result as text tables, result_*.csv: one for each "
+         "group of arrays with the same axes"),
     Spec("hold", False, "", "keep running when done, until Ctrl-C, so that the latched topics can "
          "be read"),
 )  # fmt: skip

@@ -24,6 +24,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -38,7 +39,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
-from bouncing_disk_ros.regular_file import open_regular, read_text
+from bouncing_disk_ros.regular_file import open_regular, read_text, replaced
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.definition import definition_of
 
@@ -725,6 +726,49 @@ def export(result: xr.Dataset, path: Path) -> None:
     with netCDF4.Dataset(path, "a") as file:
         for name in large:
             _copy(plain[name], file)
+
+
+def export_tables(result: xr.Dataset, folder: Path) -> list[Path]:
+    """Text tables (CSV) of a result, one for each group of arrays with the same axes; their files.
+
+    A table has a row for each point of its axes, whose names the name of the file holds:
+    `result_velocity_forcing_phase.csv`; `result.csv` has the numbers without an axis. Lines with #
+    say unit and meaning of each column. Raises FailedError where a file cannot be written.
+
+    >>> export_tables(open_result("small.zarr"), Path("small"))
+    """
+    plain = result.drop_vars(DONE, errors="ignore")
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, array in plain.variables.items():
+        dims = tuple(map(str, array.dims))
+        if name not in plain.coords or dims != (name,):
+            groups.setdefault(dims, []).append(str(name))
+    files = []
+    for dims, names in groups.items():
+        files.append(folder / f"{'_'.join(('result', *dims))}.csv")
+        replaced(files[-1], partial(_write_table, plain[sorted(names)].reset_coords(), dims))
+    return files
+
+
+def _write_table(table: xr.Dataset, dims: Sequence[str], path: Path) -> None:
+    """Some rows of the first axis at a time: an array may be larger than memory."""
+    axes = dims or ("row",)
+    table = table.assign_coords(
+        {axis: np.arange(table.sizes[axis]) for axis in dims if axis not in table}
+    )
+    table = table if dims else table.expand_dims(axes)
+    columns = [*dims, *map(str, table.data_vars)]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for name in columns:
+            attrs = table[name].attrs
+            meaning = attrs.get("long_name", "number along this axis")
+            file.write(f"# {name} ({attrs.get('units', '1')}): {meaning}\n")
+        file.write(",".join(columns) + "\n")
+        length = table.sizes[axes[0]]
+        rows = max(1, LARGE * length // math.prod(table.sizes.values()))
+        for begin in range(0, length, rows):
+            part = table.isel({axes[0]: slice(begin, begin + rows)}).to_dataframe(dim_order=axes)
+            part.reset_index()[columns].to_csv(file, index=False, header=False)
 
 
 def _copy(array: xr.DataArray, file: Any) -> None:

@@ -13,7 +13,16 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.stop import Stop
-from bouncing_disk_ros.study import Arrays, Progress, Region, Study, export, run, store
+from bouncing_disk_ros.study import (
+    Arrays,
+    Progress,
+    Region,
+    Study,
+    export,
+    export_tables,
+    run,
+    store,
+)
 from bouncing_disk_ros.study.command import run_study
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.runner import NICENESS
@@ -171,6 +180,27 @@ def test_export_keeps_units_and_parameters(
         assert read["product"].attrs["units"] == "m²"
         assert read.attrs["parameter_rows"] == 7
         assert read["x"].attrs["long_name"] == "width"
+
+
+@pytest.mark.parametrize("large", [8, 2**25])
+def test_tables_have_a_row_for_each_point_of_their_axes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
+) -> None:
+    monkeypatch.setattr(store, "LARGE", large)
+    result = whole(run(Products(VALUES), tmp_path / "r.zarr")).assign(total=3.5)
+    files = export_tables(result, tmp_path)
+    assert [file.name for file in files] == ["result_y_x.csv", "result.csv"]
+    lines = files[0].read_text("utf-8").splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    assert "# product (m²): product" in comments
+    header, *rows = lines[len(comments) :]
+    names = header.split(",")
+    assert names[:2] == ["y", "x"]
+    read = np.array([row.split(",") for row in rows], float).T
+    stacked = result.stack(point=("y", "x"))
+    for name, column in zip(names, read, strict=True):
+        np.testing.assert_array_equal(column, stacked[name].values)
+    assert files[1].read_text("utf-8").splitlines()[-2:] == ["total", "3.5"]
 
 
 def test_where_netcdf_is_missing_it_is_refused_or_left_out_in_one_line(

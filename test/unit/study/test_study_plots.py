@@ -296,6 +296,10 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert any("; contact, once begun, never ends from 31.5778 N on" in line for line in lines)
     assert any(line.startswith("  largest efficiency 0.1") for line in lines)
     assert any(line.startswith("  stall torque from ") for line in lines)
+    beyond = result.assign_coords(preload=result["preload"] + 20.0)
+    hint = "  no preload of the axis lies in that range: y_begin:=20.7 y_end:=30.2 shows it"
+    assert hint in motor.lines(beyond)
+    assert hint not in lines
 
 
 def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path: Path) -> None:
