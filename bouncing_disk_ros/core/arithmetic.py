@@ -90,13 +90,14 @@ def part(*arguments: object) -> Callable[[Kernel], Kernel]:
     """Declare a function that is compiled and cached by itself, for what calls it, not for Python.
 
     It is compiled or loaded only when one of its callers is compiled: a start with all cached does
-    neither. `compile_parts` compiles what has been declared.
+    neither. `compile_parts` compiles what has been declared. It may allocate nothing, and does not
+    count who holds the arrays that it is given: its caller does.
     """
     from bouncing_disk_ros.kernel_cache import share_compiled_kernels
 
     def declare(function: Kernel) -> Kernel:
         share_compiled_kernels()
-        declared = _for_all_integers(njit(nogil=True, **_INNER, cache=True)(function))
+        declared = _for_all_integers(njit(nogil=True, **_INNER, _nrt=False, cache=True)(function))
         _parts.append((declared, arguments))
         return declared
 
