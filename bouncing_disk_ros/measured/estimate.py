@@ -20,13 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigvals_banded
 from scipy.optimize import brentq
-from scipy.special import ndtr, stdtr
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from bouncing_disk_ros.measured.kernels.likelihood import excess_slopes, fit_times
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     DRAG,
     FREQUENCY,
+    PHASE,
     RESTITUTION,
     SLOPE,
 )
@@ -72,12 +74,14 @@ class Data:
 class Model:
     """What is known and what is fitted: `free` are indices of RESTITUTION, AMPLITUDE ...
 
-    `scatter`: standard deviation of the restitution, None: fitted. `gravity`: m/s².
+    `scatter`: standard deviation of the restitution, None: fitted. `gravity`: m/s². `phase`: φ of a
+    reference with its standard deviation, rad; None: there is none.
     """
 
     free: tuple[int, ...]
     gravity: float
     scatter: float | None
+    phase: tuple[float, float] | None = None
 
 
 @dataclass
@@ -107,12 +111,26 @@ class Interval:
     high: float
 
 
+def interval_text(found: Interval, unit: str = "") -> str:
+    """A value with its interval; digits as far as the interval tells them."""
+    width = found.high - found.low
+    decimals = 6 if not 0.0 < width < math.inf else max(0, 2 - math.floor(math.log10(width)))
+    if decimals > 6:
+        texts = [f"{x:.3e}" if width > 0.01 * abs(found.value) else f"{x:.10g}" for x in
+                 (found.value, found.low, found.high)]  # fmt: skip
+    else:
+        texts = [f"{x:.{decimals}f}" for x in (found.value, found.low, found.high)]
+    return f"{texts[0]} ({texts[1]} to {texts[2]}) {unit}".rstrip()
+
+
 class Profiles:
     """Fits of one model to data at all ratios ρ that matter, and profiles through them."""
 
     def __init__(self, data: Data, model: Model, start: Array) -> None:
         self.data, self.model = data, model
-        self.degrees = data.count - len(model.free)
+        self.count = data.count + (model.phase is not None)
+        self.degrees = self.count - len(model.free)
+        self._weights: dict[float, float] = {}
         self.nodes = self._nodes(start)
 
     # --- one fit ---------------------------------------------------------------------------------
@@ -133,15 +151,38 @@ class Profiles:
             return replace(found, information=node.information)
         return node
 
+    def _known(self, rho: float, start: Array, times: Array) -> Array:
+        """The phase of a reference, with its weight: c, if it is not given, from a fit without."""
+        known = np.zeros((2, len(start)))
+        if self.model.phase is not None:
+            phase, error = self.model.phase
+            if rho not in self._weights:
+                scale = 1.0
+                if not self.data.is_absolute:
+                    found = self._search(rho, start, times, self.model.free, known)
+                    if found.squares >= _FAILED:  # nothing tells the parameters
+                        found = self._search(rho, found.p, found.times, (), known)
+                    scale = self.scale(found) if found.squares < _FAILED else 1.0
+                self._weights[rho] = (scale / error) ** 2
+            known[:, PHASE] = phase, self._weights[rho]
+        return known
+
     def _least_squares(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
+        return self._search(rho, start, times, free, self._known(rho, start, times))
+
+    def _search(
+        self, rho: float, start: Array, times: Array, free: Sequence[int], known: Array
+    ) -> Node:
         p, th, size, n = start.copy(), times.copy(), len(free), len(times) - 2
         h, b, low = np.zeros((size, size)), np.zeros((n, 3)), np.zeros((n, 3))
         squares, excess = fit_times(
-            self.data.times, self.data.errors, p, np.array(free, np.int64), self.data.is_released,
-            self.model.gravity, rho, th, h, b, low,
+            self.data.times, self.data.errors, p, np.array(free, np.int64), known,
+            self.data.is_released, self.model.gravity, rho, th, h, b, low,
         )  # fmt: skip
         if self.model.scatter == 0.0:  # exact orbits: nothing is integrated
             excess = 0.0
+        if known[1, PHASE] > 0.0:  # the variance of a reference, in units of c²
+            excess -= math.log(known[1, PHASE])
         return Node(rho, p, th, squares, excess, h, b, low)
 
     def _shifted(self, node: Node, free: list[int]) -> Array:
@@ -162,11 +203,11 @@ class Profiles:
             return math.inf
         if self.data.is_absolute:
             return node.squares + node.log_det
-        return self.data.count * math.log(self._squares(node)) + node.log_det
+        return self.count * math.log(self._squares(node)) + node.log_det
 
     def _squares(self, node: Node) -> float:
         """Sum of squares, at least that of the smallest scale."""
-        return max(node.squares, self.data.count * self.data.floor**2, 1e-300)
+        return max(node.squares, self.count * self.data.floor**2, 1e-300)
 
     def scale(self, node: Node) -> float:
         """c: of the errors, 1 where they are absolute."""
@@ -340,8 +381,8 @@ class Profiles:
         """The confidence distribution where 2 log L is lower by `fall` than at its top."""
         fall = max(fall, 0.0)
         if self.data.is_absolute:
-            return float(ndtr(side * math.sqrt(fall)))
-        if fall > 600.0 * self.data.count:
+            return float(norm.cdf(side * math.sqrt(fall)))
+        if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
-        root = math.sqrt(self.degrees * math.expm1(fall / self.data.count))
-        return float(stdtr(self.degrees, side * root))
+        root = math.sqrt(self.degrees * math.expm1(fall / self.count))
+        return float(student.cdf(side * root, self.degrees))

@@ -31,6 +31,7 @@ from bouncing_disk_ros.measured.predict import (
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values
+from bouncing_disk_ros.measured.told import told_by
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.run.presets import PRESET_KEY
@@ -81,13 +82,23 @@ class ImpactFit:
         return self.parameters[name]
 
     @property
+    def told(self) -> str:
+        """What steady flights tell where parameters are untold, on a vibrating platform; or ''."""
+        if not self.untold or self.frequency == 0.0:
+            return ""
+        frequency = float(self.profiles.estimate[FREQUENCY]) / math.tau
+        has_phase = self.profiles.model.phase is not None and "forcing_phase" not in self.untold
+        return told_by(self.times, frequency, self["forcing_phase"] if has_phase else None)
+
+    @property
     def preset(self) -> dict[str, Value]:
         """Parameters of the simulator.
 
         InputError where the data do not tell them, or tell a law that it does not have.
         """
         if self.untold:
-            given, hint = ", ".join(self.untold), "Record a transient, or more impacts."
+            given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
+            hint += ", or give forcing_phase_error." if self.frequency > 0.0 else "."
             raise InputError("preset", f"no {given}", "a fit whose data tell all parameters", hint)
         if law := other_law(self.laws):
             given = f"{law.text}, {law.evidence(self.laws[0])}"
@@ -97,7 +108,7 @@ class ImpactFit:
                   "gravity": self.gravity, "preload": 0.0}  # fmt: skip
         if self.frequency > 0.0:
             values["frequency"] = float(self.profiles.estimate[FREQUENCY]) / math.tau
-            values["axial_amplitude"] = self["axial_amplitude"].value
+            values["axial_amplitude"] = float(self.profiles.estimate[AMPLITUDE])
             values["initial_forcing_phase"] = self["forcing_phase"].value
         else:
             height = self.parameters.get("first_height")
@@ -118,6 +129,10 @@ def fit_impacts(
     frequency: float = 0.0,
     frequency_error: float = 0.0,
     axial_amplitude: float = 0.0,
+    forcing_phase: float = 0.0,
+    forcing_phase_error: float = 0.0,
+    delay: float = 0.0,
+    delay_error: float = 0.0,
     gravity: float = 0.0,
     height: float = 0.0,
     fall_time: float = 0.0,
@@ -132,6 +147,9 @@ def fit_impacts(
     - `source`: times of impacts in s (an array), or a file of them: a text, or a bag.
     - `frequency`: of the platform, Hz; 0: it is at rest. `frequency_error`: how well that is
       known, Hz; above 0 it is fitted. `axial_amplitude`: of the platform, m; 0: fitted.
+    - `forcing_phase`: of the platform at time 0, rad, by a reference, with its standard deviation
+      `forcing_phase_error`; 0: there is no reference. `delay`: of the measured times behind the
+      impacts, s, such as that of sound, with its own error. Both give the phase that times have.
     - `gravity`: m/s²; 0: standard gravity. `height`: of the release at rest, m, if no impact
       is missed: then gravity is found. `fall_time`: of that drop, s, from the release to the first
       impact, as exact as the times; 0: not known.
@@ -155,8 +173,28 @@ def fit_impacts(
         math.tau * frequency, math.tau * frequency_error, axial_amplitude,
         gravity or float(DEFAULTS["gravity"]), height, fall_time, time_error,
         None if scatter < 0.0 else scatter,
+        _reference(math.tau * frequency, forcing_phase, forcing_phase_error, delay, delay_error),
     )  # fmt: skip
     return known.fit(recording, own)
+
+
+def _reference(
+    frequency: float, phase: float, error: float, delay: float, delay_error: float
+) -> tuple[float, float] | None:
+    """The phase that times have, with its error; `frequency`: rad/s."""
+    if error == 0.0:
+        for name, value in (
+            ("forcing_phase", phase),
+            ("delay", delay),
+            ("delay_error", delay_error),
+        ):
+            if value:
+                hint = "A phase reference has an error above 0."
+                raise InputError(name, value, "0 without forcing_phase_error", hint)
+        return None
+    if frequency == 0.0:
+        raise InputError("forcing_phase_error", error, "0 without a frequency")
+    return phase - frequency * delay, math.hypot(error, frequency * delay_error)
 
 
 @dataclass(frozen=True)
@@ -171,6 +209,7 @@ class _Known:
     fall_time: float
     time_error: float
     scatter: float | None
+    phase: tuple[float, float] | None
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -232,7 +271,7 @@ class _Known:
         return found
 
     def _profiles(self, name: str, data: Data) -> Profiles:
-        model = Model(self.free, self.gravity, self.scatter)
+        model = Model(self.free, self.gravity, self.scatter, self.phase)
         tried = [Profiles(data, model, start) for start in self._starts(data.times)]
         profiles = min(tried, key=lambda one: one.cost(one.best))
         if not profiles.cost(profiles.best) < math.inf:
@@ -266,7 +305,8 @@ class _Known:
         step = 1.0 / (times[-1] - times[0])
         width = math.ceil(2.0 * self.frequency_error / step)
         tried = self.frequency + step * np.arange(-width, width + 1)
-        found = [p for w in tried for p in first_values(times, float(w), self.gravity)]
+        phase = self.phase and self.phase[0]
+        found = [p for w in tried for p in first_values(times, float(w), self.gravity, phase)]
         for p in found:
             p[AMPLITUDE] = self.amplitude or p[AMPLITUDE]
         return found

@@ -31,6 +31,13 @@ _SPECS = (
          low=0.0, high=1e7),
     Spec("axial_amplitude", 0.0, "m", "amplitude of the platform, if it is known; 0: fitted", "A",
          low=0.0, high=1e6),
+    Spec("forcing_phase", 0.0, "rad", "of the platform at time 0, by a reference", "φ", low=-1e6,
+         high=1e6, angle=True),
+    Spec("forcing_phase_error", 0.0, "rad", "standard deviation of that phase; 0: there is no "
+         "reference", low=0.0, high=1e3),
+    Spec("delay", 0.0, "s", "of the measured times behind the impacts, such as that of sound, with "
+         "a phase reference", low=-1e3, high=1e3),
+    Spec("delay_error", 0.0, "s", "standard deviation of the delay", low=0.0, high=1e3),
     Spec("gravity", 0.0, "m/s²", "acceleration of gravity; 0: standard gravity", "g", low=0.0,
          high=1e9),
     Spec("height", 0.0, "m", "height of the release at rest, if no impact is missed: then gravity "

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.measured.estimate import Array, Interval
+from bouncing_disk_ros.measured.estimate import Array, Interval, interval_text
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
@@ -23,18 +23,6 @@ UNITS = {
 """Parameter -> its symbol and unit."""
 _POINTS = 60
 """Of a curve of one flight."""
-
-
-def interval_text(found: Interval, unit: str = "") -> str:
-    """A value with its interval; digits as far as the interval tells them."""
-    width = found.high - found.low
-    decimals = 6 if not 0.0 < width < math.inf else max(0, 2 - math.floor(math.log10(width)))
-    if decimals > 6:
-        texts = [f"{x:.3e}" if width > 0.01 * abs(found.value) else f"{x:.10g}" for x in
-                 (found.value, found.low, found.high)]  # fmt: skip
-    else:
-        texts = [f"{x:.{decimals}f}" for x in (found.value, found.low, found.high)]
-    return f"{texts[0]} ({texts[1]} to {texts[2]}) {unit}".rstrip()
 
 
 def tables_of(fit: ImpactFit) -> list[Table]:
@@ -55,12 +43,8 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         if name in fit.untold:
             text = f"not told by these data: {found.low:.4g} to {found.high:.4g} {unit}".rstrip()
         rows.append((f"{name}, {symbol}", text))
-    if fit.untold:
-        speed = fit.profiles.estimate[AMPLITUDE] * fit.profiles.estimate[FREQUENCY]
-        angle = fit.profiles.estimate[FREQUENCY] * fit.times + fit.profiles.estimate[PHASE]
-        mean = float(np.mean(speed * np.cos(angle)))
-        text = f"mean velocity of the platform at impacts {mean:.6g} m/s"
-        rows.append(("one solution of many", f"{text} with ε = {fit.profiles.estimate[0]:.4g}"))
+    if fit.told:
+        rows.append(("told", fit.told))
     laws = [(law.name, _law_text(law, fit)) for law in fit.laws]
     coming = fit.prediction
     ahead = [

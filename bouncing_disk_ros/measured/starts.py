@@ -12,11 +12,14 @@ _RESTITUTIONS = np.linspace(0.02, 0.98, 33)
 _ROUNDS = 6
 
 
-def first_values(times: Array, frequency: float, gravity: float, most: int = 4) -> list[Array]:
+def first_values(
+    times: Array, frequency: float, gravity: float, phase: float | None = None, most: int = 4
+) -> list[Array]:
     """Likely parameters (ε, A, φ, ω, 0, 0), the best first.
 
     Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. The sum
     of absolute errors is minimised (weighted least squares), so some wrong times do not matter.
+    `phase`: φ, if it is known.
     """
     tm, tp = np.diff(times)[:-1], np.diff(times)[1:]
     s, d = _bases(times, frequency)
@@ -25,9 +28,14 @@ def first_values(times: Array, frequency: float, gravity: float, most: int = 4) 
     for restitution in _RESTITUTIONS:
         rows = (up + restitution * down - (1.0 + restitution) * here).T
         wanted = -0.5 * gravity * (tp - restitution * tm)
-        pair, cost = _robust(rows, wanted)
-        size, phase = math.hypot(*pair), math.atan2(pair[1], pair[0])
-        found.append((cost, np.array([restitution, size, phase, frequency, 0.0, 0.0])))
+        if phase is not None:
+            towards = np.array([math.cos(phase), math.sin(phase)])
+            one, cost = _robust(rows @ towards[:, None], wanted)
+            size, angle = abs(float(one[0])), phase
+        else:
+            pair, cost = _robust(rows, wanted)
+            size, angle = math.hypot(*pair), math.atan2(pair[1], pair[0])
+        found.append((cost, np.array([restitution, size, angle, frequency, 0.0, 0.0])))
     costs = [math.inf, *(cost for cost, _ in found), math.inf]
     lowest = [
         i - 1 for i in range(1, len(costs) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])
@@ -46,7 +54,7 @@ def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
 def _robust(rows: Array, wanted: Array) -> tuple[Array, float]:
     """Least absolute errors by weights, and their mean."""
     weights: Array = np.ones(len(wanted))
-    pair: Array = np.zeros(2)
+    pair: Array = np.zeros(rows.shape[1])
     errors: Array = np.abs(wanted)
     for _ in range(_ROUNDS):
         root = np.sqrt(weights)

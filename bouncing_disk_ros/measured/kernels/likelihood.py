@@ -184,13 +184,15 @@ def _step(
     low: NDArray[np.float64],
     d: NDArray[np.float64],
     h: NDArray[np.float64],
+    pull: NDArray[np.float64],
     white: NDArray[np.float64],
     by: NDArray[np.float64],
     move: NDArray[np.float64],
 ) -> float:
     """Fill by and move (steps of parameters and times) and white; their squared length, or nan.
 
-    b, low, d (free, n: whitened) and h = ddᵀ may be those of a point nearby. white: L⁻¹ of the
+    b, low, d (free, n: whitened) and h may be those of a point nearby. pull (free): half of the
+    derivatives of what is known of the parameters. white: L⁻¹ of the
     equations as the measured times would have them. The length counts times in errors, parameters
     by their information.
     """
@@ -199,7 +201,7 @@ def _step(
         white[j] = e[j] + _product(b[j], t[j : j + 3] - th[j : j + 3])
     _whiten(low, white)
     for i in range(by.size):
-        by[i] = -_product(d[i], white)
+        by[i] = -_product(d[i], white) - pull[i]
     if not _solve(h, by):
         return np.nan
     q, length = white.copy(), 0.0
@@ -299,15 +301,33 @@ def _whitened(
     low: NDArray[np.float64],
     every: NDArray[np.float64],
     free: NDArray[np.int64],
+    known: NDArray[np.float64],
     d: NDArray[np.float64],
     h: NDArray[np.float64],
 ) -> None:
-    """Fill d with L⁻¹ of the derivatives by the free parameters, h with ddᵀ."""
+    """Fill d with L⁻¹ of the derivatives by the free parameters, h with ddᵀ and their weights."""
     for i in range(free.size):
         d[i] = every[free[i]]
         _whiten(low, d[i])
         for m in range(i + 1):
             h[i, m] = h[m, i] = _product(d[i], d[m])
+        h[i, i] += known[1, free[i]]
+
+
+@rare_kernel
+def _pull(
+    p: NDArray[np.float64],
+    known: NDArray[np.float64],
+    free: NDArray[np.int64],
+    pull: NDArray[np.float64],
+) -> float:
+    """Fill pull (free) with the weighted distances from what is known; their sum of squares."""
+    total = 0.0
+    for i in range(free.size):
+        away, weight = p[free[i]] - known[0, free[i]], known[1, free[i]]
+        pull[i] = weight * away
+        total += weight * away * away
+    return total
 
 
 @rare_kernel
@@ -322,14 +342,15 @@ def _added(
 
 
 @entry(
-    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], boolean, float64, float64, "
-    f"{_ARRAY}, float64[:, ::1], float64[:, ::1], float64[:, ::1])"
+    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], float64[:, ::1], boolean, "
+    f"float64, float64, {_ARRAY}, float64[:, ::1], float64[:, ::1], float64[:, ::1])"
 )
 def fit_times(
     t: NDArray[np.float64],
     sig: NDArray[np.float64],
     p: NDArray[np.float64],
     free: NDArray[np.int64],
+    known: NDArray[np.float64],
     is_released: bool,
     g: float,
     rho: float,
@@ -340,23 +361,27 @@ def fit_times(
 ) -> tuple[float, float]:
     """Move the free parameters and true times th to the least rᵀS⁻¹r; that, and `_excess`.
 
-    1e300 where there is none. h (free, free): the information in units of c⁻²; b (n, 3): B; low
-    (n, 3): Cholesky factor of S. A step of Gauss and Newton is shortened until that from its end,
-    with the same derivatives, is shorter too (natural test of Deuflhard, "Newton Methods for
+    1e300 where there is none. known (2, 6): values of parameters and their weights, in units of
+    c⁻², which count among the squares; h (free, free): the information in units of c⁻²; b (n, 3):
+    B; low (n, 3): Cholesky factor of S. A step of Gauss and Newton is shortened until that from its
+    end, with the same derivatives, is shorter too (natural test of Deuflhard, "Newton Methods for
     Nonlinear Problems", 2004).
     """
     n, size = t.size - 2, free.size
     e, every, d, white = np.empty(n), np.empty((PARAMETERS, n)), np.empty((size, n)), np.empty(n)
     e2, b2, every2, white2 = np.empty(n), np.empty((n, 3)), np.empty(every.shape), np.empty(n)
-    by, by2, move, move2 = np.empty(size), np.empty(size), np.empty(t.size), np.empty(t.size)
+    pull, by, by2, move, move2 = (
+        np.empty(size), np.empty(size), np.empty(size), np.empty(t.size), np.empty(t.size)
+    )  # fmt: skip
     if not _equations(th, p, is_released, g, e, b, every):
         return _IMPOSSIBLE, 0.0
     part, length, is_found = 1.0, 0.0, False
     for _ in range(_ROUNDS):
         if not _factor(b, sig, rho, low) < inf:
             return _IMPOSSIBLE, 0.0
-        _whitened(low, every, free, d, h)
-        length = _step(t, sig, th, e, b, low, d, h, white, by, move)
+        _whitened(low, every, free, known, d, h)
+        _pull(p, known, free, pull)
+        length = _step(t, sig, th, e, b, low, d, h, pull, white, by, move)
         if not length < inf:
             return _IMPOSSIBLE, 0.0
         is_found = length < _CLOSE * t.size
@@ -364,7 +389,8 @@ def fit_times(
         while part > _LEAST_PART:
             q, places = _added(p, free, part, by), th + part * move
             if _equations(places, q, is_released, g, e2, b2, every2):
-                after = _step(t, sig, places, e2, b, low, d, h, white2, by2, move2)
+                _pull(q, known, free, pull)
+                after = _step(t, sig, places, e2, b, low, d, h, pull, white2, by2, move2)
                 if is_found or after < (1.0 - 0.5 * part) ** 2 * length:
                     th[:], p[:], e[:], b[:], every[:] = places, q, e2, b2, every2
                     break
@@ -374,5 +400,6 @@ def fit_times(
     rss = _product(white, white)
     if not is_found and length > _NEAR * t.size:
         rss = _sum_of_squares(t, sig, th, e, rho)
+    rss += _pull(p, known, np.arange(PARAMETERS), np.empty(PARAMETERS))
     total = _excess(sig, b, rho, np.empty((n, 3)))
     return (rss, total) if rss + abs(total) < _IMPOSSIBLE else (_IMPOSSIBLE, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from scipy.optimize import least_squares
 from bouncing_disk_ros import InputError, bag, fit_impacts, load_preset, simulate
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
+from bouncing_disk_ros.measured.estimate import Interval
 from bouncing_disk_ros.measured.sequence import Chain
+from bouncing_disk_ros.measured.told import periods_of, told_by
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from support.live import LiveSimulators
@@ -199,7 +202,8 @@ def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
     fit = fit_impacts(times[0] + noise, frequency=20.0)
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
-    with pytest.raises(InputError, match="restitution"):
+    assert fit.told.startswith("n(1 − ε)/((1 + ε)Γ) = cos τ, if n = ")
+    with pytest.raises(InputError, match=r"restitution.*forcing_phase_error"):
         _ = fit.preset
 
 
@@ -257,6 +261,70 @@ def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert len(fit.prediction.times) > 0
+    assert fit.told.startswith("r(n₁ + n₂)/Γ + q(1/n₁ − 1/n₂) = cos τ₁ + cos τ₂ and")
+
+
+@pytest.mark.parametrize(("forcing", "count"), [(0.45, 1), (0.52, 2)])
+def test_settled_flights_hold_the_relations_that_they_tell(forcing: float, count: int) -> None:
+    """As in told.py, to rounding, at the true parameters; times of 1 µs tell n to 1e-6."""
+    times, phases = vibrating(np.random.default_rng(3), 4, 40, forcing, 0.5, skip=200)
+    seen = times[0] + 1e-6 * np.random.default_rng(4).standard_normal(40)
+    found, rms = periods_of(seen, 20.0)
+    assert len(found) == count
+    assert rms == pytest.approx(1e-6, rel=0.4)
+    first, last = 20.0 * np.diff(times[0])[:2]
+    assert found == pytest.approx([first, last][:count], abs=2e-5)
+    r, (one, two) = 1.0 / 3.0, (float(x) for x in OMEGA * times[0][:2] + phases[0])
+    q = (math.sin(two) - math.sin(one)) / math.tau
+    total, difference = math.cos(one) + math.cos(two), math.cos(one) - math.cos(two)
+    assert r * (first + last) / forcing + q * (1.0 / first - 1.0 / last) == pytest.approx(total)
+    way = (first - last) / forcing + r * q * (1.0 / first + 1.0 / last)
+    assert way == pytest.approx(difference, abs=1e-9)
+    if count == 1:
+        text = told_by(seen, 20.0, Interval(phases[0], phases[0] - 1e-3, phases[0] + 1e-3))
+        side = 1e-3 * math.sin(one)  # to first order; 6e-5 below: four errors of the mean time
+        low, value, high = sorted((r / forcing - side, r / forcing, r / forcing + side))
+        shown = re.findall(r"[0-9.]{5,}", text.split("mean of cos τ = ")[1])
+        assert [float(x) for x in shown] == pytest.approx([value, low, high], abs=6e-5)
+
+
+def test_a_phase_reference_makes_settled_orbits_told() -> None:
+    """Period 1 with A: dε/dτ of cos τ = (1 - ε)/((1 + ε)Γ) by the errors of φ and the mean time.
+
+    Period 2: 1.1e-4 for ε by times of 10 µs alone; ε, A and φ follow an error of φ on a line.
+    """
+    for forcing, count, error in ((0.45, 40, 1e-4), (0.52, 118, 1e-6)):
+        times, phases = vibrating(np.random.default_rng(3), 4, count, forcing, 0.5, skip=200)
+        seen = times[0] + 1e-5 * np.random.default_rng(4).standard_normal(count) + 0.003
+        amplitude = forcing * math.pi * GRAVITY / OMEGA**2
+        fit = fit_impacts(
+            seen, frequency=20.0, scatter=0.0, time_error=1e-5, forcing_phase=phases[0],
+            forcing_phase_error=error, delay=0.003, delay_error=1e-8,
+            axial_amplitude=amplitude if count == 40 else 0.0,
+        )  # fmt: skip
+        half = 0.5 * (fit["restitution"].high - fit["restitution"].low)
+        if count == 40:
+            towards = math.sqrt(1.0 - (1.0 / 3.0 / forcing) ** 2)
+            slope = 2.0 * forcing * towards / (4.0 / 3.0) ** 2
+            expected = slope * math.hypot(error, OMEGA * 1e-5 / math.sqrt(count))
+            assert fit.preset["axial_amplitude"] == amplitude
+        else:
+            expected = 1.1e-4
+        assert half == pytest.approx(1.96 * expected, rel=0.1)
+        assert abs(fit["restitution"].value - 0.5) < 4.0 * expected
+        assert fit.untold == ()
+
+
+def test_a_phase_reference_leaves_the_scatter_open() -> None:
+    """Settled period 1: its variance, in units of fitted errors, counts in the likelihood of ρ.
+
+    Without it all weight was on scatter without errors of times, and ε from 0.507 to 0.646.
+    """
+    times, phases = vibrating(np.random.default_rng(3), 4, 40, 0.45, 0.5, skip=200)
+    seen = times[0] + 1e-5 * np.random.default_rng(4).standard_normal(40)
+    fit = fit_impacts(seen, frequency=20.0, forcing_phase=phases[0], forcing_phase_error=1e-3)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert fit["time_error"].high > 1e-5
 
 
 def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
