@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,11 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     DRAG,
     FREQUENCY,
     PHASE,
+    RELEASED,
     RESTITUTION,
     SLOPE,
+    USUAL,
+    VOID,
 )
 
 Array = NDArray[np.float64]
@@ -54,6 +57,8 @@ class Data:
     `times`: s, increasing; a missed impact stands at its supposed time, with an error that makes it
     worth nothing. `errors`: standard deviations, s, or parts of them where `is_absolute` is false.
     `missed`: which times were not measured. `floor`: least scale of errors that are not absolute.
+    `is_released`: the first time is that of a release at rest. `contacts`: indices of times after
+    which the disk does not fly to the next one.
     """
 
     times: Array
@@ -62,12 +67,21 @@ class Data:
     is_absolute: bool
     floor: float
     is_released: bool = False
-    """Whether the first time is that of a release at rest."""
+    contacts: tuple[int, ...] = ()
+
+    @cached_property
+    def kinds(self) -> NDArray[np.int64]:
+        """Kinds of the equations: a contact leaves nothing of those at its two ends."""
+        found = np.full(len(self.times) - 2, USUAL)
+        found[: int(self.is_released)] = RELEASED
+        for place in self.contacts:
+            found[max(place - 1, 0) : place + 1] = VOID
+        return found
 
     @property
     def count(self) -> int:
         """Equations that tell something."""
-        return len(self.times) - 2 - int(self.missed.sum())
+        return int(np.sum(self.kinds != VOID)) - int(self.missed.sum())
 
 
 @dataclass(frozen=True)
@@ -177,7 +191,7 @@ class Profiles:
         h, b, low = np.zeros((size, size)), np.zeros((n, 3)), np.zeros((n, 3))
         squares, excess = fit_times(
             self.data.times, self.data.errors, p, np.array(free, np.int64), known,
-            self.data.is_released, self.model.gravity, rho, th, h, b, low,
+            self.data.kinds, self.model.gravity, rho, th, h, b, low,
         )  # fmt: skip
         if self.model.scatter == 0.0:  # exact orbits: nothing is integrated
             excess = 0.0
@@ -191,7 +205,7 @@ class Profiles:
         rest = self._ranges(node, (SLOPE, DRAG))
         steps = 1e-5 * np.array([1.0, max(abs(p[AMPLITUDE]), 1e-12), 1.0, 1.0 / span, *rest])
         excess_slopes(
-            self.data.errors, p, np.array(free, np.int64), self.data.is_released, node.times,
+            self.data.errors, p, np.array(free, np.int64), self.data.kinds, node.times,
             self.model.gravity, node.rho, steps, slopes,
         )  # fmt: skip
         p[free] -= 0.5 * self.covariance(node, free) @ slopes[free]
@@ -285,6 +299,7 @@ class Profiles:
             for gap in range(m + 1):
                 bands[gap, : n - gap] += part[: n - gap] * b[gap:, m - gap]
         found = eigvals_banded(bands, lower=True) if n > 2 else bands[0]
+        found = np.sort(found)[int(np.sum(self.data.kinds == VOID)) :]
         return math.sqrt(max(float(np.median(found)), 1e-300))
 
     def _log_weight(self, node: Node) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,
     PARAMETERS,
     PHASE,
     RESTITUTION,
+    VOID,
 )
 from bouncing_disk_ros.measured.laws import Law, laws_of, other_law
 from bouncing_disk_ros.measured.predict import (
@@ -54,9 +56,11 @@ class ImpactFit:
     platform axial_forcing, axial_amplitude, forcing_phase (at time 0), frequency if it was fitted.
     `times`: the true times as estimated, with those of missed impacts (`missed`: which).
     `residuals`: measured minus estimated times, nan where missed. `rejected`: times of hits that no
-    flight reaches. `flights`:
-    columns take-off and landing velocity, m/s, height above the take-off, m. `restitutions`:
-    coefficient of each inner impact, `speeds`: of these impacts relative to the platform, m/s.
+    flight reaches, or within the dead time. `flights`: columns take-off and landing velocity, m/s,
+    height above the take-off, m. `restitutions`: coefficient of each inner impact, `speeds`: of
+    these impacts relative to the platform, m/s. `contacts`: indices of times after which chatter
+    ends in contact; flights and impacts there are nan.
+    `probability`: of residuals as odd as these if the model is true; nan with too few impacts.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     """
@@ -72,6 +76,8 @@ class ImpactFit:
     flights: Array
     restitutions: Array
     speeds: Array
+    contacts: NDArray[np.int64]
+    probability: float
     untold: tuple[str, ...]
     laws: tuple[Law, ...]
     prediction: Prediction
@@ -133,6 +139,7 @@ def fit_impacts(
     forcing_phase_error: float = 0.0,
     delay: float = 0.0,
     delay_error: float = 0.0,
+    dead_time: float = 0.0,
     gravity: float = 0.0,
     height: float = 0.0,
     fall_time: float = 0.0,
@@ -150,6 +157,7 @@ def fit_impacts(
     - `forcing_phase`: of the platform at time 0, rad, by a reference, with its standard deviation
       `forcing_phase_error`; 0: there is no reference. `delay`: of the measured times behind the
       impacts, s, such as that of sound, with its own error. Both give the phase that times have.
+    - `dead_time`: of the detector, s: after a hit it hears nothing for so long; 0: not known.
     - `gravity`: m/s²; 0: standard gravity. `height`: of the release at rest, m, if no impact
       is missed: then gravity is found. `fall_time`: of that drop, s, from the release to the first
       impact, as exact as the times; 0: not known.
@@ -174,6 +182,7 @@ def fit_impacts(
         gravity or float(DEFAULTS["gravity"]), height, fall_time, time_error,
         None if scatter < 0.0 else scatter,
         _reference(math.tau * frequency, forcing_phase, forcing_phase_error, delay, delay_error),
+        dead_time,
     )  # fmt: skip
     return known.fit(recording, own)
 
@@ -210,6 +219,7 @@ class _Known:
     time_error: float
     scatter: float | None
     phase: tuple[float, float] | None
+    dead_time: float
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -228,12 +238,17 @@ class _Known:
         hits = slice(int(data.is_released), None)
         times, missed = profiles.best.times[hits], data.missed[hits]
         flights, speeds = flights_of(times, profiles.estimate, self.gravity)
+        contacts = np.array(data.contacts, np.int64)
+        flights[contacts] = np.nan
+        speeds[data.kinds[hits] == VOID] = np.nan
         laws = laws_of(profiles) if self.frequency == 0.0 else ()
+        lead = len(profiles.best.times) - len(times)  # of the release: its impact is the first row
+        probability = probability_of(profiles, np.r_[[-speeds[0, 0]] * lead, -speeds[:, 0]])
         return ImpactFit(
             recording.name, self.frequency / math.tau, self.gravity, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
-            flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], _untold(parameters),
-            laws, predicted(profiles, draws), profiles,
+            flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
+            _untold(parameters), laws, predicted(profiles, draws), profiles,
         )  # fmt: skip
 
     def _in_sequence(
@@ -247,7 +262,7 @@ class _Known:
         times = recording.times
         if self.fall_time and self.frequency:
             raise InputError("fall_time", self.fall_time, "0 with a frequency")
-        found = self._chain(times, None)
+        found = self._first_chain(recording, errors)
         for _ in range(_ROUNDS):
             chain = found
             data = self._data(recording, errors, chain)
@@ -255,24 +270,42 @@ class _Known:
             is_whole = len(chain.kept) == len(times) and not len(chain.missed)
             if self.frequency == 0.0 or is_whole:
                 break
-            found = self._chain(times, profiles.estimate)
-            if np.array_equal(found.kept, chain.kept) and len(found.missed) == len(chain.missed):
+            found = self._chain(times, [profiles.estimate])
+            if found.is_like(chain):
                 break
         return data, profiles, np.delete(times, chain.kept)
 
-    def _chain(self, times: Array, known: Array | None) -> Chain:
+    def _first_chain(self, recording: Recording, errors: Array | None) -> Chain:
+        """By first values from all hits, then from those that the chain holds, without contacts."""
+        times = recording.times
         if self.frequency == 0.0:
-            found = at_rest(times, self.gravity)
+            return self._chain(times, [])
+        chain = self._chain(times, self._starts(times)[:2])
+        for _ in range(_ROUNDS):
+            data = self._data(recording, errors, chain)
+            found = self._chain(times, self._starts(data.times, data.kinds != VOID)[:2])
+            if found.is_like(chain):
+                break
+            chain = found
+        return chain
+
+    def _chain(self, times: Array, tried: list[Array]) -> Chain:
+        heard = _heard(times, self.dead_time)
+        hits = times[heard]
+        if self.frequency == 0.0:
+            found = at_rest(hits, self.gravity, self.dead_time)
         else:
-            tried = np.array(self._starts(times)[:2] if known is None else [known])
-            found = chain_of(times, tried, self.gravity)
-        if len(found.kept) < max(3.0, _LEAST_KEPT * len(times)):
-            return Chain(np.arange(len(times)), np.empty(0), found.parameters)
-        return found
+            found = chain_of(hits, np.array(tried), self.gravity, self.dead_time)
+        if len(found.kept) < max(3.0, _LEAST_KEPT * len(hits)):
+            nothing = np.empty(0)
+            return Chain(heard, nothing, nothing.astype(np.int64), found.parameters)
+        return replace(found, kept=heard[found.kept])
 
     def _profiles(self, name: str, data: Data) -> Profiles:
         model = Model(self.free, self.gravity, self.scatter, self.phase)
-        tried = [Profiles(data, model, start) for start in self._starts(data.times)]
+        tried = [
+            Profiles(data, model, start) for start in self._starts(data.times, data.kinds != VOID)
+        ]
         profiles = min(tried, key=lambda one: one.cost(one.best))
         if not profiles.cost(profiles.best) < math.inf:
             raise FailedError(f"{name}: no model fits; is the frequency right? was it in contact?")
@@ -293,10 +326,11 @@ class _Known:
         ])  # fmt: skip
         order = np.argsort(times)
         missed = order >= len(hits) + len(released)
+        contacts = np.searchsorted(times[order], hits[chain.contacts])
         return Data(times[order], sizes[order], missed, self.time_error > 0.0, least / nominal,
-                    self.fall_time > 0.0)  # fmt: skip
+                    self.fall_time > 0.0, tuple(int(place) for place in contacts))  # fmt: skip
 
-    def _starts(self, times: Array) -> list[Array]:
+    def _starts(self, times: Array, told: NDArray[np.bool_] | None = None) -> list[Array]:
         if self.frequency == 0.0:
             flights = np.diff(times)
             start = np.zeros(PARAMETERS)
@@ -306,7 +340,9 @@ class _Known:
         width = math.ceil(2.0 * self.frequency_error / step)
         tried = self.frequency + step * np.arange(-width, width + 1)
         phase = self.phase and self.phase[0]
-        found = [p for w in tried for p in first_values(times, float(w), self.gravity, phase)]
+        found: list[Array] = []
+        for w in tried:
+            found += first_values(times, float(w), self.gravity, phase, told=told)
         for p in found:
             p[AMPLITUDE] = self.amplitude or p[AMPLITUDE]
         return found
@@ -341,6 +377,15 @@ class _Known:
             w = profiles.interval(FREQUENCY, 0.0, math.inf)
             found["frequency"] = Interval(*(x / math.tau for x in (w.value, w.low, w.high)))
         return found
+
+
+def _heard(times: Array, dead_time: float) -> NDArray[np.int64]:
+    """Indices of hits that a detector can hear after the one before."""
+    found = [0]
+    for i in range(1, len(times)):
+        if times[i] - times[found[-1]] > dead_time:
+            found.append(i)
+    return np.array(found)
 
 
 def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:

@@ -38,6 +38,8 @@ _SPECS = (
     Spec("delay", 0.0, "s", "of the measured times behind the impacts, such as that of sound, with "
          "a phase reference", low=-1e3, high=1e3),
     Spec("delay_error", 0.0, "s", "standard deviation of the delay", low=0.0, high=1e3),
+    Spec("dead_time", 0.0, "s", "of the detector: after a hit it hears nothing for so long; 0: not "
+         "known", low=0.0, high=1e3),
     Spec("gravity", 0.0, "m/s²", "acceleration of gravity; 0: standard gravity", "g", low=0.0,
          high=1e9),
     Spec("height", 0.0, "m", "height of the release at rest, if no impact is missed: then gravity "

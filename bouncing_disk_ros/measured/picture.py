@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.measured.estimate import Array, Interval, interval_text
+from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval_text
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
@@ -34,8 +34,22 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     ]
     if fit.missed.any():
         data.append(("missed", _times_text("impacts without a hit, near", fit.times[fit.missed])))
+    if len(fit.contacts):
+        data.append(("contact", _times_text("times, after", fit.times[fit.contacts])))
     if len(fit.rejected):
-        data.append(("rejected", _times_text("hits that no flight reaches, at", fit.rejected)))
+        data.append(
+            (
+                "rejected",
+                _times_text(
+                    "hits that no flight reaches or within the dead time, at", fit.rejected
+                ),
+            )
+        )
+    if fit.probability < math.inf:  # no nan
+        is_odd = fit.probability < 1.0 - LEVEL
+        verdict = "the model does not hold" if is_odd else "the model is not refuted"
+        text = f"such residuals have the probability {fit.probability:.2g}: {verdict}"
+        data.append(("goodness of fit", text))
     rows = []
     for name, found in fit.parameters.items():
         symbol, unit = UNITS[name]
@@ -91,6 +105,8 @@ def headline_of(fit: ImpactFit) -> tuple[str, str]:
         else f"{UNITS[name][0]} = {interval_text(fit[name])}"
         for name in shown
     ]  # fmt: skip
+    if fit.probability < 1.0 - LEVEL:
+        words.append("the model does not hold")
     return fit.name, ", ".join(words)
 
 
@@ -116,14 +132,16 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
     micro = 1e6 * fit.residuals
     over_time = Panel("Measured minus estimated times", "time, s", "residual, µs", [
         series("residuals", fit.times[measured], micro[measured])])  # fmt: skip
+    inner = measured[1:-1] & np.isfinite(fit.speeds)
     over_speed = Panel("Measured minus estimated times", "impact speed, m/s", "residual, µs", [
-        series("residuals", fit.speeds[measured[1:-1]], micro[1:-1][measured[1:-1]])])  # fmt: skip
-    fastest = float(fit.speeds.max())
+        series("residuals", fit.speeds[inner], micro[1:-1][inner])])  # fmt: skip
+    known = np.isfinite(fit.speeds)
+    fastest = float(fit.speeds[known].max())
     curves = [(law.name, *law.curve(fastest, fit.gravity)) for law in fit.laws] or [
-        ("fit", np.array([fit.speeds.min(), fastest]), np.full(2, fit["restitution"].value))
+        ("fit", np.array([fit.speeds[known].min(), fastest]), np.full(2, fit["restitution"].value))
     ]
     law = Panel("Restitution of each impact", "impact speed, m/s", "restitution ε", [
-        series("impacts", fit.speeds, fit.restitutions),
+        series("impacts", fit.speeds[known], fit.restitutions[known]),
         *(series(name, speeds, values, SeriesStyle.LINE, 1 + i)
           for i, (name, speeds, values) in enumerate(curves)),
     ])  # fmt: skip
@@ -134,5 +152,5 @@ def _curves(fit: ImpactFit, starts: Array) -> tuple[Array, Array]:
     """Time and height along all flights."""
     part = np.linspace(0.0, 1.0, _POINTS)
     since = np.diff(fit.times)[:, None] * part
-    rise = fit.flights[:, :1] * since - 0.5 * fit.gravity * since**2
+    rise = fit.flights[:, :1] * since - 0.5 * fit.gravity * since**2  # nan in contact: no line
     return (fit.times[:-1, None] + since).ravel(), (starts[:-1, None] + rise).ravel()

@@ -2,12 +2,15 @@
 
 From two impacts follows the take-off, and from that the next landing. A hit that lands there is an
 impact; another one is false (an echo, a second ball). A landing without a hit is a missed impact.
+Nothing is heard within the dead time of the detector after a hit. Chatter ends in contact: the disk
+leaves where the platform falls with g, sin τ = 1/(πΓ), and flies without an impact before.
 The chain of least cost is found by dynamic programming: an impact costs minus the logarithm of its
 density around the landing, in parts of one over the flight; a false or missed one costs `_ODD`.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +30,8 @@ _ODD = 3.0
 """Of a false or missed impact: a part of 5 %."""
 _SKIPPED, _MISSED = 4, 3
 """Hits to look ahead (three may be false), landings to look ahead (two may be missed)."""
+_CONTACT, _SLOTS = _MISSED, _MISSED + 1
+"""Slots: of so many landings missed, and of contact."""
 _ERRORS = np.array([1e-5, 1e-4, 1e-3])
 """Of landings, s."""
 _PARTS = np.array([2e-3, 1.5e-2])
@@ -49,29 +54,40 @@ _HOPELESS = 12.0
 class Chain:
     """`kept`: indices of the hits that are impacts. `missed`: times of those without a hit, s.
 
-    `parameters`: the candidate of this chain.
+    `contacts`: places in `kept` of hits before a contact. `parameters`: the chain's candidate.
     """
 
     kept: NDArray[np.int64]
     missed: Array
+    contacts: NDArray[np.int64]
     parameters: Array
 
+    def is_like(self, other: Chain) -> bool:
+        """Whether it holds the same hits, with as many missed and the same contacts."""
+        return (
+            np.array_equal(self.kept, other.kept)
+            and len(self.missed) == len(other.missed)
+            and np.array_equal(self.contacts, other.contacts)
+        )
 
-def chain_of(times: Array, candidates: Array, gravity: float) -> Chain:
+
+def chain_of(times: Array, candidates: Array, gravity: float, dead_time: float = 0.0) -> Chain:
     """The likeliest chain under candidates (M, 6) for ε, A, φ, ω, 0, 0."""
     p = np.repeat(candidates, len(_ERRORS), axis=0)
-    return _Search(times, p.T, gravity, np.tile(_ERRORS, len(candidates))).chain()
+    return _Search(times, p.T, gravity, np.tile(_ERRORS, len(candidates)), dead_time).chain()
 
 
-def at_rest(times: Array, gravity: float) -> Chain:
+def at_rest(times: Array, gravity: float, dead_time: float = 0.0) -> Chain:
     """The likeliest chain on a platform at rest, for any restitution, also one ε - ε₁v."""
     fastest = 0.5 * gravity * float(np.diff(times).max(initial=0.0))
     slopes = _CHANGES / max(fastest, 1e-9)
-    found = chain_of(times[:_FIRST], _still(np.linspace(0.02, 0.99, 98), slopes), gravity)
+    found = chain_of(
+        times[:_FIRST], _still(np.linspace(0.02, 0.99, 98), slopes), gravity, dead_time
+    )
     if len(times) <= _FIRST:
         return found
     near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)
-    return chain_of(times, _still(near, found.parameters[[SLOPE]]), gravity)
+    return chain_of(times, _still(near, found.parameters[[SLOPE]]), gravity, dead_time)
 
 
 def _still(restitutions: Array, slopes: Array) -> Array:
@@ -85,12 +101,14 @@ class _Search:
     """Costs of chains that end with two impacts, for all candidates (G) at once.
 
     A slot (a, m) of hit j stands for chains whose last impact but one is hit j - a - 1, with m
-    missed in between; `costs`, `takeoffs`: (N, slots, G).
+    missed in between, or contact for m = _CONTACT; `costs`, `takeoffs`: (N, slots, G).
     """
 
-    def __init__(self, times: Array, p: Array, gravity: float, errors: Array) -> None:
-        self.times, self.p, self.g, self.errors = times, p, gravity, errors
-        shape = (len(times), _SKIPPED, _MISSED, p.shape[1])
+    def __init__(
+        self, times: Array, p: Array, gravity: float, errors: Array, dead_time: float
+    ) -> None:
+        self.times, self.p, self.g, self.errors, self.dead = times, p, gravity, errors, dead_time
+        shape = (len(times), _SKIPPED, _SLOTS, p.shape[1])
         self.costs, self.takeoffs = np.full(shape, np.inf), np.zeros(shape)
         self.sources = np.full(shape, -1, np.int16)
 
@@ -101,21 +119,28 @@ class _Search:
         for j in range(count):
             self._go_on(j)
         ends = self.costs + _ODD * np.arange(count - 1, -1, -1)[:, None, None, None]
+        ends[:, :, _CONTACT] = np.inf  # one hit after a contact tells nothing
         j, a, m, candidate = (int(x) for x in np.unravel_index(int(np.argmin(ends)), ends.shape))
-        kept, missed, one = [j], [], slice(candidate, candidate + 1)
+        kept, missed, contacts, one = [j], [], [], slice(candidate, candidate + 1)
         while True:
             source, before = int(self.sources[j, a, m, candidate]), j - a - 1
             kept.append(before)
             if source < 0:
                 break
-            slot = divmod(source, _MISSED)
+            slot = divmod(source, _SLOTS)
+            if m == _CONTACT:
+                contacts.append(before)
+                j, (a, m) = before, slot
+                continue
             takeoff = self.takeoffs[before, slot[0], slot[1], one]
             at = np.full(1, self.times[before])
             for _ in range(m):
                 at, takeoff = self._flown(at, takeoff, one)
                 missed.append(float(at[0]))
             j, (a, m) = before, slot
-        return Chain(np.array(kept[::-1]), np.array(missed), self.p[:, candidate])
+        hits = np.array(kept[::-1])
+        return Chain(hits, np.array(missed), np.searchsorted(hits, contacts[::-1]),
+                     self.p[:, candidate])  # fmt: skip
 
     def _begin(self, j: int) -> None:
         """Chains that begin with hit j and one before it."""
@@ -131,33 +156,72 @@ class _Search:
         alive = np.flatnonzero((costs < costs.min(axis=0) + _HOPELESS).any(axis=1))
         if last == j or len(alive) == 0:
             return
+        self._leave(j, last, costs)
         takeoff = self.takeoffs[j].reshape(costs.shape)[alive]
         before = np.full(takeoff.shape, self.times[j])
         ours = np.arange(self.p.shape[1])
+        unheard = np.zeros(before.shape)
         for m in range(_MISSED):
             landing, up = self._flown(before, takeoff, slice(None))
             flight = landing - before
             sizes = np.hypot(self.errors, _PARTS[:, None, None] * flight) * (1.0 + m)
-            share = np.maximum(flight, sizes) / (2.5 * sizes) / len(_PARTS)
-            base, size = costs[alive] + _ODD * m, sizes.max(axis=0)
+            base, size = costs[alive] + unheard, sizes.max(axis=0)
             reached = np.zeros(len(alive), bool)
             for k in range(j + 1, last + 1):
-                away = 0.5 * ((self.times[k] - landing) / sizes) ** 2
-                density = (share * np.exp(-np.minimum(away, _FAR))).sum(axis=0)
-                sums = base - np.log(density) + _ODD * (k - j - 1)
+                sums = base - self._log_density(self.times[k] - landing, sizes, flight)
                 sums[self.times[k] <= before] = np.inf
                 sums[np.isnan(sums)] = np.inf
                 best = np.argmin(sums, axis=0)
-                least, a = sums[best, ours], k - j - 1
-                better = least < self.costs[k, a, m]
                 start = self._takeoff(before[best, ours], self.times[k], slice(None))
-                self.costs[k, a, m] = np.where(better, least, self.costs[k, a, m])
-                self.takeoffs[k, a, m] = np.where(better, start, self.takeoffs[k, a, m])
-                self.sources[k, a, m] = np.where(better, alive[best], self.sources[k, a, m])
+                self._offer(j, k, m, alive[best], sums[best, ours], start)
                 reached |= (abs(self.times[k] - landing) < 2.0 * size).any(axis=1)
             if reached.all():  # a landing that has its hit is not missed
                 return
             alive, before, takeoff = alive[~reached], landing[~reached], up[~reached]
+            unheard = unheard[~reached] + _ODD * (before - self.times[j] > self.dead)
+
+    def _leave(self, j: int, last: int, costs: Array) -> None:
+        """From chains that end with hit j to later ones by contact, up to the second separation."""
+        a, w, phase = self.p[AMPLITUDE], self.p[FREQUENCY], self.p[PHASE]
+        with np.errstate(all="ignore"):
+            angle = np.arcsin(self.g / (a * w * w))
+            angle = np.where(a > 0.0, angle, math.pi - angle)
+            turns = np.ceil((w * self.times[j] + phase - angle) / math.tau)
+        if not np.isfinite(turns).any():
+            return
+        best = np.argmin(costs, axis=0)
+        least = np.take_along_axis(costs, best[None], axis=0)[0] + _ODD
+        for later in (0.0, 1.0):
+            left = (angle + math.tau * (turns + later) - phase) / w
+            speed = self._platform(left, slice(None))[1]
+            landing, _ = self._flown(left, speed, slice(None))
+            flight = landing - left
+            sizes = np.hypot(self.errors, _PARTS[:, None] * flight)
+            for k in range(j + 1, last + 1):
+                at = self.times[k]
+                sums = least - self._log_density(at - landing, sizes, flight)
+                _, platform = self._platform(at, slice(None))
+                fall = speed - self.g * (at - left) - platform
+                up = platform - self.p[RESTITUTION] * fall
+                sums[~np.isfinite(sums) | (at <= left)] = np.inf
+                self._offer(j, k, _CONTACT, best, sums, up)
+
+    def _offer(
+        self, j: int, k: int, slot: int, sources: NDArray[np.int64], costs: Array, takeoff: Array
+    ) -> None:
+        """Chains from hit j to hit k, with the hits between them false; the best ones stay."""
+        a, costs = k - j - 1, costs + _ODD * (k - j - 1)
+        better = costs < self.costs[k, a, slot]
+        self.costs[k, a, slot] = np.where(better, costs, self.costs[k, a, slot])
+        self.takeoffs[k, a, slot] = np.where(better, takeoff, self.takeoffs[k, a, slot])
+        self.sources[k, a, slot] = np.where(better, sources, self.sources[k, a, slot])
+
+    @staticmethod
+    def _log_density(away: Array, sizes: Array, flight: Array) -> Array:
+        """Of a hit so far from its landing, in parts of one over the flight."""
+        share = np.maximum(flight, sizes) / (2.5 * sizes) / len(_PARTS)
+        parts = share * np.exp(-np.minimum(0.5 * (away / sizes) ** 2, _FAR))
+        return np.asarray(np.log(parts.sum(axis=0)))
 
     def _platform(self, at: float | Array, which: slice) -> tuple[Array, Array]:
         a, w, angle = self.p[AMPLITUDE, which], self.p[FREQUENCY, which], self.p[PHASE, which]

@@ -13,21 +13,23 @@ _ROUNDS = 6
 
 
 def first_values(
-    times: Array, frequency: float, gravity: float, phase: float | None = None, most: int = 4
-) -> list[Array]:
+    times: Array, frequency: float, gravity: float, phase: float | None = None, most: int = 4,
+    told: NDArray[np.bool_] | None = None,
+) -> list[Array]:  # fmt: skip
     """Likely parameters (ε, A, φ, ω, 0, 0), the best first.
 
     Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. The sum
     of absolute errors is minimised (weighted least squares), so some wrong times do not matter.
-    `phase`: φ, if it is known.
+    `phase`: φ, if it is known. `told` (N - 2): which impacts have flights on both sides.
     """
     tm, tp = np.diff(times)[:-1], np.diff(times)[1:]
     s, d = _bases(times, frequency)
     up, down, here = np.diff(s)[:, 1:] / tp, np.diff(s)[:, :-1] / tm, d[:, 1:-1]
+    used = np.ones(len(tm), bool) if told is None else told
     found = []
     for restitution in _RESTITUTIONS:
-        rows = (up + restitution * down - (1.0 + restitution) * here).T
-        wanted = -0.5 * gravity * (tp - restitution * tm)
+        rows = (up + restitution * down - (1.0 + restitution) * here).T[used]
+        wanted = -0.5 * gravity * (tp - restitution * tm)[used]
         if phase is not None:
             towards = np.array([math.cos(phase), math.sin(phase)])
             one, cost = _robust(rows @ towards[:, None], wanted)

@@ -25,6 +25,7 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     PARAMETERS,
     PHASE,
     RESTITUTION,
+    VOID,
     rest_equations,
 )
 
@@ -44,7 +45,7 @@ _ARRAY = "float64[::1]"
 def _equations(
     th: NDArray[np.float64],
     p: NDArray[np.float64],
-    is_released: bool,
+    kinds: NDArray[np.int64],
     g: float,
     e: NDArray[np.float64],
     b: NDArray[np.float64],
@@ -56,13 +57,16 @@ def _equations(
     """
     w, a = p[FREQUENCY], p[AMPLITUDE]
     if w == 0.0:
-        return rest_equations(th, p, is_released, g, e, b, d)
+        return rest_equations(th, p, kinds, g, e, b, d)
     for j in range(e.size):
         k = j + 1
         x0, x1, x2 = th[k - 1], th[k], th[k + 1]
         tm, tp = x1 - x0, x2 - x1
         if not (tm > 0.0 and tp > 0.0):
             return False
+        if kinds[j] == VOID:
+            e[j], b[j], d[:, j] = 0.0, 0.0, 0.0
+            continue
         o1, o2 = sin(w * x1 + p[PHASE]), sin(w * x2 + p[PHASE])
         c1, c2 = cos(w * x1 + p[PHASE]), cos(w * x2 + p[PHASE])
         mean, turn, bend = a * (o2 - o1) / tp, a * w * w * o1, w * x1 * o1 - c1
@@ -93,10 +97,13 @@ def _factor(
     rho: float,
     low: NDArray[np.float64],
 ) -> float:
-    """Cholesky factor of S in low (n, 3: L[j, j], L[j, j-1], L[j, j-2]); log det S, nan: none."""
+    """Cholesky factor of S in low (n, 3: L[j, j], L[j, j-1], L[j, j-2]); log det S, nan: none.
+
+    An equation of nothing has the variance 1.
+    """
     total = 0.0
     for j in range(b.shape[0]):
-        a0, a1, a2 = rho * rho, 0.0, 0.0
+        a0, a1, a2 = rho * rho if b[j, 2] != 0.0 else 1.0, 0.0, 0.0
         for m in range(3):
             a0 += (b[j, m] * sig[j + m]) ** 2
         if j >= 1:
@@ -262,18 +269,20 @@ def _excess(
     """
     total = _factor(b, sig, rho, low)
     for j in range(b.shape[0]):
-        total -= 2.0 * log(abs(b[j, 2]) * sig[j + 2])
+        if b[j, 2] != 0.0:
+            total -= 2.0 * log(abs(b[j, 2]) * sig[j + 2])
     return total
 
 
 @entry(
-    f"void({_ARRAY}, {_ARRAY}, int64[::1], boolean, {_ARRAY}, float64, float64, {_ARRAY}, {_ARRAY})"
+    f"void({_ARRAY}, {_ARRAY}, int64[::1], int64[::1], {_ARRAY}, float64, float64, {_ARRAY}, "
+    f"{_ARRAY})"
 )
 def excess_slopes(
     sig: NDArray[np.float64],
     p: NDArray[np.float64],
     free: NDArray[np.int64],
-    is_released: bool,
+    kinds: NDArray[np.int64],
     th: NDArray[np.float64],
     g: float,
     rho: float,
@@ -289,7 +298,7 @@ def excess_slopes(
         q, found = p.copy(), 0.0
         for sign in (-1.0, 1.0):
             q[i] = p[i] + sign * steps[i]
-            if not _equations(th, q, is_released, g, e, b, d):
+            if not _equations(th, q, kinds, g, e, b, d):
                 found = 0.0
                 break
             found += sign * _excess(sig, b, rho, low)
@@ -342,7 +351,7 @@ def _added(
 
 
 @entry(
-    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], float64[:, ::1], boolean, "
+    f"UniTuple(float64, 2)({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], float64[:, ::1], int64[::1], "
     f"float64, float64, {_ARRAY}, float64[:, ::1], float64[:, ::1], float64[:, ::1])"
 )
 def fit_times(
@@ -351,7 +360,7 @@ def fit_times(
     p: NDArray[np.float64],
     free: NDArray[np.int64],
     known: NDArray[np.float64],
-    is_released: bool,
+    kinds: NDArray[np.int64],
     g: float,
     rho: float,
     th: NDArray[np.float64],
@@ -373,7 +382,7 @@ def fit_times(
     pull, by, by2, move, move2 = (
         np.empty(size), np.empty(size), np.empty(size), np.empty(t.size), np.empty(t.size)
     )  # fmt: skip
-    if not _equations(th, p, is_released, g, e, b, every):
+    if not _equations(th, p, kinds, g, e, b, every):
         return _IMPOSSIBLE, 0.0
     part, length, is_found = 1.0, 0.0, False
     for _ in range(_ROUNDS):
@@ -388,7 +397,7 @@ def fit_times(
         part = min(_part(p, free, by), 2.0 * part)
         while part > _LEAST_PART:
             q, places = _added(p, free, part, by), th + part * move
-            if _equations(places, q, is_released, g, e2, b2, every2):
+            if _equations(places, q, kinds, g, e2, b2, every2):
                 _pull(q, known, free, pull)
                 after = _step(t, sig, places, e2, b, low, d, h, pull, white2, by2, move2)
                 if is_found or after < (1.0 - 0.5 * part) ** 2 * length:
@@ -403,3 +412,37 @@ def fit_times(
     rss += _pull(p, known, np.arange(PARAMETERS), np.empty(PARAMETERS))
     total = _excess(sig, b, rho, np.empty((n, 3)))
     return (rss, total) if rss + abs(total) < _IMPOSSIBLE else (_IMPOSSIBLE, 0.0)
+
+
+@entry(
+    f"boolean({_ARRAY}, {_ARRAY}, {_ARRAY}, int64[::1], int64[::1], float64, float64, {_ARRAY}, "
+    f"{_ARRAY}, float64[:, ::1])"
+)
+def whitened_residuals(
+    t: NDArray[np.float64],
+    sig: NDArray[np.float64],
+    p: NDArray[np.float64],
+    free: NDArray[np.int64],
+    kinds: NDArray[np.int64],
+    g: float,
+    rho: float,
+    th: NDArray[np.float64],
+    white: NDArray[np.float64],
+    d: NDArray[np.float64],
+) -> bool:
+    """Fill white (n) with L⁻¹ of the equations at the measured times, by those at true times th.
+
+    d (free, n): its derivatives by the free parameters. If the model is true, white is c times
+    independent normal numbers. False: there is no such motion.
+    """
+    n = t.size - 2
+    b, low, every = np.empty((n, 3)), np.empty((n, 3)), np.empty((PARAMETERS, n))
+    if not (_equations(th, p, kinds, g, white, b, every) and _factor(b, sig, rho, low) < inf):
+        return False
+    for j in range(n):
+        white[j] += _product(b[j], t[j : j + 3] - th[j : j + 3])
+    _whiten(low, white)
+    for i in range(free.size):
+        d[i] = every[free[i]]
+        _whiten(low, d[i])
+    return True

@@ -18,6 +18,8 @@ from bouncing_disk_ros.core.arithmetic import rare_kernel
 RESTITUTION, AMPLITUDE, PHASE, FREQUENCY, SLOPE, DRAG = range(6)
 """Parameters of a model: ε, A (m), φ (rad at t = 0), ω (rad/s); at rest ε₁ (s/m), κ (1/m)."""
 PARAMETERS = 6
+USUAL, RELEASED, VOID = range(3)
+"""Kinds of equations: of two flights, of a release at rest and a flight, of nothing."""
 _ROUNDS = 100
 _SMALL, _TINY = 1e-4, 1e-8
 """gκT²: below it series of derivatives and of values have no larger errors than rounding makes."""
@@ -78,7 +80,7 @@ def fall(duration: float, drag: float, g: float) -> tuple[float, float, float]:
 def rest_equations(
     th: NDArray[np.float64],
     p: NDArray[np.float64],
-    is_released: bool,
+    kinds: NDArray[np.int64],
     g: float,
     e: NDArray[np.float64],
     b: NDArray[np.float64],
@@ -86,16 +88,19 @@ def rest_equations(
 ) -> bool:
     """Fill e (n), b (n, 3: derivatives by three times) and d (6, n: by the parameters).
 
-    `is_released`: the first time is that of a release at rest. False: there is no such motion.
+    kinds (n): USUAL ... False: there is no such motion.
     """
     d[:] = 0.0
     for j in range(e.size):
         before, after = th[j + 1] - th[j], th[j + 2] - th[j + 1]
         if not (before > 0.0 and after > 0.0):
             return False
+        if kinds[j] == VOID:
+            e[j], b[j], d[:, j] = 0.0, 0.0, 0.0
+            continue
         u, ut, uk = takeoff(after, p[DRAG], g)
         v, vt, vk = landing(before, p[DRAG], g)
-        if j == 0 and is_released:
+        if kinds[j] == RELEASED:
             v, vt, vk = fall(before, p[DRAG], g)
         if not v > 0.0:
             return False

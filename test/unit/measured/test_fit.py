@@ -16,8 +16,10 @@ from scipy.optimize import least_squares
 from bouncing_disk_ros import InputError, bag, fit_impacts, load_preset, simulate
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
-from bouncing_disk_ros.measured.estimate import Interval
+from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.sequence import Chain
+from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.measured.told import periods_of, told_by
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
@@ -132,20 +134,23 @@ def test_with_much_scatter_it_is_the_mean_of_ratios() -> None:
     assert fit["scatter"].low < float(ratios.std(ddof=1)) < fit["scatter"].high
 
 
+def rest_profiles(times: NDArray[np.float64], scatter: float | None) -> Profiles:
+    """The fit of times on a platform at rest; `scatter`: given, or None."""
+    data = Data(times, np.full(len(times), 1e-6), np.zeros(len(times), bool), False, 1e-6)
+    start = np.array([0.7, 0.0, 0.0, 0.0, 0.0, 0.0])
+    return Profiles(data, Model((0,), GRAVITY, scatter), start)
+
+
 CELLS = [(6, 1e-5, 0.0), (12, 1e-4, 0.0), (6, 1e-4, 0.003), (12, 1e-5, 0.003)]
 
 
 @pytest.mark.parametrize(("count", "error", "scatter"), CELLS)
 def test_intervals_at_rest_cover(count: int, error: float, scatter: float) -> None:
     """Of 100 experiments 95 %: within four standard deviations of a binomial (86 to 100 %)."""
-    from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
-
     rng, held = np.random.default_rng(1), 0
     for _ in range(100):
         times = at_rest(rng, count, error, scatter)
-        data = Data(times, np.full(count, 1e-6), np.zeros(count, bool), False, 1e-6)
-        model = Model((0,), GRAVITY, None if scatter else 0.0)
-        profiles = Profiles(data, model, np.array([0.7, 0.0, 0.0, 0.0, 0.0, 0.0]))
+        profiles = rest_profiles(times, None if scatter else 0.0)
         held += 0.025 < profiles.confidence(0)(0.75) < 0.975
     assert held >= 86
 
@@ -165,9 +170,6 @@ def test_intervals_on_a_vibrating_platform_cover(
 
     Searches that ended in a side valley, or found nothing at a fixed ε, made it 85 to 92 %.
     """
-    from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
-    from bouncing_disk_ros.measured.starts import first_values
-
     times, _ = vibrating(
         np.random.default_rng(3), 160, count, forcing, restitution, skip=skip, scatter=scatter
     )
@@ -350,15 +352,64 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
         assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
 
 
+def test_a_sequence_is_split_where_chatter_ends_in_contact() -> None:
+    """A detector that hears nothing for 2 ms; every contact of the run is found, and no other."""
+    run = simulate(3.0, axial_forcing=1.3, frequency=20.0, restitution=0.5, initial_height=0.01)
+    at, count = run.impacts["time"], run.impacts["count"]
+    heard = [float(at[0])]
+    for t in at[count == 1]:
+        if t - heard[-1] > 2e-3:
+            heard.append(float(t))
+    seen = np.array(heard) + 1e-5 * np.random.default_rng(1).standard_normal(len(heard))
+    fit = fit_impacts(seen, frequency=20.0, dead_time=2e-3, scatter=0.0)
+    gaps = [(fit.times[i], fit.times[i + 1]) for i in fit.contacts]
+    held = [np.sum((at[count > 1] > low) & (at[count > 1] < high)) for low, high in gaps]
+    # a hit alone after a contact tells nothing: it is left out
+    assert held == [1] * len(at[(count > 1) & (at < seen[-3])])
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert fit["axial_forcing"].low < 1.3 < fit["axial_forcing"].high
+    assert fit["restitution"].high - fit["restitution"].low < 2e-3
+    assert np.isnan(fit.flights[fit.contacts]).all()
+    assert fit.probability > 0.05
+
+
+def test_hits_within_the_dead_time_are_not_taken() -> None:
+    """Ringing 1.2 ms after hits is rejected, flights shorter than that are found as missed."""
+    times = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)[0][0]
+    dead = 1.01 * float(np.sort(np.diff(times))[1])
+    ringing = times[[7, 30]] + 0.6 * dead
+    unheard = np.flatnonzero(np.diff(times) < dead) + 1
+    seen = np.sort(np.concatenate([np.delete(times, unheard), ringing]))
+    seen += 1e-6 * np.random.default_rng(4).standard_normal(len(seen))
+    fit = fit_impacts(seen, frequency=20.0, dead_time=dead, scatter=0.0)
+    assert fit.rejected == pytest.approx(ringing, abs=1e-5)
+    assert np.flatnonzero(fit.missed).tolist() == unheard.tolist()
+    assert fit["restitution"].low < 0.7 < fit["restitution"].high
+
+
+def test_the_probability_of_residuals_is_one_and_tells_a_wrong_model() -> None:
+    """Below 5 % in 5 % of 100 experiments (four standard deviations), always with ε(v)."""
+    rng = np.random.default_rng(1)
+    found = [
+        probability_of(profiles, np.diff(times)[:-1])
+        for times in (at_rest(rng, 12, 1e-5, 0.003) for _ in range(100))
+        for profiles in [rest_profiles(times, None)]
+    ]
+    assert sum(x < 0.05 for x in found) <= 14
+    assert 30 <= sum(x < 0.5 for x in found) <= 70
+    seen = with_law(12, 2.2, 0.85, 0.04) + 1e-5 * rng.standard_normal(12)
+    assert probability_of(rest_profiles(seen, None), np.diff(seen)[:-1]) < 0.01
+
+
 def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     times = vibrating(np.random.default_rng(3), 4, 20, 0.8, 0.7, skip=30)[0][0]
     left_out = itertools.cycle((5, 6))
 
-    def changing(hits: NDArray[np.float64], tried: NDArray[np.float64], _gravity: float) -> Chain:
+    def changing(hits: NDArray[np.float64], tried: NDArray[np.float64], *_: float) -> Chain:
         kept = np.delete(np.arange(len(hits)), next(left_out))
-        return Chain(kept, np.empty(0), tried[0])
+        return Chain(kept, np.empty(0), np.empty(0, np.int64), tried[0])
 
     monkeypatch.setattr(fitting, "chain_of", changing)
     fit = fit_impacts(times, frequency=20.0, time_error=1e-5, scatter=0.01)

@@ -1,0 +1,74 @@
+"""Whether the residuals are those of the model: their probability if it is true.
+
+Whitened residuals are independent normal numbers there, less what the free parameters take. So
+draws of such numbers have the distribution of each statistic (the parametric bootstrap of the
+linearised model): von Neumann's ratio of neighbours in time, in speed and in phase ("Distribution
+of the ratio of the mean square successive difference to the variance", 1941), the largest one, and
+where errors are given the sum of squares. The least probability of these is compared with that of
+the draws.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from bouncing_disk_ros.measured.estimate import Array, Node, Profiles
+from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
+from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, VOID
+
+SEED = 20091
+_DRAWS, _NUMBERS = 2000, 2_000_000
+"""Most of draws, and of numbers in all of them."""
+
+
+def probability_of(profiles: Profiles, speeds: Array) -> float:
+    """Of residuals as odd as these; nan with fewer than three. speeds (N - 2): of inner impacts."""
+    white, taken = _whitened(profiles, profiles.best)
+    data, p = profiles.data, profiles.best.p
+    told = (data.kinds != VOID) & ~data.missed[2:]  # a missed impact takes its own residual
+    told &= np.isfinite(speeds) & np.isfinite(white)
+    count = int(told.sum())
+    if count < 3 or count <= len(taken):
+        return math.nan
+    angle = np.mod(p[FREQUENCY] * profiles.best.times[1:-1] + p[PHASE], math.tau)
+    orders: list[NDArray[np.int64]] = [np.arange(count), np.argsort(speeds[told])]
+    if p[FREQUENCY] > 0.0:
+        orders.append(np.argsort(angle[told]))
+    draws = min(_DRAWS, _NUMBERS // count)
+    left = np.random.default_rng(SEED).standard_normal((draws, count))
+    own, sizes, _ = np.linalg.svd(taken[:, told].T, full_matrices=False)
+    own = own[:, sizes > 1e-9 * sizes.max(initial=0.0)]
+    left -= (left @ own) @ own.T
+    rows = np.vstack([white[told], left])
+    odd = _statistics(rows, orders, profiles.data.is_absolute)
+    shares = 1.0 - (rankdata(odd, method="min", axis=0) - 1.0) / len(odd)
+    least = shares.min(axis=1)
+    return float(np.mean(least <= least[0]))
+
+
+def _statistics(rows: Array, orders: list[NDArray[np.int64]], is_absolute: bool) -> Array:
+    """(M, statistics) of residuals (M, n): the larger, the odder."""
+    squares = np.sum(rows**2, axis=1)
+    columns = [np.abs(np.sum(np.diff(rows[:, order]) ** 2, axis=1) / squares - 2.0)
+               for order in orders]  # fmt: skip
+    columns.append(np.max(rows**2, axis=1) / squares)
+    if is_absolute:
+        columns.append(squares)
+    return np.column_stack(columns)
+
+
+def _whitened(profiles: Profiles, node: Node) -> tuple[Array, Array]:
+    """Residuals (n) and their derivatives (free, n)."""
+    data, free = profiles.data, np.array(profiles.model.free, np.int64)
+    n = len(data.times) - 2
+    white, taken = np.full(n, np.nan), np.zeros((len(free), n))
+    if not whitened_residuals(
+        data.times, data.errors, node.p, free, data.kinds, profiles.model.gravity, node.rho,
+        node.times, white, taken,
+    ):  # fmt: skip
+        white[:] = np.nan
+    return white, taken
