@@ -120,7 +120,7 @@ _TOPICS = (
           "ros2 topic echo /disk/phase"),
     Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
           "every impact, in a row of its own or counted in a shared row; x, y, z are its point in "
-          "the next-collision section; index has no gaps",
+          "the next-collision section; index rises by 1 from row to row",
           "ros2 run bouncing_disk_ros echo_impacts"),
     Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
           "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
