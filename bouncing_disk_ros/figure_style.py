@@ -31,6 +31,16 @@ class NotebookFigure(Figure):
         return buffer.getvalue()
 
 
+class Figures(dict[str, Figure]):
+    """Figures by name. A notebook shows each of them where a cell ends with them."""
+
+    def _ipython_display_(self) -> None:
+        from IPython.display import display
+
+        for figure in self.values():
+            display(figure)  # type: ignore[no-untyped-call]
+
+
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     """An empty figure (inches) that needs no screen; dpi: of images within a vector figure."""
     figure = NotebookFigure(figsize=(width, height), layout="constrained", dpi=dpi)

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
+from pathlib import Path
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
@@ -98,6 +99,23 @@ class Result(_Recorded):
         if self.input_work > 0.0 and self.output_work > 0.0:
             return self.output_work / self.input_work
         return math.nan
+
+    def animate(self, file: str | Path, *, real_time_factor: float | None = None) -> None:
+        """Write the samples as a moving picture (GIF): side view, top view, path.
+
+        `real_time_factor`: simulated over watched time. None: real time, or so slow that a period
+        of the platform lasts a quarter of a second. Raises InputError without samples, for more
+        than 2000 frames, and where the file cannot be written.
+
+        >>> simulate(3.0, preset="pizza_multiple_toss", sample_rate=100.0).animate("toss.gif")
+        """
+        from bouncing_disk_ros.animation import write_animation
+
+        write_animation(
+            Path(file), self.samples, real_time_factor=real_time_factor,
+            frequency=float(self.parameters["frequency"]),
+            gyration_radius=float(self.parameters["gyration_radius"]),
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         """What there is, in numbers."""

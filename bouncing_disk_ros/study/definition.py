@@ -172,8 +172,9 @@ def named(name: str, **given: object) -> Study:
 def figures(result: xr.Dataset) -> dict[str, Figure]:
     """Figures of a study's result by name, as the study's command stores them.
 
-    `result` comes from a study (`basins`, `bifurcation` ...) or from its result.nc; its attributes
-    say which study it is. Raises InputError where they do not.
+    As the last line of a notebook's cell they are shown. `result` comes from a study (`basins`,
+    `bifurcation` ...) or from its result.nc; its attributes say which study it is. Raises
+    InputError where they do not.
 
     >>> figures(bifurcation(restitution=0.3, begin=0.0, count=201))["bifurcation"].savefig("f.pdf")
     """
@@ -184,8 +185,10 @@ def figures(result: xr.Dataset) -> dict[str, Figure]:
     if name not in STUDIES:
         given = f"{type(result).__name__} without the name of a study"
         raise InputError("result", given, "the dataset that a study gave")
+    from bouncing_disk_ros.figure_style import Figures  # not for --help
+
     study = named(name, **identity["parameters"])
-    return dict(definition_of(name).pictures(study, result))
+    return Figures(definition_of(name).pictures(study, result))
 
 
 # --- options of several studies -------------------------------------------------------------------

@@ -20,6 +20,7 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
     "angles",
+    "animation",
     "colours",
     "early_signals",
     "environment",
@@ -35,6 +36,7 @@ TABLES = {
     "safe_path",
     "parsing",
     "regular_file",
+    "side_window",
     "sliders",
     "topics",
     "units",
@@ -75,7 +77,8 @@ LIBRARIES = {
     "angles": {"numpy"},  # the types alone
     "parsing": {"yaml"},
     "kernel_cache": {"numba", "tqdm"},
-    "figure_style": {"numpy", "matplotlib"},
+    "animation": {"numpy", "matplotlib", "PIL"},
+    "figure_style": {"numpy", "matplotlib", "IPython"},  # IPython is there where it asks
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags", "tqdm"},
     "core": {"numpy", "numba"},
     "maps": {"numpy", "numba"},

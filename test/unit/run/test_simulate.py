@@ -249,3 +249,53 @@ def test_a_ledger_that_does_not_close_is_an_error(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(Simulation, "energy", broken)
     with pytest.raises(FailedError, match=r"a residual of 0.001 J, throughput .*, at time_ns"):
         simulate(1.0)
+
+
+# --- animation ------------------------------------------------------------------------------------
+def test_an_animation_shows_each_height_when_it_is_due(tmp_path: Path) -> None:
+    """The top of the platform's bar and the bottom of the disk's, in pixels, against heights."""
+    from PIL import Image, ImageColor
+
+    from bouncing_disk_ros.colours import DISK, PLATFORM
+
+    run = simulate(0.5, preset="pizza_multiple_toss", sample_rate=40.0)
+    run.animate(tmp_path / "toss.gif", real_time_factor=0.5)
+    rows: list[tuple[float, float]] = []  # height, row of the picture
+    watched = 0
+    with Image.open(tmp_path / "toss.gif") as file:
+        assert file.n_frames == len(run.samples)  # type: ignore[attr-defined]
+        for i, one in enumerate(run.samples):
+            file.seek(i)
+            assert watched == pytest.approx(one["time_ns"] / 1e6 / 0.5, abs=5.1), "ms"
+            watched += file.info["duration"]
+            pixels = np.asarray(file.convert("RGB"), int)[:, : file.width // 4]
+            for name, colour, edge in (
+                ("platform_position", PLATFORM, np.min),
+                ("axial_position", DISK, np.max),
+            ):
+                near = abs(pixels - ImageColor.getrgb(colour)).sum(axis=2) < 60
+                lines = np.flatnonzero(near.sum(axis=1) > 40)  # a bar, no line of the legend
+                assert len(lines), "each colour is seen"
+                rows.append((float(one[name]), float(edge(lines))))
+    heights, lines = np.array(rows).T
+    fit = np.polynomial.Polynomial.fit(heights, lines, 1)
+    assert fit.deriv()(0.0) < 0.0
+    assert abs(fit(heights) - lines).max() < 2.0, "edges are sharp to a pixel"
+
+
+@pytest.mark.parametrize(
+    ("sample_rate", "name", "factor", "message"),
+    [
+        (None, "a.gif", None, "animation: got '0 samples', allowed: 2 or more. Give simulate a"),
+        (10.0, "a.mp4", None, "file: got .*a.mp4', allowed: a name that ends in .gif"),
+        (10.0, "a.gif", 0.0, "real_time_factor: got 0.0, allowed: a number > 0"),
+        (2000.0, "a.gif", 1e-3, "animation: got '2001 frames', allowed: at most 2000. Give a"),
+    ],
+)
+def test_an_animation_that_cannot_be_is_refused(
+    tmp_path: Path, sample_rate: float | None, name: str, factor: float | None, message: str
+) -> None:
+    run = simulate(1.0, sample_rate=sample_rate)
+    with pytest.raises(InputError, match=message):
+        run.animate(tmp_path / name, real_time_factor=factor)
+    assert not list(tmp_path.iterdir())

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import pytest
 
+from bouncing_disk_ros.side_window import nice_above, side_window
 from bouncing_disk_ros.units import with_prefix
 from bouncing_disk_ros.workbench.run_pane import (
     LONGEST,
@@ -14,8 +15,6 @@ from bouncing_disk_ros.workbench.run_pane import (
     PATIENCE,
     FlowControl,
     fitted,
-    nice_above,
-    side_window,
 )
 from bouncing_disk_ros.workbench.strobe import Shown, shown_motion, strobe_rate, text_of
 
