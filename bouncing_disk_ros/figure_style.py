@@ -58,14 +58,29 @@ def save_picture(figure: Figure, path: Path) -> None:
     replaced(path, lambda passing: figure.savefig(passing, dpi=110), "--figure")
 
 
+def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Where the cells begin and end whose centres are these evenly spaced values.
+
+    The cell of a single value is narrow, so that it does not seem to be a range.
+    """
+    first, last = float(values[0]), float(values[-1])
+    half = 0.5 * (last - first) / (len(values) - 1) if len(values) > 1 else 0.05 * abs(first) or 0.5
+    return first - half, last + half
+
+
+def cut_at_zero(axes: Any, across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
+    """Let axes over pixels with these centres begin at 0 where only a pixel's edge is below."""
+    if min(across[0], across[-1]) >= 0.0 > axes.get_xlim()[0]:
+        axes.set_xlim(left=0.0)
+    if min(up[0], up[-1]) >= 0.0 > axes.get_ylim()[0]:
+        axes.set_ylim(bottom=0.0)
+
+
 def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[str, Any]:
     """How a map is drawn whose pixels have these centres: arguments of imshow."""
-    ends: list[float] = []
-    for values in (across, up):
-        half = 0.5 * (values[-1] - values[0]) / (len(values) - 1) if len(values) > 1 else 0.5
-        ends += [values[0] - half, values[-1] + half]
     return {
-        "extent": ends, "origin": "lower", "aspect": "auto", "interpolation": "nearest",
+        "extent": [*cell_ends(across), *cell_ends(up)], "origin": "lower", "aspect": "auto",
+        "interpolation": "nearest",
         "rasterized": True,
     }  # fmt: skip
 

@@ -38,7 +38,7 @@ def draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
         share = 100.0 * result["line_share_without_contact"].values[i]
         axes.plot(x, share, "-", color=color, lw=1.4, marker="." if few(share) else "")
     contact = 100.0 * result["share_in_contact"].values
-    axes.plot(x, contact, "-", color=BLACK, lw=1.4)
+    axes.plot(x, contact, "-", color=BLACK, lw=1.4, marker="." if few(contact) else "")
     _mark_ends_of_contact(axes, result, x, contact, colors)
     axes.set_ylim(0.0, 103.0)  # a share of 100 % is seen beside the frame
     axes.set_ylabel("share of starts (%)")

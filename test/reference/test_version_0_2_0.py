@@ -119,6 +119,7 @@ def test_a_whole_store_is_opened_and_drawn(name: str, tmp_path: Path) -> None:
     assert figures
     for figure in figures:
         assert not figure_boxes.covered(figure)
+        assert not figure_boxes.cut(figure)
         plt.close(figure)
 
 

@@ -26,6 +26,16 @@ def covered(figure: Figure) -> list[tuple[str, str]]:
     ]
 
 
+def cut(figure: Figure) -> list[str]:
+    """Texts that reach beyond the figure, drawn before by `covered`."""
+    size = figure.bbox
+    boxes = [(text.get_text(), text.get_window_extent()) for text in _texts(figure)]
+    return [
+        text for text, box in boxes
+        if min(box.x0 - size.x0, box.y0 - size.y0, size.x1 - box.x1, size.y1 - box.y1) < -_TOUCH
+    ]  # fmt: skip
+
+
 def _texts(figure: Figure) -> Iterator[Text]:
     for axes in figure.axes:
         if not axes.get_visible():

@@ -111,6 +111,8 @@ def _map_parameters(given: Mapping[str, Value]) -> dict[str, Value]:
     for key, name in (("x", "axial_forcing"), ("y", "restitution")):
         for part in ("begin", "end", "count"):
             found[f"{key}_{part}"] = given[f"{name}_{part}"]
+        if given[f"{name}_count"] == 1:
+            found[f"{key}_end"] = given[f"{name}_begin"]  # of the map; the window keeps its end
     found |= {"phase_lag": 0.0, "angular_forcing": 1e12, "start": "period-1"}
     found |= {"initial_phase": 0.0, "initial_velocity": 0.0}
     return found | {"settling": given["settling"], "measured": given["measured"]}

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.colours import BLACK, VERMILION
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.figure_style import cut_at_zero, new_figure
 from bouncing_disk_ros.study.parameter_map.picture import draw_periods
 
 STYLES: dict[str, tuple[Any, str]] = {
@@ -36,6 +36,13 @@ def curves_picture(result: xr.Dataset) -> Figure:
     figure = new_figure(9.5, 7.2)
     axes = figure.subplots()
     draw_periods(axes, result)
+    for name, get, keep in (
+        ("axial_forcing", axes.get_xlim, axes.set_xlim),
+        ("restitution", axes.get_ylim, axes.set_ylim),
+    ):
+        low, high = (float(result.attrs[f"parameter_{name}_{end}"]) for end in ("begin", "end"))
+        keep(min(low, get()[0]), max(high, get()[1]))  # one column is narrower than the window
+    cut_at_zero(axes, result["axial_forcing"].values, result["restitution"].values)
     ends = axes.get_xlim(), axes.get_ylim()
     drawn = [_draw_curve(axes, result, i) for i in range(result.sizes.get("curve", 0))]
     special = _draw_special(axes, result)
@@ -56,7 +63,7 @@ def curves_picture(result: xr.Dataset) -> Figure:
     about = result.attrs
     figure.suptitle(
         "Curves of the attractors at "
-        f"Γ = {about['parameter_axial_forcing']:g}, ε = {about['parameter_restitution']:g}; "
+        f"Γ = {about['parameter_axial_forcing']:g}, ε = {about['parameter_restitution']:g}\n"
         "numbers: impacts/periods of the orbit",
         fontsize=11,
     )

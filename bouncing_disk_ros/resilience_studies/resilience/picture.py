@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.figure_style import cell_ends, new_figure
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
@@ -114,9 +114,8 @@ def impulse_picture(result: xr.Dataset) -> Figure:
         shown = np.ma.masked_invalid(sizes[:, k])
         never = np.ma.masked_equal(np.isinf(sizes[:, k]), False)
         axes.set_facecolor(_ABSENT)
-        half = 0.5 * (x[-1] - x[0]) / max(len(x) - 1, 1) or 0.5
         frame = {"origin": "lower", "aspect": "auto", "interpolation": "nearest",
-                 "extent": (0.0, 1.0, x[0] - half, x[-1] + half)}  # fmt: skip
+                 "extent": (0.0, 1.0, *cell_ends(x))}  # fmt: skip
         axes.imshow(never, cmap=ListedColormap([_NEVER]), **frame)
         drawn = axes.imshow(shown, norm=PowerNorm(0.5, 0.0, top), cmap="viridis", **frame)
         axes.set_xlabel("part of a repetition since its first impact")

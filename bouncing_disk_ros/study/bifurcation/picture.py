@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
-from bouncing_disk_ros.figure_style import in_pi, new_figure, typeset
+from bouncing_disk_ros.figure_style import cell_ends, in_pi, new_figure, typeset
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.study.line_picture import few
 
 Array = NDArray[np.float64]
 
@@ -88,8 +89,8 @@ def bifurcation_figure(
     for axes in panels:
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.set_axisbelow(True)
-    if len(branch.values) > 1:
-        top.set_xlim(float(branch.values.min()), float(branch.values.max()))
+    ends = branch.values if len(branch.values) > 1 else edges_of(branch.values)
+    top.set_xlim(float(ends.min()), float(ends.max()))
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     symbol, unit = MAP_PARAMETERS[axis]
@@ -136,7 +137,7 @@ def _shares(places: Array, low: float, high: float, rows: int) -> Array:
 def edges_of(values: Array) -> Array:
     """Borders (n + 1,) of the cells about rising values (n,)."""
     if len(values) == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
+        return np.array(cell_ends(values))
     middles = 0.5 * (values[1:] + values[:-1])
     first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
     return np.concatenate([[first], middles, [last]])
@@ -180,10 +181,10 @@ def _frame_phases(axes: Any, low: float, high: float) -> None:
     axes.set_ylabel("forcing phase at impact τ (rad)")
 
 
-def _style(followed: bool, color: str) -> dict[str, Any]:
-    """A line through what was followed, points of starts."""
+def _style(followed: bool, color: str, shown: Array) -> dict[str, Any]:
+    """A line through what was followed, with its points where they are few; points of starts."""
     if followed:
-        return {"color": color, "lw": 1.2}
+        return {"color": color, "lw": 1.2, "marker": "." if few(shown) else ""}
     return {"color": color, "ls": "", "marker": ".", "ms": 2.0, "rasterized": True}
 
 
@@ -191,7 +192,7 @@ def _speed(axes: Any, branch: Branch, with_contact: NDArray[np.bool_], followed:
     for chosen, color in ((~with_contact, BLUE), (with_contact, VERMILION)):
         if chosen.any():
             shown = np.where(chosen, branch.mean_speed, math.nan)
-            lines = axes.plot(branch.values, shown, **_style(followed, color))
+            lines = axes.plot(branch.values, shown, **_style(followed, color, shown))
             lines[0].set_label("mean in time" + (", with contact" if color == VERMILION else ""))
     axes.set_ylabel("mean speed α̇ / (ωΦ)")
 
@@ -225,7 +226,7 @@ def _exponent(axes: Any, branch: Branch, followed: bool) -> None:
     axes.axhline(0.0, color="black", lw=0.8)
     contact = np.isneginf(branch.lyapunov_exponent)
     finite = np.where(contact, math.nan, branch.lyapunov_exponent)
-    axes.plot(branch.values, finite, **_style(followed, BLUE))
+    axes.plot(branch.values, finite, **_style(followed, BLUE, finite))
     places = branch.values[contact.any(axis=1)]
     if len(places):
         axes.plot(places, np.zeros(len(places)), "|", color=VERMILION, ms=7,
@@ -242,7 +243,9 @@ def _theory(
     values = np.linspace(branch.values.min(), branch.values.max(), 400)
     phase, lag = _period_one(values, section, axis)
     shown = low + np.mod(phase - low, math.tau)
-    style = {"color": BLACK, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
+    style: dict[str, Any] = {"color": BLACK, "lw": 1.0, "ls": (0, (5, 4)), "zorder": 2.0}
+    if values[0] == values[-1]:
+        style |= {"ls": "", "marker": "+", "ms": 9, "zorder": 3.0}  # a line would have no length
     top.plot(values, shown, **style, label="period 1, theory: cos τ = (1 − ε)/((1 + ε) Γ)")
     if math.isfinite(section.angular_forcing) or axis == "angular_forcing":
         middle.plot(

@@ -24,7 +24,13 @@ from bouncing_disk_ros.colours import (
     VERMILION,
     YELLOW,
 )
-from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure, pixel_frame, typeset
+from bouncing_disk_ros.figure_style import (
+    MOST_PIXELS,
+    cut_at_zero,
+    new_figure,
+    pixel_frame,
+    typeset,
+)
 from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
@@ -80,6 +86,7 @@ def _label_axes(result: xr.Dataset, *panels: Any) -> None:
     up, across = result["period"].dims
     for axes in panels:
         axes.set_xlabel(_label(result[across]))
+        cut_at_zero(axes, result[across].values, result[up].values)
     panels[0].set_ylabel(_label(result[up]))
 
 
@@ -152,7 +159,7 @@ def _title(result: xr.Dataset) -> str:
         phase, velocity = (_number(given[f"initial_{name}"]) for name in ("phase", "velocity"))
         start = f"τ = {phase}, w_A = {velocity}"
     elif start == "period-1":
-        start = "a start beside the period-1 orbit (where there is none, from contact)"
+        start = "a start beside the period-1 orbit"
     else:
         start = "contact"
     fixed = [
@@ -160,6 +167,8 @@ def _title(result: xr.Dataset) -> str:
         for name, of in MAP_PARAMETERS.items()
         if name in given
     ]
+    if given["start"] == "period-1":
+        fixed[0] = f"where there is none, from contact; {fixed[0]}"
     return typeset(f"What the disk settles on from {start}\n{', '.join(fixed)}")
 
 

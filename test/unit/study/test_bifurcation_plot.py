@@ -63,7 +63,8 @@ def test_phases_all_around_are_cut_where_they_are_fewest(upward: Branch) -> None
 
 def test_edges_lie_half_way() -> None:
     assert edges_of(np.array([1.0, 2.0, 4.0])).tolist() == [0.5, 1.5, 3.0, 5.0]
-    assert edges_of(np.array([0.5])).tolist() == [0.0, 1.0]
+    assert edges_of(np.array([0.5])).tolist() == [0.475, 0.525], "a single value is no range"
+    assert edges_of(np.array([0.0])).tolist() == [-0.5, 0.5]
 
 
 def test_the_figure_says_what_it_shows(

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.motor_study import options as motor
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.resilience_studies.curves import options as curves
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares import options as basin_shares
 from bouncing_disk_ros.study.basins import options as basins
@@ -94,6 +95,8 @@ SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
     ("tool", "given"),
     [
         (basins, {"width": 1, "height": 1}),
+        (curves, {"axial_forcing_count": 1, "restitution_count": 1, "doublings": 0}),
+        (parameter_map, {"x_count": 1, "x_end": 0.3, "y_count": 1, "y_end": 0.2}),
         (basin_shares, {**ONE, "samples": 6}),
         (bifurcation, {**ONE, **SHORT, "starts": 0}),
         (bifurcation, {**ONE, **SHORT, "starts": 3}),
@@ -103,7 +106,27 @@ def test_the_smallest_sizes_are_drawn(
     tmp_path: Path, tool: ModuleType, given: dict[str, Value]
 ) -> None:
     figures, _, _ = shown(tmp_path, tool, **given)
-    assert list(figures) == [tool.DEFINITION.name]
+    figure = figures[tool.DEFINITION.name]
+    for line in (line for axes in figure.axes for line in axes.get_lines()):
+        known = np.isfinite(np.asarray(line.get_ydata(), float))
+        places = set(np.asarray(line.get_xdata(), float)[known].tolist())
+        assert len(places) != 1 or line.get_marker() not in {"", "None"}, "a point is seen"
+    if "begin" in given:
+        low, high = figure.axes[0].get_xlim()
+        assert 0.4 < low < 0.45 < high < 0.5, "a single value is no range"
+
+
+@pytest.mark.parametrize(
+    ("x_axis", "begin", "end"), [("angular_forcing", 1.0, 100.0), ("axial_forcing", 0.0, 0.6)]
+)
+def test_a_map_shows_no_forcing_below_zero(
+    tmp_path: Path, x_axis: str, begin: float, end: float
+) -> None:
+    given: dict[str, Value] = {"x_axis": x_axis, "x_begin": begin, "x_end": end, "x_count": 3}
+    figures, _, _ = shown(tmp_path, parameter_map, **given, y_begin=0.0, y_count=3, settling=10)
+    for figure in figures.values():
+        assert figure.axes[0].get_xlim()[0] == 0.0
+        assert figure.axes[0].get_ylim()[0] == 0.0
 
 
 def test_speeds_have_a_panel_for_each_slice(tmp_path: Path) -> None:
@@ -191,8 +214,8 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     left, right = figure.axes[:2]
     assert left.get_xlabel() == "axial forcing Γ"
     assert left.get_ylabel() == "restitution ε"
-    start = "a start beside the period-1 orbit (where there is none, from contact)"
-    title = f"What the disk settles on from {start}\nθ = 0, $\\Gamma_T$ = 100"
+    start = "a start beside the period-1 orbit\nwhere there is none, from contact"
+    title = f"What the disk settles on from {start}; θ = 0, $\\Gamma_T$ = 100"
     assert figure.get_suptitle() == title
     legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
                for axes in (left, right)]  # fmt: skip
