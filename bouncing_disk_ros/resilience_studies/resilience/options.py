@@ -78,10 +78,12 @@ def lines(result: xr.Dataset) -> list[str]:
     from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit, time_unit
     from bouncing_disk_ros.study.computation import at_value
 
+    largest = f"up to {float(result.attrs['parameter_largest_impulse']):g} m πg/ω"
     units = {
-        "least_fatal_impulse": ("impulse", "m πg/ω", impulse_unit(result), "N·s"),
-        "fatal_timing_error": ("timing error", "rad", 1e3 * time_unit(result), "ms"),
+        "least_fatal_impulse": ("impulse", largest, "m πg/ω", impulse_unit(result), "N·s"),
+        "fatal_timing_error": ("timing error", "up to π", "rad", 1e3 * time_unit(result), "ms"),
     }
+    only = (result["line_kind"].values >= 0).sum(axis=0) == 1
     stretches = _stretches(result)
     share = result["line_share"].values
     rows = []
@@ -94,26 +96,38 @@ def lines(result: xr.Dataset) -> list[str]:
         rows.append(f"    easiest to reach at {at_value(x, float(x[k]))}: by {part}")
         for field, unit in units.items():
             least = result[f"line_{field}"].values[line, places].min(axis=-1)
-            rows.append(f"    {_hardest_to_lose(x, least, *unit)}")
+            rows.append(f"    {_hardest_to_lose(x, least, only[places], *unit)}")
     return rows + _warnings(result, len(stretches))
 
 
 def _hardest_to_lose(
-    x: xr.DataArray, least: np.ndarray, what: str, unit: str, size: float, si: str
+    x: xr.DataArray,
+    least: np.ndarray,
+    only: np.ndarray,
+    what: str,
+    largest: str,
+    unit: str,
+    size: float,
+    si: str,
 ) -> str:
     """Where the least fatal one is largest: where none is, before all others.
 
-    `unit` of `least` is `size` in the SI unit `si`.
+    `unit` of `least` is `size` in the SI unit `si`; `only`: where there is no other attractor.
     """
     import numpy as np
 
     from bouncing_disk_ros.study.computation import at_value
 
-    safe = x.values[np.isposinf(least)]
-    if safe.size:
-        span = at_value(x, safe[0]) + (f" to {safe[-1]:.6g}" if safe.size > 1 else "")
-        where = f", at {safe.size} of {x.size} values: {span}" if safe.size < x.size else ""
-        return f"no {what} is fatal, of those looked at{where}"
+    safe = np.isposinf(least)
+    if safe.any():
+        where = f" at {safe.sum()} of {x.size} values, {_spans(x, safe)}" if not safe.all() else ""
+        alone = int((safe & only).sum())
+        why = (
+            "the only attractor there" if alone == safe.sum() else f"the only attractor at {alone}"
+        )
+        return f"no {what} looked at, {largest}, is fatal{where}" + (
+            f": it is {why}" if alone else ""
+        )
     if np.isnan(least).all():
         return f"which {what} is fatal is not known"
     at = int(np.nanargmax(least))
@@ -122,6 +136,18 @@ def _hardest_to_lose(
         f"hardest to lose by {article} {what} at {at_value(x, float(x[at]))}: "
         f"{least[at]:.5g} {unit} = {least[at] * size:.5g} {si}"
     )
+
+
+def _spans(x: xr.DataArray, chosen: np.ndarray) -> str:
+    """The chosen values, neighbours as a range: Γ = 0.32 to 0.332, 0.56."""
+    import numpy as np
+
+    from bouncing_disk_ros.study.computation import at_value
+
+    places = np.flatnonzero(chosen)
+    runs = [x.values[run] for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)]
+    texts = [f"{run[0]:.6g}" + (f" to {run[-1]:.6g}" if run.size > 1 else "") for run in runs]
+    return ", ".join([at_value(x, runs[0][0]) + texts[0][len(f"{runs[0][0]:.6g}") :], *texts[1:]])
 
 
 def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
@@ -123,8 +124,23 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Sh
             two[name] = result[name].copy()
             two[name].values[one, -2] = result[name].values[one, -1]
     two["line_least_fatal_impulse"].values[one, -2] = math.inf
-    text = f"at 1 of 2 values: Γ = {float(result['value'].values[-2]):.6g}"
-    assert f"    no impulse is fatal, of those looked at, {text}" in resilience.lines(two)
+    text = f"at 1 of 2 values, Γ = {float(result['value'].values[-2]):.6g}"
+    assert f"    no impulse looked at, up to 5 m πg/ω, is fatal {text}" in resilience.lines(two)
+
+
+def test_values_at_which_nothing_is_fatal_are_told_each_with_the_reason() -> None:
+    """As ranges of neighbours: from first to last would name values where an impulse is fatal."""
+    x = xr.DataArray([0.32, 0.33, 0.34, 0.5, 0.56], attrs={"symbol": "Γ", "units": "1"})
+    safe = np.array([math.inf, math.inf, 0.2, 0.1, math.inf])
+    unit = ("impulse", "up to 5 m πg/ω", "m πg/ω", 0.4, "N·s")
+    text = "no impulse looked at, up to 5 m πg/ω, is fatal at 3 of 5 values, Γ = 0.32 to 0.33, 0.56"
+    for only, why in (
+        ([1, 1, 0, 0, 1], ": it is the only attractor there"),
+        ([1, 1, 0, 0, 0], ": it is the only attractor at 2"),
+        ([0] * 5, ""),
+    ):
+        told = resilience._hardest_to_lose(x, safe, np.array(only, bool), *unit)
+        assert told == text + why
 
 
 def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
