@@ -45,7 +45,8 @@ RUNS: dict[str, tuple[list[str], list[str], set[str]]] = {
     ),
 }
 
-TESTS = ("test_own_controller.py",)
+TESTS = {"test_own_controller.py": 1, "test_lifter_node.py": 2}
+"""File -> tests in it."""
 FOREIGN = ("case_by_mujoco",)
 """Run by test/interop, with the tool that they need."""
 
@@ -86,12 +87,12 @@ def test_help_of_a_script_waits_for_no_slow_import() -> None:
     assert done.stdout.count("set()") == done.stdout.count("python examples/") == len(files)
 
 
-def test_the_controller_passes_its_own_test() -> None:
+def test_controller_and_node_pass_their_own_tests() -> None:
     paths = f"{Path(bouncing_disk_ros.__file__).resolve().parents[1]}:{EXAMPLES}"
-    plugins = ("-p", "no:cacheprovider")
+    plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     options = ("-q", "--import-mode=importlib", "-c", "/dev/null", "--rootdir", str(EXAMPLES))
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *plugins, *TESTS],
+        [sys.executable, "-m", "pytest", *options, "-s", *plugins, *TESTS],
         cwd=EXAMPLES,
         capture_output=True,
         text=True,
@@ -106,7 +107,8 @@ def test_the_controller_passes_its_own_test() -> None:
         ),
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{len(TESTS)} passed" in done.stdout
+    assert f"{sum(TESTS.values())} passed" in done.stdout
+    assert "already registered" not in done.stdout + done.stderr
 
 
 def test_every_script_is_run_by_a_test() -> None:
