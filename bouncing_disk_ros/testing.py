@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 30.0
 """Longest wait for a condition, s."""
+_LOGGED: set[str] = set()
+"""Simulators that have a publisher of /rosout: ROS has one for each name in a process."""
 
 
 class SteppedSimulator:
@@ -81,6 +83,7 @@ class SteppedSimulator:
                 context=self.context,
                 parameter_overrides=overrides,
                 use_global_arguments=False,
+                enable_rosout=not self._is_second(namespace, node_name),
             )
         except BaseException:
             rclpy.shutdown(context=self.context)
@@ -88,10 +91,20 @@ class SteppedSimulator:
         self._nodes: list[Node] = []
         self.add_node(self.node)
 
+    def _is_second(self, namespace: str, node_name: str) -> bool:
+        """Whether another simulator of this name is alive: its publisher of /rosout serves both."""
+        self._name = f"{namespace.strip('/')}/{node_name}"
+        second = self._name in _LOGGED
+        self._logs = not second
+        _LOGGED.add(self._name)
+        return second
+
     def close(self) -> None:
         """Destroy the nodes and the context."""
         import rclpy
 
+        if self._logs:
+            _LOGGED.discard(self._name)
         for node in self._nodes:
             self._executor.remove_node(node)
         self.node.destroy_node()

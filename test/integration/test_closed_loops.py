@@ -364,3 +364,12 @@ def test_steps_end_at_impacts_or_after_nanoseconds(
     before = run.session.time_ns
     run.step()
     assert run.session.time_ns == before + 1_000_000
+
+
+def test_simulators_of_one_name_log_without_a_warning_of_ros(
+    make: Make, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """ROS has one publisher of logs for each name in a process: the first one has it."""
+    for _ in range(2):
+        make()
+    assert "already registered" not in "".join(capfd.readouterr())
