@@ -10,7 +10,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.parameters import TABLE, Value, spec_of
 from bouncing_disk_ros.topics import SERVICES
 
 
@@ -102,12 +102,43 @@ def number_text(value: float) -> str:
     return f"{mantissa}.0{e}{exponent}" if e and "." not in mantissa else text
 
 
-def _value_text(value: Value) -> str:
+def value_text(value: Value) -> str:
+    """A value as a command line has it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
         return number_text(value)
     return str(value)
+
+
+def typed_value(name: str, text: str) -> Value:
+    """The value of a parameter that somebody has typed; a text that is none stays a text."""
+    kind = spec_of(name).type
+    if kind is bool and text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    if kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            return text
+    return text
+
+
+RUN_NAMES = tuple(
+    name
+    for name, spec in TABLE.items()
+    if spec.group in ("motion", "disk", "start")
+    or name in ("state_rate", "real_time_factor", "crossfade_duration")
+)
+"""The parameters that a run of its own sets: programmes are made of cross-fades."""
+
+
+def new_run(wanted: Mapping[str, Value], own: Mapping[str, Value]) -> Sequel:
+    """What begins a run of its own with these parameters; `own`: those that the node has."""
+    changed = {name: value for name, value in wanted.items() if own.get(name) != value}
+    settings = (Set(changed),) if changed else ()
+    begin = (Lifecycle("deactivate"), Lifecycle("cleanup"))
+    return Sequel((*begin, *settings, Lifecycle("configure"), Lifecycle("activate")))
 
 
 def _published(names: Names, topic: str, kind: str, content: str) -> str:
@@ -151,7 +182,7 @@ def lines(action: Action | Sequel, names: Names) -> list[str]:
             return [_move_line(action, names)]
         case Set(values):
             return [
-                f"ros2 param set {names.node} {name} {shlex.quote(_value_text(values[name]))}"
+                f"ros2 param set {names.node} {name} {shlex.quote(value_text(values[name]))}"
                 for name in sorted(values, key=_set_order)
             ]
         case Impulse():

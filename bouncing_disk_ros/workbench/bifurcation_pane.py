@@ -237,9 +237,10 @@ class BifurcationPane(ComputedPane):
     def _begin(self, axial_forcing: float) -> None:
         """Put the cursor at the run, within the range shown."""
         across = self._figure.x_range
-        low, high = min(across.start, 0.9 * axial_forcing), max(across.end, 1.1 * axial_forcing)
-        low = max(low, LEAST)
-        across.update(start=low, end=high, reset_start=low, reset_end=high)
+        low, high = across.start, across.end
+        if not self._is_placed:
+            low, high = max(min(low, 0.9 * axial_forcing), LEAST), max(high, 1.1 * axial_forcing)
+            across.update(start=low, end=high, reset_start=low, reset_end=high)
         self._place_cursor(min(max(axial_forcing, low), high))
         self._describe_cursor()
 

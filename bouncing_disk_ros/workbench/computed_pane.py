@@ -8,9 +8,11 @@ from __future__ import annotations
 import os
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
+
+from bouncing_disk_ros.errors import InputError
 
 NICENESS = 10
 """Below a simulator on the same machine, whose ticks are to be on time."""
@@ -90,6 +92,8 @@ class ComputedPane(ABC):
         """`works`: the threads that compute for it."""
         self._works = works
         self._asked = False
+        self._plot: Any = None  # whose ranges are the window
+        self._is_placed = False  # whether the window was asked for
 
     @abstractmethod
     def _ask(self) -> None:
@@ -99,6 +103,27 @@ class ComputedPane(ABC):
         """Compute anew what depends on the parameters in force."""
         self._on_change("", None, None)
 
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """Ends of the axes of its figure, across and up; empty: it has none."""
+        if self._plot is None:
+            return ()
+        across, up = self._plot.x_range, self._plot.y_range
+        return across.start, across.end, up.start, up.end
+
+    def show_window(self, ends: Sequence[float]) -> None:
+        """Show what lies between these `ends`; InputError, and nothing changes, where it cannot."""
+        axes = () if self._plot is None else (self._plot.x_range, self._plot.y_range)
+        pairs = [tuple(ends[:2]), tuple(ends[2:])]
+        bounds = [axis.bounds for axis in axes]
+        fit = [low <= a < b <= high for (a, b), (low, high) in zip(pairs, bounds, strict=False)]
+        if not axes or not all(fit):
+            allowed = " and ".join(f"{low:.6g} to {high:.6g}" for low, high in bounds)
+            raise InputError("address window", tuple(ends), allowed or "a tab with a map")
+        self._is_placed = True
+        for axis, (begin, end) in zip(axes, pairs, strict=True):
+            axis.update(start=begin, end=end)
+
     def join(self) -> None:
         """Wait for the threads: for tests and measurements."""
         for work in self._works:
@@ -106,6 +131,7 @@ class ComputedPane(ABC):
 
     def _watch(self, plot: Any) -> None:
         """Take notice of a figure's ranges, and of its width, which comes once it is shown."""
+        self._plot = plot
         for axis in (plot.x_range, plot.y_range):
             axis.on_change("start", self._on_change)
             axis.on_change("end", self._on_change)

@@ -24,7 +24,7 @@ from bokeh.models import (
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import axial_forcing_of, refuse_unsettled
-from bouncing_disk_ros.parameters import TABLE, spec_of
+from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import MOTION_NAMES
@@ -40,6 +40,7 @@ from bouncing_disk_ros.workbench.actions import (
     Set,
     StopJuggling,
     lines,
+    typed_value,
 )
 from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
@@ -394,17 +395,8 @@ class ControlPane:
 
     def _on_set(self) -> None:
         """Send what was typed as it is; a text that is no number goes as a text, to be refused."""
-        name, text = self.parameter.value, self.given.value.strip()
-        kind = spec_of(name).type
-        value: Any = text
-        if kind is bool and text.lower() in ("true", "false"):
-            value = text.lower() == "true"
-        elif kind in (int, float):
-            try:
-                value = kind(text)
-            except ValueError:
-                value = text
-        self.send(Set({name: value}))
+        name = self.parameter.value
+        self.send(Set({name: typed_value(name, self.given.value.strip())}))
 
     # --- following the run
     def refresh(self, values: Mapping[str, Any], phase: str) -> None:

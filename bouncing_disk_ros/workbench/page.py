@@ -10,10 +10,12 @@ from typing import Any, NamedTuple
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import Div, TabPanel, Tabs
+from bokeh.models import CustomJS, Div, TabPanel, Tabs
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set
+from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set, new_run
+from bouncing_disk_ros.workbench.address import WRITES, read, written
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
@@ -67,16 +69,29 @@ class Pages:
 
     def make(self, document: Document) -> None:
         """Build a page in a new document; it is forgotten with its session."""
-        page = Page(document, self._link)
+        page = Page(document, self._link, _asked_for(document))
         self.open.append(page)
         document.on_session_destroyed(lambda _context: self.open.remove(page))
 
 
-class Page:
-    """Builds the panes for a document and updates them; a link is shared by all pages."""
+def _asked_for(document: Document) -> dict[str, str]:
+    """Names and texts in the address that a browser has asked for."""
+    context = document.session_context
+    given = context.request.arguments if context is not None and context.request else {}
+    return {name: texts[-1].decode("utf-8", "replace") for name, texts in given.items()}
 
-    def __init__(self, document: Document, link: RunLink) -> None:
+
+class Page:
+    """Builds the panes for a document and updates them; a link is shared by all pages.
+
+    `asked`: names and texts of the address, which are shown once the run is known.
+    """
+
+    def __init__(
+        self, document: Document, link: RunLink, asked: Mapping[str, str] | None = None
+    ) -> None:
         self._link, self._history = link, link.history
+        self._asked = dict(asked or {})
         self.run = RunPane(link.history)
         self.player = PlayerPane(link) if link.is_recorded else None
         self.scenes: ScenePane | None = None
@@ -87,6 +102,7 @@ class Page:
         else:
             self.controls = self.player
         self._status = Div(text="", sizing_mode="stretch_width", name="status")
+        self._status.js_on_change("tags", CustomJS(code=WRITES))
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
@@ -133,12 +149,45 @@ class Page:
         if not self.tabs.active:
             return
         tab = list(self._holders)[self.tabs.active - 1]
+        pane = self._seen(tab)
+        if tab in self._behind and self._parameters:
+            self._behind.remove(tab)
+            pane.parameters_changed()
+
+    def _seen(self, tab: TabRow) -> ComputedPane:
+        """The pane of a tab, which is made when it is first needed."""
         if tab not in self._panes:
             self._panes[tab] = self._pane(tab)
             self._holders[tab].children = [self._panes[tab].layout]
-        if tab in self._behind and self._parameters:
-            self._behind.remove(tab)
-            self._panes[tab].parameters_changed()
+        return self._panes[tab]
+
+    # --- the address
+    def _go_to(self, asked: Mapping[str, str]) -> None:
+        """Show what an address asks for; what is wrong is refused in one line, nothing changes."""
+        titles = [str(tab.title) for tab in self.tabs.tabs]
+        try:
+            wanted = read(asked, titles)
+            active = titles.index(wanted.tab) if wanted.tab else 0
+            if wanted.window:
+                if not active:
+                    raise InputError("address window", asked["window"], "one with a tab of a map")
+                self._seen(list(self._holders)[active - 1]).show_window(wanted.window)
+        except InputError as error:
+            self._history.note(error.line, is_refusal=True)
+            return
+        values = self._history.values_at()
+        if any(values[name] != value for name, value in wanted.parameters.items()):
+            self.controls.send(new_run(wanted.parameters, self._history.own_values()))
+        self.tabs.active = active
+
+    def _write_address(self) -> None:
+        """Let the browser's address say what is shown."""
+        active = int(self.tabs.active)
+        values = {} if self.player else self._history.values_at()
+        ends = self._seen(list(self._holders)[active - 1]).ends if active else ()
+        text = written(values, str(self.tabs.tabs[active].title), ends)
+        if self._status.tags != [text]:
+            self._status.tags = [text]
 
     def _update_texts(self) -> None:
         history = self._history
@@ -149,6 +198,12 @@ class Page:
             self._parameters = found
             self._behind = set(self._holders)
         self._follow()
+        if history.first_values or self.player:  # what is in force is known
+            asked, self._asked = self._asked, {}
+            if asked:
+                self._go_to(asked)
+            else:
+                self._write_address()
         text = self._status_line()
         if text != self._status_text:
             self._status_text = self._status.text = text

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench.actions import Action, Lifecycle, Perform, Sequel, Set
+from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, Sequel, new_run
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
@@ -26,9 +26,6 @@ REST: Mapping[str, Value] = {
 """A start at rest on the platform, at its lowest point."""
 RATE = 100.0
 """Samples a second of joint_states."""
-_GROUPS = ("motion", "disk", "start")
-_PACE = ("state_rate", "real_time_factor", "crossfade_duration")
-"""Of the other parameters, those that a scene depends on: programmes are made of cross-fades."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +53,7 @@ class Scene:
             whole["axial_amplitude"] = amplitude_of(self.axial_forcing, numbers(whole))
         frequency = float(whole["frequency"])
         whole["state_rate"] = strobe_rate(frequency, RATE)
-        return {
-            name: value
-            for name, value in whole.items()
-            if TABLE[name].group in _GROUPS or name in _PACE
-        }
+        return {name: whole[name] for name in RUN_NAMES}
 
     @property
     def motion(self) -> Motion:
@@ -76,12 +69,7 @@ class Scene:
 
     def actions(self, own: Mapping[str, Value]) -> Sequel:
         """What sets it up as a run of its own; `own`: the parameters that the node has."""
-        changed = {name: value for name, value in self.parameters.items() if own.get(name) != value}
-        begin = (Lifecycle("deactivate"), Lifecycle("cleanup"))
-        settings = (Set(changed),) if changed else ()
-        return Sequel(
-            (*begin, *settings, Lifecycle("configure"), Lifecycle("activate"), *self.after)
-        )
+        return Sequel((*new_run(self.parameters, own).actions, *self.after))
 
 
 _SCENES = (

@@ -119,8 +119,12 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
         wait_for_text(browser, done)
         look(browser, name)
 
+    wait(lambda: "tab=Bifurcation" in browser.current_url)
+    assert "token" not in browser.current_url
+    before = seconds_shown(browser)
     browser.refresh()
-    wait(lambda: seconds_shown(browser) > 0.0)
+    wait_for_text(browser, r"values of Γ.* in \d")
+    assert seconds_shown(browser) > before, "the run goes on"
     assert "Traceback" not in workbench.output
 
 

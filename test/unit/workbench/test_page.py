@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench import page as page_module
 from bouncing_disk_ros.workbench.actions import (
+    RUN_NAMES,
     Call,
     Impulse,
     Juggle,
@@ -32,6 +34,7 @@ from bouncing_disk_ros.workbench.actions import (
     Set,
     StopJuggling,
     lines,
+    new_run,
 )
 from bouncing_disk_ros.workbench.bag_link import BagLink
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
@@ -41,7 +44,7 @@ from bouncing_disk_ros.workbench.control_pane import (
     MOTION_CONTROLS,
     forcing_of,
 )
-from bouncing_disk_ros.workbench.page import TABS, Page, Pages, TabRow
+from bouncing_disk_ros.workbench.page import TABS, TEXT_EVERY, Page, Pages, TabRow
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from support.page_link import ListLink, change, click, model
@@ -423,6 +426,78 @@ def test_a_start_is_sent_with_the_motion_in_force(link: ListLink) -> None:
     assert settings.values == {**motion, "initial_forcing_phase": 1.0}
     page.set_values({"axial_amplitude": 0.05, "restitution": 0.4})
     assert link.sent[1:] == [Move({"axial_amplitude": 0.05}), Set({"restitution": 0.4})]
+
+
+def address_of(document: Document) -> dict[str, str]:
+    """Names and texts in the address that a page has given to its browser."""
+    (text,) = model(document, "status").tags
+    return dict(parse_qsl(text))
+
+
+def opened(link: ListLink, asked: dict[str, str]) -> tuple[Page, Document]:
+    """A page whose browser has asked for an address, some frames later."""
+    page = Page(document := Document(), link, asked)
+    for _ in range(2 * TEXT_EVERY):
+        page.update()
+    return page, document
+
+
+def test_an_address_shows_another_the_same(link: ListLink) -> None:
+    """Parameters, tab and window; sent to a page whose run is another one, and to its own."""
+    link.history.add_values(1.0, {"restitution": 0.45, "initial_with_platform": False})
+    first, document = opened(link, {"token": "secret", "tab": "Basins", "window": "1,1.5,-2,-1.25"})
+    first._panes[TABS[0]].show_window((1.0, 1.5, -2.0, -1.25))
+    address = address_of(document)
+    assert "token" not in address
+    other = ListLink()
+    filled(other, "swum")
+    second, shown = opened(other, address)
+    (run,) = other.sent
+    assert isinstance(run, Sequel)
+    assert run == new_run(held(link), other.history.own_values())
+    assert second.tabs.active == 1
+    assert second._panes[TABS[0]].ends == (1.0, 1.5, -2.0, -1.25)
+    other.history.add_motion(link.history.motions.items[-1])
+    other.history.add_values(1.0, held(link))
+    for _ in range(TEXT_EVERY):
+        second.update()
+    assert address_of(shown) == address
+    before = len(link.sent)
+    opened(link, address)
+    assert len(link.sent) == before, "a page that is loaded again goes on with the run"
+
+
+def held(link: ListLink) -> dict[str, parameters.Value]:
+    return {name: link.history.values_at()[name] for name in RUN_NAMES}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        ({"restitution": "1.5"}, "restitution: got 1.5, allowed"),
+        ({"restitution": "high"}, "restitution: got 'high', allowed"),
+        ({"mass": "nan"}, "mass: got nan, allowed"),
+        ({"restituton": "0.4"}, "address: got 'restituton', allowed: .* restitution"),
+        ({"lockstep": "impact"}, "address: got 'lockstep', allowed"),
+        ({"preload": "-1e3"}, "preload: got -1000.0, allowed: a finite number > "),
+        ({"tab": "Basin"}, "address tab: got 'Basin', allowed: The run, Basins, Bifurcation"),
+        ({"window": "0,1,2"}, "address window: got '0,1,2', allowed: four numbers"),
+        ({"window": "0,1,nan,2"}, "address window: got '0,1,nan,2', allowed: four numbers"),
+        ({"window": "1,2,0,1e9"}, "address window: got .*1000000000.0.*, allowed: 0.001 to 1000 "),
+        ({"tab": "The run", "window": "0,1,2,3"}, "address window: got '0,1,2,3', allowed: one"),
+    ],
+)
+def test_a_wrong_address_is_refused_in_one_line_and_changes_nothing(
+    link: ListLink, wrong: dict[str, str], line: str
+) -> None:
+    right = {"restitution": "0.4", "tab": "Bifurcation", "window": "0.4,0.5,0,1"}
+    page, document = opened(link, {**right, **wrong})
+    (notice,) = link.history.notices_after(0)
+    assert re.match(line, notice.text)
+    assert notice.is_refusal
+    assert link.sent == []
+    assert page.tabs.active == 0
+    assert "restitution" not in address_of(document), "it has its default"
 
 
 class ToyPane(ComputedPane):
