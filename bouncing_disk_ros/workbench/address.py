@@ -13,14 +13,14 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench.actions import (
-    RUN_NAMES,
-    typed_value,
-    value_text,
-)
+from bouncing_disk_ros.workbench.actions import RUN_NAMES, typed_value, value_text
 
-WRITES = "history.replaceState(null, '', '?' + this.tags[0])"
-"""What a browser does with a new address, the text in the tags of a model."""
+WRITES = """
+const left = new URLSearchParams(location.search);
+left.delete("token");
+history.replaceState(null, "", "?" + (status.tags[0] ?? left));
+"""
+"""How a browser shows a new address, the text in the tags of `status`; none: without the token."""
 _OTHERS = ("tab", "window")
 _LEFT_OUT = "token"
 

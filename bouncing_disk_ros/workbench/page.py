@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from bokeh.document import Document
+from bokeh.events import DocumentReady
 from bokeh.layouts import column, row
 from bokeh.models import CustomJS, Div, TabPanel, Tabs
 
@@ -102,7 +103,9 @@ class Page:
         else:
             self.controls = self.player
         self._status = Div(text="", sizing_mode="stretch_width", name="status")
-        self._status.js_on_change("tags", CustomJS(code=WRITES))
+        write = CustomJS(args={"status": self._status}, code=WRITES)
+        self._status.js_on_change("tags", write)
+        document.js_on_event(DocumentReady, write)  # tags that were set before raise no event
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""

@@ -170,6 +170,8 @@ def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) 
     """Frames go on for as long as the page is seen: without that the flow would stop at once."""
     url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
     browser.get(url)
+    wait(lambda: "tab=The+run" in browser.current_url)  # nothing has changed since it opened
+    assert "token" not in browser.current_url
     wait(lambda: seconds_shown(browser) > 1.0)
     script = "return Bokeh.documents[0].get_model_by_name('path').data.time.at(-1)"
     first = float(browser.execute_script(script))
