@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.environment import ros_is_here
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
+from bouncing_disk_ros.executables import loaded
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
@@ -76,6 +77,12 @@ def _load(name: str, stop: Stop) -> None:
         from matplotlib import figure  # noqa: F401
 
 
+def _compile(definition: StudyDefinition, stop: Stop) -> None:
+    """Import what computes, once the options are known to be right: its kernels may be compiled."""
+    with stop.importing():
+        loaded(definition.study)
+
+
 def _run_without_ros(study: StudyDefinition, start: Start) -> int:
     study.refuse_not_taken(start.overrides)
     values = option_values(start.overrides, study.table)
@@ -93,6 +100,7 @@ def run_study(
     if values["hold"]:
         hint = "There are no topics to hold."
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
+    _compile(definition, stop)
     work = StudyWork(definition, values, given)
     stop.running = True
     return work.present(Outlet(stop))
@@ -113,7 +121,9 @@ def _run_as_node(study: StudyDefinition, start: Start) -> int:
             super().__init__(study.name)
             given = overrides_of(self)
             study.refuse_not_taken(given)
-            self._work = StudyWork(study, options(self, study.table), set(given))
+            values = options(self, study.table)
+            _compile(study, start.stop)
+            self._work = StudyWork(study, values, set(given))
 
         def present(self, stop: Stop) -> int:
             """Compute, show, keep; the exit code."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -34,6 +35,31 @@ def test_an_interrupted_start_ends_without_a_traceback(argv0: str, is_quiet: boo
     assert done.returncode == -signal.SIGINT
     assert ("KeyboardInterrupt" not in done.stderr) is is_quiet
     assert (done.stderr == "") is is_quiet
+
+
+COMPILING = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "bouncing_disk_ros.study.basins.compute":
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+                for _ in range(1000):
+                    pass  # the handler runs
+            except BaseException:
+                raise RuntimeError("no compiled object yet: LLVM has dropped the signal") from None
+sys.meta_path.insert(0, Finder())
+from bouncing_disk_ros.study.basins.options import main
+sys.exit(main(["--ros-args", "-p", "width:=2", "-p", "output:=unused"]))
+"""
+
+
+def test_a_study_that_compiles_ends_at_once(tmp_path: Path) -> None:
+    """LLVM drops an exception of a handler and goes on with another one."""
+    command = [sys.executable, "-c", COMPILING]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (130, "")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
