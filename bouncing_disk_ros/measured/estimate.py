@@ -325,14 +325,18 @@ class Profiles:
         """Parameters, averaged over the ratios."""
         return np.asarray(sum(node.weight * node.p for node in self.nodes))
 
+    def deviation(self, index: int) -> float:
+        """Standard deviation of a free parameter, by the curvature at the top."""
+        place = self.model.free.index(index)
+        total = sum(n.weight * float(self.covariance(n)[place, place]) for n in self.nodes)
+        return math.sqrt(total)
+
     def interval(self, index: int, low: float, high: float) -> Interval:
         """The interval of a free parameter; an end beyond low or high is that bound."""
         value = float(self.estimate[index])
         if self.degrees < 1 and not self.data.is_absolute:
             return Interval(value, low, high)
-        place = self.model.free.index(index)
-        width = math.sqrt(sum(n.weight * self.covariance(n)[place, place] for n in self.nodes))
-        tail = 0.5 * (1.0 - LEVEL)
+        width, tail = self.deviation(index), 0.5 * (1.0 - LEVEL)
         return Interval(
             value,
             self._end(index, value, -width, low, tail),

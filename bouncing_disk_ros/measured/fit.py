@@ -11,6 +11,7 @@ import yaml
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
+from bouncing_disk_ros.measured.bootstrap import bootstrapped
 from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
@@ -45,6 +46,8 @@ _VOID = 1e3
 _LEAST_KEPT = 0.67
 """Part of the hits that a chain of flights must hold."""
 _ROUNDS = 4
+_NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forcing_phase",
+          FREQUENCY: "frequency"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,23 @@ class ImpactFit:
     def __getitem__(self, name: str) -> Interval:
         """A parameter by its name."""
         return self.parameters[name]
+
+    def bootstrap(self, count: int = 200) -> dict[str, Interval]:
+        """The intervals of the fitted parameters by a second method, a parametric bootstrap.
+
+        `count` experiments with the fitted model are simulated and fitted again, each as long as
+        the fit itself. Raises FailedError where most of them end in contact.
+        """
+        found = bootstrapped(self.profiles, count)
+        if RESTITUTION in found:
+            one = found[RESTITUTION]
+            found[RESTITUTION] = Interval(one.value, max(one.low, 0.0), min(one.high, 1.0))
+        if PHASE in found:
+            found[PHASE] = _turned(found[PHASE])
+        if FREQUENCY in found:
+            one = found[FREQUENCY]
+            found[FREQUENCY] = Interval(*(x / math.tau for x in (one.value, one.low, one.high)))
+        return {_NAMES[index]: one for index, one in found.items()}
 
     @property
     def told(self) -> str:
@@ -369,14 +389,17 @@ class _Known:
             found["axial_forcing"] = Interval(part * a.value, part * a.low, part * a.high)
             found["axial_amplitude"] = a
         phase = profiles.interval(PHASE, p[PHASE] - math.pi, p[PHASE] + math.pi)
-        turns = math.floor(phase.value / math.tau) * math.tau
-        found["forcing_phase"] = Interval(
-            *(x - turns for x in (phase.value, phase.low, phase.high))
-        )
+        found["forcing_phase"] = _turned(phase)
         if FREQUENCY in self.free:
             w = profiles.interval(FREQUENCY, 0.0, math.inf)
             found["frequency"] = Interval(*(x / math.tau for x in (w.value, w.low, w.high)))
         return found
+
+
+def _turned(phase: Interval) -> Interval:
+    """With a value from 0 to 2π."""
+    turns = math.floor(phase.value / math.tau) * math.tau
+    return Interval(*(x - turns for x in (phase.value, phase.low, phase.high)))
 
 
 def _heard(times: Array, dead_time: float) -> NDArray[np.int64]:

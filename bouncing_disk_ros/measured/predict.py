@@ -142,18 +142,28 @@ def _vibrating(profiles: Profiles, draws: Draws, rng: np.random.Generator) -> Ar
     """By the next-collision map, an impact at a time: each has its own restitution."""
     g, coming = profiles.model.gravity, np.full((len(draws.times), MOST_IMPACTS), np.nan)
     for i, each in enumerate(_restitutions(draws, rng)):
-        p, (before, at) = draws.parameters[i], draws.times[i, -2:]
-        w, a = p[FREQUENCY], abs(p[AMPLITUDE])
-        phase = p[PHASE] + (math.pi if p[AMPLITUDE] < 0.0 else 0.0)
-        here, there = w * at + phase, w * before + phase
-        fall = a * (math.sin(here) - math.sin(there)) / (at - before) - 0.5 * g * (at - before)
-        speed = (fall - a * w * math.cos(here)) * w / (math.pi * g)
-        state = MapState(here, min(speed, 0.0))
-        for k, restitution in enumerate(each):
-            step = NextCollisionMap(a * w * w / (math.pi * g), float(restitution)).orbit(state, 1)
-            if not len(step.delay):
-                break
-            at += step.delay[0] / w
-            coming[i, k] = at
-            state = MapState(step.forcing_phase[0], step.axial_impact_velocity[0])
+        found = flown_on(draws.parameters[i], g, draws.times[i, -2:], each)
+        coming[i, : len(found)] = found
     return coming
+
+
+def flown_on(p: Array, g: float, last: Array, restitutions: Array) -> Array:
+    """Times of impacts after the last two, each with its restitution; fewer, where contact comes.
+
+    The platform vibrates with parameters p.
+    """
+    (before, at), found = last, []
+    w, a = p[FREQUENCY], abs(p[AMPLITUDE])
+    phase = p[PHASE] + (math.pi if p[AMPLITUDE] < 0.0 else 0.0)
+    here, there = w * at + phase, w * before + phase
+    fall = a * (math.sin(here) - math.sin(there)) / (at - before) - 0.5 * g * (at - before)
+    speed = (fall - a * w * math.cos(here)) * w / (math.pi * g)
+    state = MapState(here, min(speed, 0.0))
+    for restitution in restitutions:
+        step = NextCollisionMap(a * w * w / (math.pi * g), float(restitution)).orbit(state, 1)
+        if not len(step.delay):
+            break
+        at += step.delay[0] / w
+        found.append(at)
+        state = MapState(step.forcing_phase[0], step.axial_impact_velocity[0])
+    return np.array(found)
