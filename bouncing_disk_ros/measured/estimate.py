@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigvals_banded
 from scipy.optimize import brentq
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import ndtr, stdtr
 
 from bouncing_disk_ros.measured.kernels.likelihood import excess_slopes, fit_times
 from bouncing_disk_ros.measured.kernels.rest_laws import (
@@ -400,8 +399,8 @@ class Profiles:
         """The confidence distribution where 2 log L is lower by `fall` than at its top."""
         fall = max(fall, 0.0)
         if self.data.is_absolute:
-            return float(norm.cdf(side * math.sqrt(fall)))
+            return float(ndtr(side * math.sqrt(fall)))
         if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
         root = math.sqrt(self.degrees * math.expm1(fall / self.count))
-        return float(student.cdf(side * root, self.degrees))
+        return float(stdtr(self.degrees, side * root))

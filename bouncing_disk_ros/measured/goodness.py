@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from bouncing_disk_ros.measured.estimate import Array, Node, Profiles
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
@@ -45,8 +44,8 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
     left -= (left @ own) @ own.T
     rows = np.vstack([white[told], left])
     odd = _statistics(rows, orders, profiles.data.is_absolute)
-    shares = 1.0 - (rankdata(odd, method="min", axis=0) - 1.0) / len(odd)
-    least = shares.min(axis=1)
+    smaller = [np.searchsorted(np.sort(column), column) for column in odd.T]
+    least = 1.0 - np.max(smaller, axis=0) / len(odd)
     return float(np.mean(least <= least[0]))
 
 
