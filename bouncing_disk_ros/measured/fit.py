@@ -63,7 +63,8 @@ class ImpactFit:
     height above the take-off, m. `restitutions`: coefficient of each inner impact, `speeds`: of
     these impacts relative to the platform, m/s. `contacts`: indices of times after which chatter
     ends in contact; flights and impacts there are nan.
-    `probability`: of residuals as odd as these if the model is true; nan with too few impacts.
+    `probability`: of residuals as odd as these if the model is true; nan with too few
+    impacts, or if the residuals are rounding of the times.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     """

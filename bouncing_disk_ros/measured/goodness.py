@@ -25,13 +25,20 @@ _DRAWS, _NUMBERS = 2000, 2_000_000
 
 
 def probability_of(profiles: Profiles, speeds: Array) -> float:
-    """Of residuals as odd as these; nan with fewer than three. speeds (N - 2): of inner impacts."""
+    """Of residuals as odd as these; nan with fewer than three, or where they are rounding.
+
+    speeds (N - 2): of inner impacts. Rounding: no more than the half digit of each of N times that
+    are added up, as in a simulation. Such residuals are not independent.
+    """
     white, taken = _whitened(profiles, profiles.best)
     data, p = profiles.data, profiles.best.p
     told = (data.kinds != VOID) & ~data.missed[2:]  # a missed impact takes its own residual
     told &= np.isfinite(speeds) & np.isfinite(white)
     count = int(told.sum())
     if count < 3 or count <= len(taken):
+        return math.nan
+    size = float(np.sqrt(np.mean(white[told] ** 2)) * np.median(data.errors[~data.missed]))
+    if size < 0.5 * len(data.times) * np.spacing(np.abs(data.times).max()):
         return math.nan
     angle = np.mod(p[FREQUENCY] * profiles.best.times[1:-1] + p[PHASE], math.tau)
     orders: list[NDArray[np.int64]] = [np.arange(count), np.argsort(speeds[told])]

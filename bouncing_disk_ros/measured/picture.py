@@ -45,11 +45,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
                 ),
             )
         )
-    if fit.probability < math.inf:  # no nan
-        is_odd = fit.probability < 1.0 - LEVEL
-        verdict = "the model does not hold" if is_odd else "the model is not refuted"
-        text = f"such residuals have the probability {fit.probability:.2g}: {verdict}"
-        data.append(("goodness of fit", text))
+    data.append(("goodness of fit", _goodness_text(fit.probability)))
     rows = []
     for name, found in fit.parameters.items():
         symbol, unit = UNITS[name]
@@ -95,6 +91,13 @@ def lines_of(fit: ImpactFit) -> list[str]:
     for table in tables:
         lines += [f"{table.title}:", *(f"  {name:{width}}  {text}" for name, text in table.rows)]
     return lines
+
+
+def _goodness_text(probability: float) -> str:
+    if math.isnan(probability):
+        return "not told: too few impacts, or residuals that are rounding of the times"
+    verdict = "the model does not hold" if probability < 1.0 - LEVEL else "the model is not refuted"
+    return f"such residuals have the probability {probability:.2g}: {verdict}"
 
 
 def headline_of(fit: ImpactFit) -> tuple[str, str]:

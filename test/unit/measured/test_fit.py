@@ -399,6 +399,8 @@ def test_the_probability_of_residuals_is_one_and_tells_a_wrong_model() -> None:
     assert 30 <= sum(x < 0.5 for x in found) <= 70
     seen = with_law(12, 2.2, 0.85, 0.04) + 1e-5 * rng.standard_normal(12)
     assert probability_of(rest_profiles(seen, None), np.diff(seen)[:-1]) < 0.01
+    exact = np.cumsum(np.r_[0.0, 0.6 * 0.8 ** np.arange(12)])  # its residuals are rounding
+    assert np.isnan(probability_of(rest_profiles(exact, None), np.diff(exact)[:-1]))
 
 
 @pytest.mark.parametrize(
