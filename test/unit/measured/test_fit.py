@@ -253,6 +253,10 @@ def test_only_the_impacts_of_a_bag_are_read(tmp_path: Path) -> None:
     assert fit["axial_amplitude"].low < 0.0016 < fit["axial_amplitude"].high
     assert fit["restitution"].high - fit["restitution"].low < 0.01
     assert fit.untold == ()
+    words = [str(tmp_path / "run_1"), "--ros-args", "-p", "frequency:=20.0", "-p", "figures:=none"]
+    assert executable.main(words) == 0
+    preset = load_preset(str(tmp_path / "run_1_fit.yaml"))
+    assert preset["restitution"] == fit["restitution"].value
 
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
