@@ -41,6 +41,7 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.picture import colors_of
+from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import (
@@ -337,7 +338,6 @@ class PathFigure:
     def __init__(self) -> None:
         self.figure = figure(
             height=280, **WIDE, tools="xpan,xwheel_zoom,reset", active_scroll="xwheel_zoom",
-            x_axis_label="time from the first impact (s)", y_axis_label="height (m)",
             x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), title="Path of an orbit",
         )  # fmt: skip
         self.figure.toolbar.logo = None
@@ -355,15 +355,21 @@ class PathFigure:
         if orbit is None:
             self._path.data = {name: [] for name in self._path.data}
             return
-        self._path.data = {
-            "time": orbit.time, "height": orbit.height, "platform": orbit.platform,
-        }  # fmt: skip
         low, high = float(orbit.platform.min()), float(orbit.height.max())
         span = max(high - low, 1e-12)
         end = float(orbit.time[-1])
+        (second, seconds), (metre, metres) = shown_unit("s", 0.4 * end), shown_unit("m", 0.4 * span)
+        self._path.data = {
+            "time": orbit.time / second,
+            "height": orbit.height / metre,
+            "platform": orbit.platform / metre,
+        }
+        self.figure.xaxis.axis_label = f"time from the first impact ({seconds})"
+        self.figure.yaxis.axis_label = f"height ({metres})"
+        room = (low - 0.05 * span) / metre, (high + 0.2 * span) / metre  # for the legend
         for axis, first, last in (
-            (self.figure.x_range, 0.0, end),
-            (self.figure.y_range, low - 0.05 * span, high + 0.2 * span),  # room for the legend
+            (self.figure.x_range, 0.0, end / second),
+            (self.figure.y_range, *room),
         ):
             axis.update(start=first, end=last, reset_start=first, reset_end=last)
 
@@ -541,7 +547,9 @@ class BasinPane(ComputedPane):
                          * side), side - 1)  # fmt: skip
             label = int(shown.labels[up, across])
             name = shown.names[label] if label >= 0 else "unresolved"
-            text = f"τ = {event.x:.6g} rad, w_A = {event.y:.6g} πg/ω: {name}"
+            phase = _placed(event.x, 0.5 * (w.phase_end - w.phase_begin))
+            velocity = _placed(event.y, 0.5 * (w.velocity_end - w.velocity_begin))
+            text = f"τ = {phase} rad, w_A = {velocity} πg/ω: {name}"
         self._under.text = _line(text)
 
     def _on_tap(self, event: Tap) -> None:
@@ -630,9 +638,13 @@ def _described(window: Window) -> str:
     parts = []
     for name, begin, end, unit in (("τ", *window[:2], "rad"), ("w_A", *window[2:], "πg/ω")):
         half = 0.5 * (end - begin)
-        digits = max(3, 3 - math.floor(math.log10(half)))
-        parts.append(f"{name} = {0.5 * (begin + end):.{digits}f} ± {half:.3g} {unit}")
+        parts.append(f"{name} = {_placed(0.5 * (begin + end), half)} ± {half:.3g} {unit}")
     return ", ".join(parts)
+
+
+def _placed(value: float, half: float) -> str:
+    """A place in a window that goes so far to each side: more digits the closer one looks."""
+    return f"{value:.{max(3, 3 - math.floor(math.log10(half)))}f}"
 
 
 def _line(text: str) -> str:

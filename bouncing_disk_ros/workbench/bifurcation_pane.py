@@ -35,6 +35,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_start
 from bouncing_disk_ros.parameters import DEFAULTS, TABLE
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
+from bouncing_disk_ros.units import with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_at
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
@@ -334,7 +335,7 @@ class BifurcationPane(ComputedPane):
         if self._section is None:
             return
         forcing, restitution = float(self._cursor.location), self._section.restitution
-        text = f"Cursor: Γ = {forcing:.6g}, A = {self._amplitude():.6g} m"
+        text = f"Cursor: Γ = {forcing:.6g}, A = {with_prefix(self._amplitude(), 'm')}"
         self._at_cursor.text = html.escape(text)
 
         def find(is_obsolete: IsObsolete) -> None:
