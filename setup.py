@@ -47,7 +47,7 @@ setup(
     # two lists of constraints, which are tested.
     install_requires=[
         "PyYAML>=6.0",
-        "bokeh>=3.4",  # interactive plots: HTML reports, the page of the workbench
+        "bokeh>=3.7",  # interactive plots: HTML reports, the page of the workbench
         "google-crc32c",  # checksums of stored results; zarr needs it too
         "lz4",  # chunks of bags, with mcap
         "matplotlib>=3.6",

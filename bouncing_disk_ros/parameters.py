@@ -52,6 +52,11 @@ class Spec:
     """Whether it is a text of numbers: one number or a sequence of them may come for it."""
 
     @property
+    def spelled(self) -> str:
+        """Its name in words, with its symbol."""
+        return f"{self.name.replace('_', ' ')} {self.symbol}".rstrip()
+
+    @property
     def type(self) -> type[Value]:
         """The Python type of the values: bool, int, float or str."""
         return type(self.default)

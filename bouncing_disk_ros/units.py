@@ -11,6 +11,16 @@ _PREFIXED = ("Hz", "m", "g", "N", "N·m", "s", "W")
 _INERTIAS: Units = ((1.0, "kg·m²"), (1e-3, "g·m²"), (1e-7, "g·cm²"), (1e-9, "g·mm²"))
 _SMALL_ANGLE = 0.01
 """Below this angles are in mrad, rad."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number_text(value: float, digits: int = 4) -> str:
+    """A number as a person writes it, to so many digits: −0.5, 3·10⁻⁷, 10⁶."""
+    factor, is_power, power = f"{value:.{digits}g}".replace("-", "−").partition("e")
+    if not is_power:
+        return factor
+    raised = str(int(power.replace("−", "-"))).translate(_RAISED)
+    return f"{factor}·10{raised}".replace("−1·", "−") if factor != "1" else f"10{raised}"
 
 
 def shown_unit(unit: str, largest: float) -> tuple[float, str]:
@@ -32,8 +42,8 @@ def shown_unit(unit: str, largest: float) -> tuple[float, str]:
     return next(((size, name) for size, name in known if largest >= size), known[-1])
 
 
-def with_prefix(value: float, unit: str) -> str:
-    """A number with its unit as a data sheet writes it, to 4 digits: 40 kHz, 300 nm, 9.807 m/s²."""
-    value = float(f"{value:.4g}")
+def with_prefix(value: float, unit: str, digits: int = 4) -> str:
+    """A number with its unit as a data sheet writes it: 40 kHz, 300 nm, 9.807 m/s²."""
+    value = float(f"{value:.{digits}g}")
     size, name = shown_unit(unit, abs(value))
-    return f"{value / size:.4g} {name}".rstrip().replace("-", "−")
+    return f"{number_text(value / size, digits)} {name}".rstrip()

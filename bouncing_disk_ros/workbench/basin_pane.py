@@ -41,9 +41,9 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.picture import colors_of
-from bouncing_disk_ros.units import shown_unit
+from bouncing_disk_ros.units import number_text, shown_unit
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Orbit,
@@ -410,8 +410,8 @@ SAME_START = 0.012
 """A click so near the one before, as a part of the window, is on the same start."""
 _HINT = "Click a start to see its orbit; click it again to send the disk there."
 _PLANE = (
-    "The basins depend on Γ and ε alone: phase lag, friction, loads and brake turn the disk, they "
-    "do not lift it."
+    "The basins depend on the axial forcing Γ and the restitution ε alone: phase lag, friction, "
+    "loads and brake turn the disk, they do not lift it."
 )
 _PRECISE = "Double precision ends here: several pixels are one and the same start."
 
@@ -485,8 +485,8 @@ class BasinPane(ComputedPane):
         first = self._section is None
         self._section, self._shown = section, None
         self._map.figure.title.text = (
-            f"Basins of attraction at axial forcing Γ = {section.axial_forcing:.6g}, "
-            f"restitution ε = {section.restitution:g}"
+            f"axial forcing Γ = {number_text(section.axial_forcing, 6)}, "
+            f"restitution ε = {number_text(section.restitution, 6)}"
         )
         self._status.text = "Looking for the attractors."
         self._forget_orbit()
@@ -547,8 +547,8 @@ class BasinPane(ComputedPane):
                          * side), side - 1)  # fmt: skip
             label = int(shown.labels[up, across])
             name = shown.names[label] if label >= 0 else "unresolved"
-            phase = _placed(event.x, 0.5 * (w.phase_end - w.phase_begin))
-            velocity = _placed(event.y, 0.5 * (w.velocity_end - w.velocity_begin))
+            phase = placed(event.x, 0.5 * (w.phase_end - w.phase_begin))
+            velocity = placed(event.y, 0.5 * (w.velocity_end - w.velocity_begin))
             text = f"τ = {phase} rad, w_A = {velocity} πg/ω: {name}"
         self._under.text = _line(text)
 
@@ -638,13 +638,10 @@ def _described(window: Window) -> str:
     parts = []
     for name, begin, end, unit in (("τ", *window[:2], "rad"), ("w_A", *window[2:], "πg/ω")):
         half = 0.5 * (end - begin)
-        parts.append(f"{name} = {_placed(0.5 * (begin + end), half)} ± {half:.3g} {unit}")
+        parts.append(
+            f"{name} = {placed(0.5 * (begin + end), half)} ± {number_text(half, 3)} {unit}"
+        )
     return ", ".join(parts)
-
-
-def _placed(value: float, half: float) -> str:
-    """A place in a window that goes so far to each side: more digits the closer one looks."""
-    return f"{value:.{max(3, 3 - math.floor(math.log10(half)))}f}"
 
 
 def _line(text: str) -> str:

@@ -32,12 +32,12 @@ from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.parameters import DEFAULTS, TABLE
+from bouncing_disk_ros.parameters import AXIAL_FORCING, DEFAULTS, TABLE
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
-from bouncing_disk_ros.units import with_prefix
+from bouncing_disk_ros.units import number_text, with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_at
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
 
 COARSE, FULL = 160, 800
@@ -135,7 +135,8 @@ _SHADES = 64
 _ABOUT = (
     "Phases of the impacts on all attractors that were found, darker where they are denser; "
     "<span style='color:#0072B2'>blue</span>: without contact, "
-    "<span style='color:#D55E00'>orange</span>: with contact. They depend on Γ and ε alone. "
+    "<span style='color:#D55E00'>orange</span>: with contact. They depend on the axial "
+    "forcing Γ and the restitution ε alone. "
     "Click, or drag the green cursor: the platform of the run is set to its Γ. "
     "The dashed line is Γ of the run."
 )
@@ -169,7 +170,7 @@ class BifurcationPane(ComputedPane):
         self._figure = self._drawn()
         self._slider = Slider(
             start=BEGIN, end=END, value=BEGIN, step=1e-4, format="0.0000", **_WIDE,
-            title="Γ of the cursor",
+            title="Γ of the cursor", html_attributes={"title": AXIAL_FORCING.spelled},
         )  # fmt: skip
         self._connect()
         self.layout = column(
@@ -222,7 +223,9 @@ class BifurcationPane(ComputedPane):
             return
         before, self._section = self._section, section
         self._in_force.location = section.axial_forcing
-        self._figure.title.text = f"Bifurcation diagram at restitution ε = {section.restitution:g}"
+        self._figure.title.text = (
+            f"Bifurcation diagram at restitution ε = {number_text(section.restitution, 6)}"
+        )
         if before is None:
             self._begin(section.axial_forcing)
         elif before.restitution != section.restitution:
@@ -335,7 +338,9 @@ class BifurcationPane(ComputedPane):
         if self._section is None:
             return
         forcing, restitution = float(self._cursor.location), self._section.restitution
-        text = f"Cursor: Γ = {forcing:.6g}, A = {with_prefix(self._amplitude(), 'm')}"
+        across = self._figure.x_range
+        place = placed(forcing, 0.5 * (across.end - across.start))
+        text = f"Cursor: Γ = {place}, A = {with_prefix(self._amplitude(), 'm')}"
         self._at_cursor.text = html.escape(text)
 
         def find(is_obsolete: IsObsolete) -> None:

@@ -5,6 +5,7 @@ Before its class `ComputedPane` the thread that computes, of whose requests the 
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from abc import ABC, abstractmethod
@@ -152,3 +153,9 @@ class ComputedPane(ABC):
         document = self.layout.document
         if document is not None:
             on_next_tick(document, callback)
+
+
+def placed(value: float, half: float) -> str:
+    """A place in a window that goes so far to each side: more digits the closer one looks."""
+    text = f"{value:.{max(3, 3 - math.floor(math.log10(half)))}f}"
+    return text.replace("-", "−")

@@ -24,7 +24,7 @@ from bokeh.models import (
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import axial_forcing_of, refuse_unsettled
-from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, Spec
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import MOTION_NAMES
@@ -45,7 +45,7 @@ from bouncing_disk_ros.workbench.actions import (
 from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
-FORCING = "axial_forcing"
+FORCING = AXIAL_FORCING.name
 """The slider of Γ, which stands for the axial amplitude that gives it."""
 STEPS = 500
 
@@ -58,9 +58,16 @@ class Control:
     label: str
 
     @property
-    def unit(self) -> str:
-        """The SI unit; empty where there is none."""
-        return "" if self.name == FORCING else TABLE[self.name].shown_unit
+    def spec(self) -> Spec:
+        """Its row in the table of parameters."""
+        return AXIAL_FORCING if self.name == FORCING else TABLE[self.name]
+
+    @property
+    def hover(self) -> dict[str, str]:
+        """HTML attributes that show the word of its symbol under the pointer."""
+        spec = self.spec
+        said = f": {spec.description}" if spec.group == "disk" else ""  # others: of the start
+        return {"title": f"{spec.spelled}{said}"}
 
     def value(self, values: Mapping[str, float]) -> float:
         """What it stands at, in SI units."""
@@ -297,8 +304,10 @@ class ControlPane:
         self.sliders[FORCING].visible = self.choice.active == 1
 
     def _tosses(self) -> Any:
-        self.axial = Spinner(title="impulse N·s", value=0.1, step=0.05, width=95, name="axial")
-        self.angular = Spinner(title="N·m·s", value=0.0, step=0.01, width=85, name="angular")
+        self.axial = Spinner(title="axial N·s", value=0.1, step=0.05, width=95, name="axial")
+        self.angular = Spinner(
+            title="angular N·m·s", value=0.0, step=0.01, width=95, name="angular"
+        )
         self.impulse = Button(label="Give impulse", width=105, align="end", name="impulse")
         self.impulse.on_click(self._on_impulse)
         self.first_toss = Button(label="First toss", width=WIDTH, name="first_toss")
@@ -310,10 +319,16 @@ class ControlPane:
         self.parameter = Select(
             title="any parameter", options=names, value="gravity", width=150, name="parameter"
         )
+        self._explain_parameter()
+        self.parameter.on_change("value", lambda _attr, _old, _new: self._explain_parameter())
         self.given = TextInput(title="value", width=75, name="given")
         self.set = Button(label="Set", width=60, align="end", name="set")
         self.set.on_click(self._on_set)
         return row(self.parameter, self.given, self.set)
+
+    def _explain_parameter(self) -> None:
+        spec = TABLE[self.parameter.value]
+        self.parameter.html_attributes = {"title": f"{spec.spelled}: {spec.description}"}
 
     def _slider(self, control: Control) -> Slider:
         slider = Slider(
@@ -324,6 +339,7 @@ class ControlPane:
             title=control.label,
             width=WIDTH,
             name=control.name,
+            html_attributes=control.hover,
         )
         slider.on_change("value_throttled", partial(self._on_slider, control))
         return slider
@@ -422,7 +438,7 @@ class ControlPane:
         if value is None:
             return
         low, high = control.limits(self._values)
-        size, unit = shown_unit(control.unit, 0.5 * max(abs(low), abs(high)))
+        size, unit = shown_unit(control.spec.shown_unit, 0.5 * max(abs(low), abs(high)))
         shown = f" ({unit})" if unit else ""
         fits = self._sizes.get(control.name) == size and slider.start <= value / size <= slider.end
         if not fits or (slider.end - slider.start) * size > 3.0 * (high - low):

@@ -10,9 +10,9 @@ from typing import Any
 from bokeh.layouts import column
 from bokeh.models import Button, Div, RadioButtonGroup, Slider
 
-from bouncing_disk_ros.parameters import TABLE
+from bouncing_disk_ros.units import with_prefix
 from bouncing_disk_ros.workbench.actions import Action, Sequel
-from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, FORCING, MOTION_CONTROLS
+from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.run_history import RunLink, numbers
 
 WIDTH = 320
@@ -88,9 +88,9 @@ class PlayerPane:
         self._text = found
         rows = []
         for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
-            unit = "" if control.name == FORCING else TABLE[control.name].shown_unit
+            value = with_prefix(control.value(found), control.spec.shown_unit, 6)
             rows.append(
-                f"<tr><td>{html.escape(control.label)}</td>"
-                f"<td>{control.value(found):.6g} {html.escape(unit)}</td></tr>"
+                f"<tr title='{html.escape(control.hover['title'])}'>"
+                f"<td>{html.escape(control.label)}</td><td>{html.escape(value)}</td></tr>"
             )
         self._values.text = f"<table style='font-size:13px'>{''.join(rows)}</table>"

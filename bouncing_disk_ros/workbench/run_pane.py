@@ -23,7 +23,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.units import shown_unit
+from bouncing_disk_ros.units import number_text, shown_unit
 from bouncing_disk_ros.workbench.run_history import (
     PATH_SECONDS,
     SAMPLE_DTYPE,
@@ -112,7 +112,7 @@ def run_figures() -> RunFigures:
     speed = _quiet(
         figure(
             height=LOWER + 70, sizing_mode="stretch_width", title="rotor speed", tools="save",
-            x_axis_label="simulated time (s)", y_axis_label="α̇ (rad/s)",
+            x_axis_label="simulated time (s)", y_axis_label="rotor speed α̇ (rad/s)",
             x_range=DataRange1d(follow="end", follow_interval=30.0, range_padding=0.0),
             y_range=Range1d(0.0, 1.0),
         )
@@ -156,7 +156,7 @@ def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
             width=LOWER + 160, height=LOWER + 70, title="section: each impact a point",
             tools="save", x_range=Range1d(0.0, 2.0),
             y_range=Range1d(-2.0, -0.6),
-            x_axis_label="phase of the forcing τ (rad)", y_axis_label="w_A / (πg/ω)",
+            x_axis_label="phase of the forcing τ (rad)", y_axis_label="impact velocity w_A (πg/ω)",
         )
     )  # fmt: skip
     section.xaxis.ticker = FixedTicker(ticks=[0, 0.5, 1, 1.5, 2])
@@ -341,7 +341,7 @@ class RunPane:
         if orbit is None:
             figures.theory.data = {"phase": [], "velocity": []}
             figures.predicted.visible = False
-            figures.speed.title.text = f"rotor speed (Γ {forcing:.3g}: no period 1)"
+            figures.speed.title.text = f"rotor speed (Γ {number_text(forcing, 3)}: no period 1)"
         else:
             figures.theory.data = {
                 "phase": [orbit.forcing_phase / math.pi],
@@ -351,7 +351,7 @@ class RunPane:
             figures.predicted.visible = True
             kind = "stable" if orbit.stable else "unstable"
             figures.speed.title.text = (
-                f"rotor speed; dashed: eq. 4, {orbit.angular_velocity:.4g} rad/s ({kind})"
+                f"rotor speed; dashed: eq. 4, {number_text(orbit.angular_velocity)} rad/s ({kind})"
             )
         self._predicted = None if orbit is None else orbit.angular_velocity
         self._looked = -math.inf

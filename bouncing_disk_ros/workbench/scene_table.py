@@ -12,6 +12,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import number_text
 from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, Sequel, new_run
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.run_history import numbers
@@ -138,4 +139,4 @@ SCENES: Mapping[str, Scene] = {scene.name: scene for scene in _SCENES}
 
 def shown_number(value: float, unit: str) -> str:
     """A number found, as the page writes it."""
-    return f"{value:.4g} {unit}".rstrip() if math.isfinite(value) else "none"
+    return f"{number_text(value)} {unit}".rstrip() if math.isfinite(value) else "none"

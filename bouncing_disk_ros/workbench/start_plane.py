@@ -22,6 +22,7 @@ from bouncing_disk_ros.parameters import DEFAULTS, Value, complete
 from bouncing_disk_ros.run.session import Session, motion_of
 from bouncing_disk_ros.run.time_map import Grid, nanoseconds
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
+from bouncing_disk_ros.units import number_text
 
 NOT_DECIDED = "unresolved"
 """Name of the label −1."""
@@ -121,9 +122,9 @@ def points_of(one: Attractor) -> NDArray[np.float64]:
 def described(one: Attractor, name: str) -> str:
     """A line on an attractor: its name, with what tells how strongly it draws."""
     if one.kind is AttractorKind.PERIODIC:
-        return f"{name}, multiplier {one.multiplier:.4g}"
+        return f"{name}, multiplier {number_text(one.multiplier)}"
     if one.kind is AttractorKind.CHAOTIC:
-        return f"{name}, Lyapunov exponent {math.log(one.multiplier):.4g} per impact"
+        return f"{name}, Lyapunov exponent {number_text(math.log(one.multiplier))} per impact"
     return name
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from bouncing_disk_ros.units import number_text, with_prefix
+
 ENOUGH = 8
 """Samples in a period from which on a motion is seen as it is."""
 SHOWN_SECONDS = 2.0
@@ -59,18 +61,19 @@ def strobe_rate(
 
 def text_of(shown: Shown, frequency: float) -> str:
     """What the page says of it."""
+    rate = with_prefix(frequency, "Hz", 6)
     if not shown.is_strobed:
         if abs(shown.step) > 0.25:
-            return f"about {1 / abs(shown.step):.1f} samples in each period of {frequency:g} Hz"
+            return f"about {1 / abs(shown.step):.1f} samples in each period of {rate}"
         return ""
     if math.isinf(shown.seconds):
         return (
-            f"strobed: {shown.skipped} periods of {frequency:g} Hz between samples, always at the "
+            f"strobed: {shown.skipped} periods of {rate} between samples, always at the "
             "same phase: it seems to stand"
         )
     backward = "" if shown.step > 0 else ", backward"
     return (
-        f"strobed slow motion: {shown.skipped} periods of {frequency:g} Hz lie between samples "
-        f"whose phase moves on by 1/{1 / abs(shown.step):.0f}; one period is seen in "
-        f"{shown.seconds:.3g} s{backward}"
+        f"strobed slow motion: {shown.skipped} periods of {rate} lie between samples whose "
+        f"phase moves on by 1/{1 / abs(shown.step):.0f}; one period is seen in "
+        f"{number_text(shown.seconds, 3)} s{backward}"
     )

@@ -97,7 +97,7 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     wait(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
     chromium.slider_handle(browser, "Φ").send_keys(Keys.HOME)
     wait(lambda: "platform/angular_amplitude" in chromium.page_text(browser))
-    chromium.field(browser, "impulse").send_keys(Keys.CONTROL, "a", Keys.DELETE, Keys.TAB)
+    chromium.field(browser, "axial N·s").send_keys(Keys.CONTROL, "a", Keys.DELETE, Keys.TAB)
     chromium.button(browser, "Give impulse").click()
     wait_for_text(browser, r"\d\d:\d\d:\d\d impulse: got 'no number'")
 

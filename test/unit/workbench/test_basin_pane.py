@@ -129,9 +129,9 @@ def test_what_is_in_view_already_is_not_computed_again(
 
 def test_the_start_under_the_pointer_is_named(opened: Opened) -> None:
     opened.move(1.0, -1.3)
-    assert "τ = 1.000 rad, w_A = -1.300 πg/ω: period-1" in opened.texts
+    assert "τ = 1.000 rad, w_A = −1.300 πg/ω: period-1" in opened.texts
     opened.move(1.0, -0.1)
-    assert "w_A = -0.100 πg/ω: chattering (1 cycle)" in opened.texts
+    assert "w_A = −0.100 πg/ω: chattering (1 cycle)" in opened.texts
     opened.move(-3.0, -0.1)  # beside the map
     assert "πg/ω: " not in opened.texts
 

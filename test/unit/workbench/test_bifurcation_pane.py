@@ -112,7 +112,7 @@ def test_a_click_moves_the_cursor_and_the_run(opened: Opened) -> None:
     (sent,) = opened.sent
     assert section_of({**VALUES, **sent}).axial_forcing == pytest.approx(0.4, rel=1e-14)
     assert opened.pane._slider.value == opened.pane._cursor.location == 0.4
-    assert "Cursor: Γ = 0.4, " in opened.texts
+    assert "Cursor: Γ = 0.4000, " in opened.texts
 
 
 @pytest.mark.parametrize("dragged", ["cursor", "slider"])

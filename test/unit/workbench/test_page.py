@@ -116,10 +116,11 @@ def test_each_slider_shows_and_sends_its_number(document: Document, link: ListLi
     for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
         slider = model(document, control.name)
         low, high = control.limits(in_force(link))
-        size, unit = shown_unit(control.unit, 0.5 * max(abs(low), abs(high)))
+        size, unit = shown_unit(control.spec.shown_unit, 0.5 * max(abs(low), abs(high)))
         assert slider.value * size == pytest.approx(control.value(in_force(link)), rel=1e-12)
         assert slider.start <= slider.value <= slider.end
         assert unit in slider.title
+        assert slider.html_attributes["title"].startswith(control.spec.spelled), "its word"
         given = slider.start + 0.75 * (slider.end - slider.start)
         change(document, control.name, "value_throttled", given)
         action = link.sent.pop()
@@ -242,6 +243,11 @@ def test_any_parameter_is_sent_as_it_was_typed(document: Document, link: ListLin
         ("gravity", "1e400", math.inf),
     ):
         change(document, "parameter", "value", name)
+        assert (
+            model(document, "parameter")
+            .html_attributes["title"]
+            .startswith(parameters.TABLE[name].spelled)
+        )
         change(document, "given", "value", text)
         click(document, "set")
         assert link.sent.pop() == Set({name: value})
@@ -411,6 +417,9 @@ def test_a_bag_is_shown_with_a_time_slider(tmp_path: Path) -> None:
     assert len(model(document, "section").data["phase"]) == 4  # at 0, T, 2T and 3T
     page.update()
     assert path_end_at(1.1) == 1.1, "it stands"
+    shown = " ".join(div.text for div in document.select({"type": Div}))
+    assert "title='axial amplitude A'" in shown
+    assert "<td>39.7887 mm</td>" in shown
 
 
 def test_a_start_is_sent_with_the_motion_in_force(link: ListLink) -> None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 
 from bouncing_disk_ros.side_window import nice_above, side_window
-from bouncing_disk_ros.units import with_prefix
+from bouncing_disk_ros.units import number_text, with_prefix
 from bouncing_disk_ros.workbench.run_pane import (
     LONGEST,
     MOST_AHEAD,
@@ -83,11 +83,13 @@ def test_numbers_of_axes() -> None:
         (40e3, "Hz", "40 kHz"), (3e-7, "m", "300 nm"), (0.0397887, "m", "39.79 mm"),
         (-0.005, "rad", "−5 mrad"), (1.4468, "rad", "1.447 rad"), (0.5, "kg", "500 g"),
         (9.80665, "m/s²", "9.807 m/s²"), (1e-7, "kg·m²", "1 g·cm²"), (0.0, "m", "0 m"),
-        (0.99999e-3, "m", "1 mm"), (0.5, "", "0.5"),
+        (0.99999e-3, "m", "1 mm"), (0.5, "", "0.5"), (1e-6, "", "10⁻⁶"),
+        (-2.5e7, "1/s", "−2.5·10⁷ 1/s"),
     ],
 )  # fmt: skip
 def test_a_number_has_the_prefix_of_a_data_sheet(value: float, unit: str, text: str) -> None:
     assert with_prefix(value, unit) == text
+    assert number_text(-1e-12, 3) == "−10⁻¹²"
     assert fitted(1.0, 2.0, 0.1, 0.8, 2.2) == (0.8, 2.2), "it fits still"
     low, high = fitted(1.0, 3.0, 0.1, 0.8, 2.2)
     assert low < 1.0
