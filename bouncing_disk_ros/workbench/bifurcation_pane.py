@@ -134,8 +134,8 @@ _WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 500, "max_
 _SHADES = 64
 _ABOUT = (
     "Phases of the impacts on all attractors that were found, darker where they are denser; "
-    "<span style='color:#0072B2'>blue</span>: without contact, "
-    "<span style='color:#D55E00'>orange</span>: with contact. They depend on the axial "
+    "<b style='border-bottom:3px solid #0072B2'>blue</b>: without contact, "
+    "<b style='border-bottom:3px solid #D55E00'>orange</b>: with contact. They depend on the axial "
     "forcing Γ and the restitution ε alone. "
     "Click, or drag the green cursor: the platform of the run is set to its Γ. "
     "The dashed line is Γ of the run."

@@ -42,6 +42,7 @@ from bouncing_disk_ros.workbench.actions import (
     lines,
     typed_value,
 )
+from bouncing_disk_ros.workbench.page_style import BAD, GOOD, USUAL
 from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
@@ -215,8 +216,8 @@ def juggle_with(strategy: str, values: Mapping[str, float]) -> Juggle:
 
 def _color(text: str) -> Any:
     if text.startswith("captured"):
-        return "#009E73"
-    return "#b00020" if text.startswith(("lost", "cannot")) else "#444"
+        return GOOD
+    return BAD if text.startswith(("lost", "cannot")) else USUAL
 
 
 # ------------------------------------------------------------------------------------------------
@@ -456,7 +457,7 @@ class ControlPane:
             return False
         before, self._notices = self._notices, newest
         lines = [
-            f"<div style='color:{'#b00020' if one.is_refusal else '#444'}'>"
+            f"<div style='color:{BAD if one.is_refusal else USUAL}'>"
             f"{one.at} {html.escape(one.text)}</div>"
             for one in newest
         ]

@@ -19,24 +19,13 @@ from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set, new_run
 from bouncing_disk_ros.workbench.address import WRITES, read, written
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
+from bouncing_disk_ros.workbench.page_style import BAD, TEMPLATE, THEME
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_history import RunLink, numbers
 from bouncing_disk_ros.workbench.run_pane import RunPane, one_column
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
 
 TITLE = "Bouncing disk workbench"
-TEMPLATE = """
-{% block preamble %}
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-  @media (prefers-color-scheme: dark) {
-    html { background: white; filter: invert(0.9) hue-rotate(180deg); }
-  }
-</style>
-{% endblock %}
-"""
-"""A phone shows the page in its own width; a browser that wishes dark pages gets one, with the hues
-of the light one."""
 FRAME_MS = 33
 """30 frames a second."""
 TEXT_EVERY = 6
@@ -118,6 +107,7 @@ class Page:
         self.tabs.on_change("active", lambda _attr, _old, _new: self._follow())
         document.title = TITLE
         document.template = TEMPLATE
+        document.theme = THEME
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
@@ -216,9 +206,7 @@ class Page:
         time = min(self._until, history.latest)
         phase = "recorded" if self.player else history.phase
         parts = [f"{time:.2f} s", phase, f"{history.impacts_seen} impacts"]
-        state = (
-            f"<b style='color:#b00020'>{html.escape(history.state)}</b>" if history.state else ""
-        )
+        state = f"<b style='color:{BAD}'>{html.escape(history.state)}</b>" if history.state else ""
         return (
             f"<span style='font-size:15px'><b>{TITLE}</b> · {html.escape(self._link.source)} · "
             f"{html.escape(' · '.join(filter(None, parts)))} {state}</span>"

@@ -15,6 +15,7 @@ from bokeh.models import Button, Div
 
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.workbench.control_pane import ControlPane
+from bouncing_disk_ros.workbench.page_style import GOOD
 from bouncing_disk_ros.workbench.run_history import RunLink
 from bouncing_disk_ros.workbench.scene_table import SCENES, Scene, shown_number
 
@@ -62,7 +63,7 @@ class ScenePane:
         assert scene is not None
         self.text.text = (
             f"{html.escape(scene.text)} <b>Find {html.escape(scene.find)}.</b> "
-            f"<b style='color:#009E73'>{html.escape(answer)}</b>"
+            f"<b style='color:{GOOD}'>{html.escape(answer)}</b>"
         )
 
     def show(self) -> None:

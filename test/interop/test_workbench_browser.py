@@ -14,15 +14,22 @@ import psutil
 import pytest
 
 from support import browser as chromium
-from support import without_ros
+from support import without_ros as ros_hidden
 from support.processes import Process, Starter
 
 pytestmark = pytest.mark.interop
 SHOTS = os.environ.get("SCREENSHOTS", "")
 """A folder for pictures of the page, to be looked at; empty: none are kept."""
 OPTIONS = ("--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
-WITHOUT_ROS = Path(without_ros.__file__)
-CAPTURED = r"captured after \d+ impacts"
+WITHOUT_ROS = Path(ros_hidden.__file__)
+CONTROLS = (
+    "Rest and chatter", "First toss", "Resume", "Step", "Reset", "Strobe", "×0.5", "forcing Γ", "Γ",
+    "f (Hz)", "Φ", "θ", "axial N·s", "angular N·m·s", "Give impulse", "deadbeat", "Juggle", "ε",
+    "μ", "P preload", "load torque", "brake torque", "load inertia", "any parameter", "value",
+    "Set", "The run", "Basins", "Bifurcation",
+)  # fmt: skip
+"""How texts and titles of what must be reached by Tab begin."""
+CAPTURED = r"captured after \d+ impacts?"
 
 
 @pytest.fixture
@@ -42,6 +49,18 @@ def browser(tmp_path: Path, start: Starter) -> Iterator[Any]:
 @pytest.fixture
 def workbench(start: Starter) -> Process:
     return start("workbench", *OPTIONS)
+
+
+def hidden_ros(start: Starter) -> Process:
+    """A page whose process finds no ROS."""
+    tests = WITHOUT_ROS.parents[1]
+    path = {"PYTHONPATH": f"{tests.parent}:{tests}"}
+    return start.command([sys.executable, str(WITHOUT_ROS), "workbench", *OPTIONS], env=path)
+
+
+@pytest.fixture
+def without_ros(start: Starter) -> Process:
+    return hidden_ros(start)
 
 
 def wait(condition: Callable[[], Any], seconds: float = 60.0) -> None:
@@ -80,6 +99,50 @@ def test_the_page_fits_the_screen(
         assert 0 <= place["x"] <= width - place["width"], name
         assert width < 700 or place["y"] + place["height"] <= height, name
     look(browser, f"page_{width}")
+
+
+def test_the_page_takes_keys_and_can_be_read(browser: Any, without_ros: Process) -> None:
+    """By Tab, arrows and Enter, with the focus seen. Contrast as of WCAG 2 AA: 4.5 : 1."""
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    def press(key: str) -> tuple[str, float]:
+        ActionChains(browser).send_keys(key).perform()
+        return chromium.focused(browser)
+
+    def is_readable() -> bool:
+        faint = []
+        for mode in ("dark", "light"):
+            wish = {"features": [{"name": "prefers-color-scheme", "value": mode}]}
+            browser.execute_cdp_cmd("Emulation.setEmulatedMedia", wish)
+            faint += [(mode, one) for one in chromium.contrasts(browser) if one[0] < 4.5]
+        assert faint == []
+        return len(chromium.contrasts(browser)) > 50
+
+    browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
+    wait(lambda: seconds_shown(browser) > 1.0)
+    chromium.button(browser, "Pause").send_keys(Keys.SPACE)
+    wait(lambda: chromium.button(browser, "Resume"))
+    stops = [press(Keys.TAB)]
+    while (stop := press(Keys.TAB)) != stops[0]:
+        stops.append(stop)
+    controls = dict(stop for stop in stops if any(map(stop[0].startswith, CONTROLS)))
+    assert len(controls) == len(CONTROLS)
+    assert min(controls.values()) >= 2.0, "the line around what has the focus, pixels"
+
+    chromium.button(browser, "Resume").send_keys(Keys.ENTER)
+    chromium.field(browser, "value").send_keys("much")
+    chromium.button(browser, "Set").send_keys(Keys.ENTER)
+    wait_for_text(browser, r"gravity: got 'much'")
+    chromium.button(browser, "Juggle").send_keys(Keys.SPACE)
+    wait_for_text(browser, CAPTURED)
+    assert is_readable()
+    chromium.button(browser, "The run").send_keys(Keys.ARROW_RIGHT)
+    wait_for_text(browser, r"512 × 512 starts in")
+    assert is_readable()
+    assert press(Keys.ARROW_RIGHT)[0] == "Bifurcation"
+    wait_for_text(browser, r"values of Γ.* in \d")
+    assert is_readable()
 
 
 def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
@@ -131,10 +194,7 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
 @pytest.mark.parametrize("ros", [True, False], ids=["with ROS", "without ROS"])
 def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, ros: bool) -> None:
     """It brings the disk back from an impulse, and from rest; the process ends with Stop."""
-    runner = ["-m", "bouncing_disk_ros"] if ros else [str(WITHOUT_ROS)]
-    tests = WITHOUT_ROS.parents[1]
-    path = None if ros else {"PYTHONPATH": f"{tests.parent}:{tests}"}
-    workbench = start.command([sys.executable, *runner, "workbench", *OPTIONS], env=path)
+    workbench = start("workbench", *OPTIONS) if ros else hidden_ros(start)
     browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
     wait(lambda: seconds_shown(browser) > 1.0)
     chromium.button(browser, "Juggle").click()

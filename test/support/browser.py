@@ -97,3 +97,55 @@ def complaints(browser: Any) -> list[str]:
         for row in browser.get_log("browser")
         if row["level"] == "SEVERE" and "favicon" not in row["message"]
     ]
+
+
+_CONTRASTS = r"""
+const canvas = document.createElement('canvas'), out = [];
+canvas.width = canvas.height = 1;
+const pen = canvas.getContext('2d', { willReadFrequently: true });
+function luminance(colours) {  // as seen: one over the other, then through the page's filter
+  pen.filter = 'none';
+  for (const colour of ['white', ...colours]) { pen.fillStyle = colour; pen.fillRect(0, 0, 1, 1) }
+  pen.filter = getComputedStyle(document.documentElement).filter;
+  pen.drawImage(canvas, 0, 0);
+  const [r, g, b] = [...pen.getImageData(0, 0, 1, 1).data].map(
+    v => v / 255 <= 0.04045 ? v / 3294.6 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+function look(node, under) {
+  if (node.nodeType == 3) {
+    const at = node.parentElement, style = at && getComputedStyle(at);
+    if (!at || !/[\p{L}\p{N}]/u.test(node.textContent) || !at.getClientRects().length) return;
+    if (style.visibility == 'hidden' || at.closest('[disabled]')) return;
+    const [a, b] = [luminance([...under, style.color]), luminance(under)];
+    out.push([(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), node.textContent.trim()])
+  } else if (node.nodeType == 1 && !['STYLE', 'SCRIPT', 'OPTION'].includes(node.tagName)) {
+    under = [...under, getComputedStyle(node).backgroundColor];
+    (node.shadowRoot?.childNodes ?? []).forEach(n => look(n, under));
+    node.childNodes.forEach(n => look(n, under))
+  }
+}
+look(document.body, []);
+return out
+"""
+
+
+def contrasts(browser: Any) -> list[tuple[float, str]]:
+    """Contrast with what is below it, by WCAG 2, of each text that is seen and not disabled."""
+    return [(ratio, text) for ratio, text in browser.execute_script(_CONTRASTS)]
+
+
+def focused(browser: Any) -> tuple[str, float]:
+    """What has the focus, and the width of the line around it in pixels.
+
+    The text of a button or tab, the title of a slider or field; empty: something else.
+    """
+    script = """
+    let e = document.activeElement;
+    while (e.shadowRoot?.activeElement) e = e.shadowRoot.activeElement;
+    const title = e.getRootNode().querySelector?.('.bk-slider-title, label');
+    const style = getComputedStyle(e);
+    const width = style.outlineStyle == 'none' ? 0 : parseFloat(style.outlineWidth);
+    return [(title ?? e).textContent.trim(), width]"""
+    text, width = browser.execute_script(script)
+    return text, width
