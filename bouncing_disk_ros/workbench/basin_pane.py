@@ -44,6 +44,7 @@ from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.units import number_text, shown_unit
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
+from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Orbit,
@@ -197,7 +198,7 @@ FINEST = 2e-13
 """Least width of a window: there a browser's own arithmetic ends too."""
 WIDEST_PHASE, FASTEST = 4.0 * math.pi, 100.0
 """Bounds of what can be shown: forcing phase to both sides of 0, and w_A."""
-WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 400, "max_width": 760}
+WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 300, "max_width": 760}
 """How figures and texts take the room that the page has."""
 NUMBERED = 4
 """Impacts of an orbit after its start that show their number."""
@@ -444,7 +445,7 @@ class BasinPane(ComputedPane):
         left = column(self._map.figure, self._under, self._status, **WIDE)
         right = column(self._legend, self._path.figure, self._message, self._button,
                        Div(text=_PLANE, **WIDE), **WIDE)  # fmt: skip
-        self.layout = row(left, right, sizing_mode="stretch_width")
+        self.layout = row(left, right, sizing_mode="stretch_width", stylesheets=[one_column()])
 
     def _connect(self) -> None:
         plot = self._map.figure

@@ -130,7 +130,7 @@ REST_FORCING = 1.0 / math.pi
 """Up to this Γ the disk comes to rest on the platform."""
 SEND_MS = 100
 """The run is sent at most one value in so many milliseconds."""
-_WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 500, "max_width": 1200}
+_WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "min_width": 300, "max_width": 1200}
 _SHADES = 64
 _ABOUT = (
     "Phases of the impacts on all attractors that were found, darker where they are denser; "
@@ -179,7 +179,7 @@ class BifurcationPane(ComputedPane):
 
     def _drawn(self) -> figure:
         plot = figure(
-            height=460, **_WIDE, tools="pan,wheel_zoom,box_zoom,reset",
+            height=430, **_WIDE, tools="pan,wheel_zoom,box_zoom,reset",
             active_scroll="wheel_zoom", toolbar_location="above",
             x_range=Range1d(BEGIN, END, bounds=(LEAST, MOST), min_interval=1e-12),
             y_range=Range1d(0.0, math.tau, bounds=(0.0, math.tau), min_interval=1e-9),

@@ -42,7 +42,7 @@ from bouncing_disk_ros.workbench.actions import (
     lines,
     typed_value,
 )
-from bouncing_disk_ros.workbench.page_style import BAD, GOOD, USUAL
+from bouncing_disk_ros.workbench.page_style import BAD, GOOD, USUAL, one_column
 from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
@@ -255,7 +255,7 @@ class ControlPane:
                    sizing_mode="stretch_width"),
             column(Div(text="<b>What the simulator says</b>"), self.messages,
                    sizing_mode="stretch_width"),
-            sizing_mode="stretch_width",
+            sizing_mode="stretch_width", stylesheets=[one_column()],
         )  # fmt: skip
         self.juggling = JugglingControls(self.send, WIDTH)
         self.layout = column(
@@ -263,7 +263,7 @@ class ControlPane:
             self._slow_motion(),
             self._forcing_choice(),
             *(self.sliders[control.name] for control in MOTION_CONTROLS),
-            self._tosses(),
+            self._impulse_fields(),
             self.juggling.layout,
             *(self.sliders[control.name] for control in DISK_CONTROLS),
             self._any_parameter(),
@@ -277,20 +277,22 @@ class ControlPane:
     # --- what is on the page
     def _run_buttons(self) -> Any:
         self.pause = Button(label="Pause", button_type="primary", width=75, name="pause")
-        self.step = Button(label="Step", width=65, name="step")
-        self.reset = Button(label="Reset", width=65, name="reset")
-        self.strobe = Button(label="Strobe", width=70, name="strobe")
+        self.step = Button(label="Step", width=60, name="step")
+        self.reset = Button(label="Reset", width=60, name="reset")
         self.pause.on_click(lambda: self.send(Call("pause", not self._paused)))
         self.step.on_click(self._step)
         self.reset.on_click(lambda: self.send(Call("reset")))
-        self.strobe.on_click(self._on_strobe)
-        return row(self.pause, self.step, self.reset, self.strobe)
+        self.first_toss = Button(label="First toss", width=85, name="first_toss")
+        self.first_toss.on_click(self._on_first_toss)
+        return row(self.pause, self.step, self.reset, self.first_toss)
 
     def _slow_motion(self) -> Any:
         labels = [f"×{factor:g}" for factor in SLOWER]
-        self.slow = RadioButtonGroup(labels=labels, active=0, width=WIDTH, name="slow")
+        self.slow = RadioButtonGroup(labels=labels, active=0, width=240, name="slow")
         self.slow.on_change("active", self._on_slow)
-        return self.slow
+        self.strobe = Button(label="Strobe", width=70, name="strobe")
+        self.strobe.on_click(self._on_strobe)
+        return row(self.slow, self.strobe)
 
     def _forcing_choice(self) -> Any:
         self.choice = RadioButtonGroup(
@@ -304,16 +306,14 @@ class ControlPane:
         self.sliders["axial_amplitude"].visible = self.choice.active == 0
         self.sliders[FORCING].visible = self.choice.active == 1
 
-    def _tosses(self) -> Any:
+    def _impulse_fields(self) -> Any:
         self.axial = Spinner(title="axial N·s", value=0.1, step=0.05, width=95, name="axial")
         self.angular = Spinner(
             title="angular N·m·s", value=0.0, step=0.01, width=95, name="angular"
         )
         self.impulse = Button(label="Give impulse", width=105, align="end", name="impulse")
         self.impulse.on_click(self._on_impulse)
-        self.first_toss = Button(label="First toss", width=WIDTH, name="first_toss")
-        self.first_toss.on_click(self._on_first_toss)
-        return column(self.first_toss, row(self.axial, self.angular, self.impulse))
+        return row(self.axial, self.angular, self.impulse)
 
     def _any_parameter(self) -> Any:
         names = [name for name, spec in TABLE.items() if not spec.read_only]
@@ -338,7 +338,7 @@ class ControlPane:
             value=0.0,
             step=0.002,
             title=control.label,
-            width=WIDTH,
+            width=WIDTH - 10,
             name=control.name,
             html_attributes=control.hover,
         )

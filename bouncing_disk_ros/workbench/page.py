@@ -19,10 +19,10 @@ from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set, new_run
 from bouncing_disk_ros.workbench.address import WRITES, read, written
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
-from bouncing_disk_ros.workbench.page_style import BAD, TEMPLATE, THEME
+from bouncing_disk_ros.workbench.page_style import BAD, TEMPLATE, THEME, one_column
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
 from bouncing_disk_ros.workbench.run_history import RunLink, numbers
-from bouncing_disk_ros.workbench.run_pane import RunPane, one_column
+from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.scene_pane import ScenePane
 
 TITLE = "Bouncing disk workbench"

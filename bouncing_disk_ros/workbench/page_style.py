@@ -38,7 +38,30 @@ _CONTROLS = """
 """Of each control, which has a style sheet of its own. Bokeh's focus is a pale dotted line, and its
 white on blue has a contrast of 3.6."""
 
+_GROUP = ".bk-btn { padding: 6px }"
+_TABS = """
+:host(.bk-above) { grid-template-columns: minmax(0, 1fr) }
+:host > [style*="visibility: hidden"] { height: 0; overflow: hidden }
+"""
+"""No tab is wider than the page, and each is as high as what it shows: Bokeh's are as wide and high
+as the largest of all."""
+
 THEME = Theme(
-    json={"attrs": {name: {"stylesheets": [_CONTROLS]} for name in ("LayoutDOM", "Toolbar")}}
+    json={
+        "attrs": {
+            "LayoutDOM": {"stylesheets": [_CONTROLS]},
+            "Toolbar": {"stylesheets": [_CONTROLS]},
+            "Tabs": {"stylesheets": [_CONTROLS, _TABS]},
+            "Slider": {"margin": (0, 9)},
+            "AbstractButton": {"margin": (3, 5)},
+            "ToggleButtonGroup": {"stylesheets": [_CONTROLS, _GROUP], "margin": (3, 5)},
+        }
+    }
 )
 """What all parts of the page have in common."""
+
+
+def one_column(direction: str = "column") -> str:
+    """Style of a row whose parts stand below each other on a narrow screen."""
+    parts = f":host {{ flex-direction: {direction}; }} :host > * {{ flex: none; }}"
+    return f"@media (max-width: 700px) {{ {parts} }}"

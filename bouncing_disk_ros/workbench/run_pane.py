@@ -24,6 +24,7 @@ from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import number_text, shown_unit
+from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.run_history import (
     PATH_SECONDS,
     SAMPLE_DTYPE,
@@ -39,14 +40,8 @@ from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 Rows = Mapping[str, NDArray[np.float64]]
 SLICES = (SKY, DISK) * 4
 MARKS = 12
-SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 270, 230
+SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 225, 195
 """Sizes of the frames of the side view and of the lower figures, pixels."""
-
-
-def one_column(direction: str = "column") -> str:
-    """Style of a row whose parts stand below each other on a narrow screen."""
-    parts = f":host {{ flex-direction: {direction}; }} :host > * {{ flex: none; }}"
-    return f"@media (max-width: 700px) {{ {parts} }}"
 
 
 class RunFigures(NamedTuple):
@@ -91,6 +86,7 @@ def run_figures() -> RunFigures:
     )  # fmt: skip
     side.quad("left", "right", "top", "bottom", source=side_rows, color="color", line_color=None)
     side.grid.grid_line_alpha = 0.4
+    side.xaxis.ticker.desired_num_ticks = 4
     path_rows = ColumnDataSource({"time": [], "disk": [], "platform": []}, name="path")
     path = _quiet(
         figure(
@@ -104,14 +100,14 @@ def run_figures() -> RunFigures:
     path.line("time", "platform", source=path_rows, color=PLATFORM, line_width=2,
               legend_label="platform s")  # fmt: skip
     path.line("time", "disk", source=path_rows, color=DISK, line_width=2, legend_label="disk x")
-    path.legend.location = "bottom_left"
-    path.legend.orientation = "horizontal"
-    path.legend.label_text_font_size = "11px"
-    path.legend.background_fill_alpha = 0.6
+    path.legend[0].update(  # below the lines, in the room that the window leaves there
+        location="bottom_left", orientation="horizontal", label_text_font_size="11px",
+        background_fill_alpha=0.6, border_line_color=None, padding=1, margin=2,
+    )  # fmt: skip
     speed_rows = ColumnDataSource({"time": [], "speed": []}, name="speed")
     speed = _quiet(
         figure(
-            height=LOWER + 70, sizing_mode="stretch_width", title="rotor speed", tools="save",
+            height=LOWER + 70, sizing_mode="stretch_width", title="", tools="save",
             x_axis_label="simulated time (s)", y_axis_label="rotor speed α̇ (rad/s)",
             x_range=DataRange1d(follow="end", follow_interval=30.0, range_padding=0.0),
             y_range=Range1d(0.0, 1.0),
@@ -153,7 +149,7 @@ def _top_view() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
 def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     section = _quiet(
         figure(
-            width=LOWER + 160, height=LOWER + 70, title="section: each impact a point",
+            width=LOWER + 165, height=LOWER + 70, title="section: each impact a point",
             tools="save", x_range=Range1d(0.0, 2.0),
             y_range=Range1d(-2.0, -0.6),
             x_axis_label="phase of the forcing τ (rad)", y_axis_label="impact velocity w_A (πg/ω)",
@@ -341,7 +337,7 @@ class RunPane:
         if orbit is None:
             figures.theory.data = {"phase": [], "velocity": []}
             figures.predicted.visible = False
-            figures.speed.title.text = f"rotor speed (Γ {number_text(forcing, 3)}: no period 1)"
+            figures.speed.title.text = f"Γ {number_text(forcing, 3)}: no period 1"
         else:
             figures.theory.data = {
                 "phase": [orbit.forcing_phase / math.pi],
@@ -351,7 +347,7 @@ class RunPane:
             figures.predicted.visible = True
             kind = "stable" if orbit.stable else "unstable"
             figures.speed.title.text = (
-                f"rotor speed; dashed: eq. 4, {number_text(orbit.angular_velocity)} rad/s ({kind})"
+                f"dashed: eq. 4, {number_text(orbit.angular_velocity)} rad/s ({kind})"
             )
         self._predicted = None if orbit is None else orbit.angular_velocity
         self._looked = -math.inf

@@ -30,7 +30,7 @@ class ScenePane:
         self._document, self._link, self._controls = document, link, controls
         self._scene: Scene | None = None
         self.buttons = {
-            name: Button(label=scene.title, width=122, styles={"margin": "0"}, name=f"scene_{name}")
+            name: Button(label=scene.title, width=126, styles={"margin": "0"}, name=f"scene_{name}")
             for name, scene in SCENES.items()
         }
         for name, button in self.buttons.items():

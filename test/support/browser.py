@@ -149,3 +149,29 @@ def focused(browser: Any) -> tuple[str, float]:
     return [(title ?? e).textContent.trim(), width]"""
     text, width = browser.execute_script(script)
     return text, width
+
+
+_BOXES = """
+const out = [], kinds = '.bk-btn, .bk-tab, .bk-input, .bk-slider-title';
+function look(root) {
+  for (const e of root.querySelectorAll('*')) {
+    const box = e.getBoundingClientRect();
+    if (box.width && getComputedStyle(e).visibility != 'hidden' && %s)
+      out.push([e.textContent, box.left, box.top, box.right, box.bottom]);
+    if (e.shadowRoot) look(e.shadowRoot)
+  }
+}
+look(document);
+return out
+"""
+
+
+def boxes(browser: Any) -> list[tuple[str, float, float, float, float]]:
+    """Text, left, top, right and bottom of each control that is seen, pixels."""
+    return [tuple(row) for row in browser.execute_script(_BOXES % "e.matches(kinds)")]
+
+
+def widest(browser: Any) -> float:
+    """How far to the right the page goes, pixels; what a figure cuts at its frame is left out."""
+    drawn = "!e.closest('.bk-GlyphRenderer')"
+    return max(row[3] for row in browser.execute_script(_BOXES % drawn))
