@@ -168,12 +168,10 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
     browser.get(url)
     assert browser.title == "Bouncing disk workbench"
-    wait(lambda: seconds_shown(browser) > 5.0)
+    wait(lambda: seconds_shown(browser) > 1.0)
     look(browser, "run")
 
-    handle = chromium.slider_handle(browser, "ε restitution")
-    for _ in range(5):
-        handle.send_keys(Keys.ARROW_LEFT)
+    chromium.slider_handle(browser, "ε restitution").send_keys(Keys.ARROW_LEFT)
     wait(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
     chromium.slider_handle(browser, "Φ").send_keys(Keys.HOME)
     wait(lambda: "platform/angular_amplitude" in chromium.page_text(browser))
@@ -181,11 +179,13 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     chromium.button(browser, "Give impulse").click()
     wait_for_text(browser, r"\d\d:\d\d:\d\d impulse: got 'no number'")
 
-    for name in ("Chaos", "Motor under load"):
+    for name, says in (
+        ("Chaos", r"Γ:\s+0\.560"),
+        ("Motor under load", "strobed slow motion: 400 periods of 40 kHz"),
+    ):
         chromium.button(browser, name).click()
-        wait(lambda: 4.0 < seconds_shown(browser) < 30.0)
+        wait_for_text(browser, says)
         look(browser, name.replace(" ", "_"))
-    wait(lambda: "strobed slow motion: 400 periods" in chromium.page_text(browser))
     chromium.button(browser, "Show the number").click()
     wait(lambda: "It is 11.15 mN·m." in chromium.page_text(browser))
     chromium.button(browser, "Pause").click()
