@@ -68,6 +68,15 @@ def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
     return first - half, last + half
 
 
+def edges_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Borders (n + 1,) of the cells about rising values (n,)."""
+    if len(values) == 1:
+        return np.array(cell_ends(values))
+    middles = 0.5 * (values[1:] + values[:-1])
+    first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
+    return np.concatenate([[first], middles, [last]])
+
+
 def cut_at_zero(axes: Any, across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
     """Let axes over pixels with these centres begin at 0 where only a pixel's edge is below."""
     if min(across[0], across[-1]) >= 0.0 > axes.get_xlim()[0]:

@@ -17,6 +17,7 @@ from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.figure_style import (
     MOST_PIXELS,
+    cut_at_zero,
     name_lines,
     new_figure,
     pixel_frame,
@@ -45,6 +46,7 @@ def motor_map_picture(result: xr.Dataset) -> Figure:
     _draw(figure, panels[1, 0], result, "output_power", {"cmap": "PuOr_r", **_around(result)})
     _draw_kinds(panels[1, 1], result)
     up, across = result["kind"].dims
+    cut_at_zero(panels[0, 0], result[across].values, result[up].values)  # axes are shared
     for axes in panels[1]:
         axes.set_xlabel(axis_label(result[across]))
     for axes in panels[:, 0]:
@@ -219,6 +221,7 @@ def _draw_efficiency(
         frame = pixel_frame(x, y)
         drawn = axes.imshow(shown, cmap="viridis", norm=norm, **frame)
         axes.set(xlim=frame["extent"][:2], ylim=frame["extent"][2:])
+        cut_at_zero(axes, x, y)
         if len(y) <= LINES:
             axes.set_yticks(y)
     figure.colorbar(drawn, ax=axes, label="efficiency η (1)")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
-from bouncing_disk_ros.figure_style import cell_ends, in_pi, new_figure, typeset
+from bouncing_disk_ros.figure_style import edges_of, in_pi, new_figure, typeset
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -134,15 +134,6 @@ def _shares(places: Array, low: float, high: float, rows: int) -> Array:
     return counts / math.prod(places.shape[1:])
 
 
-def edges_of(values: Array) -> Array:
-    """Borders (n + 1,) of the cells about rising values (n,)."""
-    if len(values) == 1:
-        return np.array(cell_ends(values))
-    middles = 0.5 * (values[1:] + values[:-1])
-    first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
-    return np.concatenate([[first], middles, [last]])
-
-
 def _only(branch: Branch, chosen: NDArray[np.bool_]) -> Branch:
     """The impacts of some starts (n, m) alone."""
     return branch._replace(
@@ -194,7 +185,7 @@ def _speed(axes: Any, branch: Branch, with_contact: NDArray[np.bool_], followed:
             shown = np.where(chosen, branch.mean_speed, math.nan)
             lines = axes.plot(branch.values, shown, **_style(followed, color, shown))
             lines[0].set_label("mean in time" + (", with contact" if color == VERMILION else ""))
-    axes.set_ylabel("mean speed α̇ / (ωΦ)")
+    axes.set_ylabel("mean speed\nα̇ / (ωΦ)")
 
 
 def _impact_speeds(axes: Any, branch: Branch, section: NextCollisionMap, axis: str) -> None:
@@ -290,7 +281,10 @@ def _mark(panels: Sequence[Any], doublings: Sequence[Doubling], onset: float) ->
 def _letters(panels: Sequence[Any], marks: Sequence[float], values: Array) -> None:
     """Name the panels of the paper's Fig. 3, and mark in the first the values on its axis."""
     for letter, axes in zip("abc", panels, strict=False):
-        axes.text(-0.1, 1.0, f"({letter})", transform=axes.transAxes, va="top", fontsize=11)
+        axes.annotate(  # left of the longest number at a tick, above the label of the axis
+            f"({letter})", (0.0, 1.0), (-52.0, 0.0), xycoords="axes fraction",
+            textcoords="offset points", ha="right", va="top", fontsize=11,
+        )  # fmt: skip
     top, box = panels[0], {"fc": "white", "ec": "none", "pad": 1}
     for letter, value in zip("abcdefghijklmnopqrstuvwxyz", marks, strict=False):
         if not values.min() <= value <= values.max():

@@ -60,7 +60,8 @@ class TossMap(Study):
         given = self.parameters
         for name in ("phase_lag", "amplitude_angle"):
             low, high = float(given[f"{name}_begin"]), float(given[f"{name}_end"])
-            if not low < high:
+            is_one = low == high and int(given[f"{name}_count"]) == 1
+            if not (low < high or is_one):
                 allowed = f"less than {name}_end = {high:g}"
                 raise InputError(f"{name}_begin", low, allowed, "The map is empty.")
         self.setting = setting_of(given)

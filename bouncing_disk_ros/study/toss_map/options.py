@@ -30,12 +30,12 @@ _SPECS = (
     *TOSS_OPTIONS,
     Spec("phase_lag_begin", -math.pi, "rad", "least phase lag", "θ", low=-1e3, high=1e3),
     Spec("phase_lag_end", math.pi, "rad", "largest phase lag", "θ", low=-1e3, high=1e3),
-    Spec("phase_lag_count", 721, "", "number of phase lags", low=2, high=1_000_000),
+    Spec("phase_lag_count", 721, "", "number of phase lags", low=1, high=1_000_000),
     Spec("amplitude_angle_begin", 0.0, "rad", "least amplitude angle", "φ_L", low=0.0,
          high=math.pi / 2),
     Spec("amplitude_angle_end", math.pi / 2, "rad", "largest amplitude angle", "φ_L", low=0.0,
          high=math.pi / 2),
-    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=2, high=1_000_000),
+    Spec("amplitude_angle_count", 361, "", "number of amplitude angles", low=1, high=1_000_000),
     Spec("initial_angular_velocity", 0.0, "rad/s", "angular velocity of the disk at the start, "
          "absolute", "α̇", low=-1e6, high=1e6),
     Spec("initial_forcing_phase", 1.5 * math.pi, "rad", "forcing phase at the start; 3π/2: the "

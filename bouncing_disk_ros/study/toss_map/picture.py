@@ -15,7 +15,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from bouncing_disk_ros.figure_style import mark_in_pi, new_figure
+from bouncing_disk_ros.figure_style import edges_of, mark_in_pi, new_figure
 from bouncing_disk_ros.maps.tosses import Extreme, Floats, Ridge, Toss
 from bouncing_disk_ros.study.toss_paths.picture import DPI
 
@@ -56,8 +56,8 @@ def maps_figure(
         for best in (extreme for extreme in extremes if extreme.measure == name):
             _mark(axes, best)
         axes.set(
-            xlim=(phase_lag[0] / math.pi, phase_lag[-1] / math.pi),
-            ylim=(amplitude_angle[0] / math.pi, amplitude_angle[-1] / math.pi),
+            xlim=_ends(phase_lag / math.pi),
+            ylim=_ends(amplitude_angle / math.pi),
             ylabel=r"amplitude angle $\phi_L$ (rad)",
         )
         if axes.get_legend_handles_labels()[0]:
@@ -75,10 +75,11 @@ def _map(
     top = float(np.abs(z[known]).max(initial=0.0)) or 1.0  # nothing turns, or nothing leaves
     norm = None if name == "efficiency" else TwoSlopeNorm(0.0, -top, top)
     axes.set_facecolor(_STAYS)
-    image = axes.pcolormesh(x, y, z, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+    drawn = {"cmap": colours, "norm": norm, "rasterized": True}
+    image = axes.pcolormesh(edges_of(x), edges_of(y), z, **drawn)
     levels = step * np.arange(-math.floor(top / step), math.floor(top / step) + 1)
     line = "white" if name == "efficiency" else "black"
-    if known.any() and np.ptp(z[known]) > 0.0:
+    if min(z.shape) > 1 and known.any() and np.ptp(z[known]) > 0.0:
         lines = axes.contour(x, y, z, levels=levels, colors=line, linewidths=0.6, alpha=0.8)
         named = [v for v in lines.levels if round(v / step) % 2 == 0 and 0.0 < abs(v) < 0.75 * top]
         axes.clabel(lines, named, fmt=lambda v: f"{v:g}".replace("-", "−"), fontsize=7)
@@ -93,6 +94,12 @@ def _map(
         middle = 0.5 * (y[-1] + begin)
         text = r"the disk never leaves: $\Gamma \leq 1/\pi$"
         axes.text(0.5 * (x[0] + x[-1]), middle, text, ha="center", va="center", fontsize=8)
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    """What is shown of an axis: from value to value, or the cell of a single one."""
+    ends = values if len(values) > 1 else edges_of(values)
+    return float(ends[0]), float(ends[-1])
 
 
 def _mark(axes: Any, best: Extreme) -> None:

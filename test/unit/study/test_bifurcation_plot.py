@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.figure_style import edges_of
 from bouncing_disk_ros.maps.bifurcation_diagram import (
     Branch,
     begin,
@@ -19,7 +20,6 @@ from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.study.bifurcation.picture import (
     bifurcation_figure,
     density,
-    edges_of,
     phase_range,
 )
 
@@ -77,7 +77,7 @@ def test_the_figure_says_what_it_shows(
     assert [axes.texts[0].get_text() for axes in (middle, hits)] == ["(b)", "(c)"]
     assert bottom.get_xlabel() == "axial forcing Γ"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
-    assert middle.get_ylabel() == "mean speed α̇ / (ωΦ)"
+    assert middle.get_ylabel() == "mean speed\nα̇ / (ωΦ)"
     assert (
         figure.get_suptitle() == "Attractor followed upward in Γ; ε = 0.5, θ = 0, $\\Gamma_T$ = 100"
     )

@@ -20,6 +20,7 @@ from bouncing_disk_ros.study.bifurcation import options as bifurcation
 from bouncing_disk_ros.study.parameter_map import options as parameter_map
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_paths import options as toss_paths
+from support.figure_boxes import covered
 from support.shown import shown, text_of, told
 
 
@@ -88,6 +89,7 @@ def test_points_of_attractors_are_in_the_window_wherever_it_begins(tmp_path: Pat
 
 
 ONE = {"count": 1, "begin": 0.45, "end": 0.45}
+TOSS: dict[str, Value] = {"amplitude_angle_count": 1, "amplitude_angle_begin": 0.7}
 SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
 
 
@@ -100,6 +102,14 @@ SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
         (basin_shares, {**ONE, "samples": 6}),
         (bifurcation, {**ONE, **SHORT, "starts": 0}),
         (bifurcation, {**ONE, **SHORT, "starts": 3}),
+        (
+            toss_map,
+            {**TOSS, "phase_lag_count": 1, "phase_lag_begin": 0.0, "phase_lag_end": 0.0},
+        ),
+        (
+            toss_map,
+            {**TOSS, "phase_lag_count": 9},
+        ),
     ],
 )
 def test_the_smallest_sizes_are_drawn(
@@ -107,10 +117,14 @@ def test_the_smallest_sizes_are_drawn(
 ) -> None:
     figures, _, _ = shown(tmp_path, tool, **given)
     figure = figures[tool.DEFINITION.name]
+    assert covered(figure) == []
     for line in (line for axes in figure.axes for line in axes.get_lines()):
         known = np.isfinite(np.asarray(line.get_ydata(), float))
         places = set(np.asarray(line.get_xdata(), float)[known].tolist())
         assert len(places) != 1 or line.get_marker() not in {"", "None"}, "a point is seen"
+    if tool is toss_map:
+        low, high = figure.axes[0].get_ylim()
+        assert low < 0.7 / math.pi < high
     if "begin" in given:
         low, high = figure.axes[0].get_xlim()
         assert 0.4 < low < 0.45 < high < 0.5, "a single value is no range"
@@ -310,6 +324,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     marked = [text.get_text().strip() for text in stall[0].texts]
     assert marked == ["doubling", "no period 1", "contact lasts"]
     assert "periodic" in text_of(figures["stall"])
+    assert figures["motor_map"].axes[0].get_xlim()[0] == 0.0, "no half cell below 0"
     shown_kinds = text_of(figures["motor_map"])
     assert "runs away" in shown_kinds
     assert "unresolved" not in shown_kinds
