@@ -79,6 +79,7 @@ setup(
             "pytest-xdist",  # the suite on all cores
             "python-flint",  # ball arithmetic, for proofs of flights and contacts
             "scipy",
+            "soundfile",
         ],
         "docs": ["furo", "myst-parser", "sphinx"],  # guides and API as web pages
         # what `make test` needs besides on a machine without ROS
@@ -94,7 +95,7 @@ setup(
             "python-flint"
         ],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
         "netcdf": ["netCDF4>=1.6"],  # results of studies exported
-        "measured": ["scipy"],  # `fit_impacts`: distributions, roots and banded matrices
+        "measured": ["scipy", "soundfile"],  # `fit_impacts`: its numbers, and sounds from files
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     )
     from bouncing_disk_ros.maps.tosses import TossSetting, toss
     from bouncing_disk_ros.measured.fit import ImpactFit, fit_impacts
+    from bouncing_disk_ros.measured.sound import ImpactSound, impact_times
     from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode as SimulatorNode
     from bouncing_disk_ros.report.estimate import (
         Estimate,
@@ -129,6 +130,7 @@ _PUBLIC = {
     "resilience_studies.orbit_curves": "Curve Window",
     "maps.periodic_orbit": "PeriodicOrbit fixed_point periodic_orbit",
     "measured.fit": "ImpactFit fit_impacts",
+    "measured.sound": "ImpactSound impact_times",
     "report.estimate": "Estimate friction_of platform_velocities restitution_of",
     "report.orbit": "Orbit orbit_of",
     "report.run_record": "RunRecord",
@@ -158,14 +160,14 @@ _RENAMED = {"run_study": "run"}
 
 __all__ = [
     "Attractor", "AttractorKind", "Attractors", "Comparison", "Curve", "EdgeState", "Estimate",
-    "FailedError", "FatalRule", "GrowthRule", "ImpactFit", "Impacts", "InputError", "Manifold",
-    "MapState",
+    "FailedError", "FatalRule", "GrowthRule", "ImpactFit", "ImpactSound", "Impacts", "InputError",
+    "Manifold", "MapState",
     "NextCollisionMap", "Orbit", "PeriodicOrbit", "ReferenceCase", "Result", "RunRecord",
     "Simulation", "TossSetting", "Window", "__version__", "bag", "basin_entropy", "best_lag",
     "box_dimension", "compare_with_case", "curve_family", "edge_state", "enclosed_share",
     "fatal_impulses", "fatal_timing_errors", "figures", "find_attractors", "fit_impacts",
     "fixed_point",
-    "friction_of", "impacts_from_msg", "instants_of", "label_starts", "load_preset",
+    "friction_of", "impact_times", "impacts_from_msg", "instants_of", "label_starts", "load_preset",
     "load_programme", "open_result", "orbit_curve", "orbit_of", "period_doublings",
     "periodic_orbit", "platform_velocities", "plots", "preset_names", "programme_names",
     "read_run", "reference_case", "reference_cases", "restitution_of", "run_study",

@@ -103,6 +103,10 @@ _TABLE: dict[str, tuple[str, str]] = {
         "measured.fit_impacts",
         "fit measured impacts: parameters with intervals, the impacts to come, a preset",
     ),
+    "impact_times": (
+        "measured.impact_times",
+        "find the hits in the sound of impacts: their times with errors, a picture",
+    ),
     "workbench": (
         "workbench.workbench",
         "see a run and touch it on a page in the browser: live, or of a bag",

@@ -84,7 +84,7 @@ SECTIONS: dict[str, tuple[str, str]] = {
     ),
     "Measured impacts": (
         "From measured times of impacts to a model: [measured impacts](measured.md).",
-        "fit_impacts ImpactFit",
+        "fit_impacts ImpactFit impact_times ImpactSound",
     ),
     "Reference cases": (
         "How far a simulator is from the rigid-impact law: [reference cases](reference_cases.md).",

@@ -33,6 +33,7 @@ from bouncing_disk_ros.measured.predict import (
 )
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
+from bouncing_disk_ros.measured.sound import ImpactSound
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.measured.told import told_by
 from bouncing_disk_ros.parameters import DEFAULTS, Value
@@ -67,6 +68,7 @@ class ImpactFit:
     impacts, or if the residuals are rounding of the times.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
+    `sound`: where the hits were heard, or None.
     """
 
     name: str
@@ -86,6 +88,7 @@ class ImpactFit:
     laws: tuple[Law, ...]
     prediction: Prediction
     profiles: Profiles
+    sound: ImpactSound | None
 
     def __getitem__(self, name: str) -> Interval:
         """A parameter by its name."""
@@ -172,7 +175,7 @@ def fit_impacts(
 ) -> ImpactFit:
     """The model behind measured impacts: parameters with 95 % intervals, and what comes next.
 
-    - `source`: times of impacts in s (an array), or a file of them: a text, or a bag.
+    - `source`: times of impacts in s (an array), or a file of them: a text, a sound, or a bag.
     - `frequency`: of the platform, Hz; 0: it is at rest. `frequency_error`: how well that is
       known, Hz; above 0 it is fitted. `axial_amplitude`: of the platform, m; 0: fitted.
     - `forcing_phase`: of the platform at time 0, rad, by a reference, with its standard deviation
@@ -270,6 +273,7 @@ class _Known:
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             _untold(parameters), laws, predicted(profiles, draws), profiles,
+            recording.sound,
         )  # fmt: skip
 
     def _in_sequence(

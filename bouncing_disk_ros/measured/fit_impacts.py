@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 NAME = "fit_impacts"
 _ABOUT = """Fit measured times of impacts: restitution, platform, scatter and errors with 95 %
-intervals, and the impacts to come. The recording is a text with a column of seconds, or a bag.
-Writes RECORDING_fit.yaml, a preset for the simulator and the studies, RECORDING_fit.html, a page
-with plots, and figures."""
+intervals, and the impacts to come. The recording is a text with a column of seconds, a sound file,
+or a bag. Writes RECORDING_fit.yaml, a preset for the simulator and the studies, RECORDING_fit.html,
+a page with plots, and figures."""
 _EXAMPLE = "ros2 run bouncing_disk_ros fit_impacts times.csv --ros-args -p frequency:=20.0"
 _SPECS = (
     Spec("frequency", 0.0, "Hz", "frequency of the platform; 0: it is at rest", "f", low=0.0,
@@ -62,7 +62,7 @@ def main(args: Sequence[str] | None = None) -> int:
     start = Start(NAME, _ABOUT, OPTIONS, _EXAMPLE, args, ExitCode.INTERRUPTED, needs_ros=False)
     parser = start.parser
     parser.usage = f"{NAME} [--help] RECORDING [OUTPUT] [--ros-args -p NAME:=VALUE ...]"
-    parser.add_argument("recording", help="a text file with a column of seconds, or a bag")
+    parser.add_argument("recording", help="a text with a column of seconds, a sound, or a bag")
     parser.add_argument("output", nargs="?", help="name of the files; default: RECORDING_fit")
     given = start.parse()
     return run_without_ros(NAME, partial(_fit, start, given))

@@ -10,6 +10,7 @@ from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
+from bouncing_disk_ros.measured.sound_picture import sound_panel
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
 from bouncing_disk_ros.report.report_text import Table
 
@@ -114,7 +115,7 @@ def headline_of(fit: ImpactFit) -> tuple[str, str]:
 
 
 def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
-    """Flights through the impacts, residuals over time and speed, restitution over speed."""
+    """Sound, flights through the impacts, residuals over time and speed, restitution over speed."""
     p = fit.profiles.estimate
     grid = np.linspace(fit.times[0], fit.times[-1], 20 * _POINTS)
     platform = p[AMPLITUDE] * np.sin(p[FREQUENCY] * grid + p[PHASE])
@@ -148,7 +149,8 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
         *(series(name, speeds, values, SeriesStyle.LINE, 1 + i)
           for i, (name, speeds, values) in enumerate(curves)),
     ])  # fmt: skip
-    return [(panel, "") for panel in (flights, law, over_time, over_speed)]
+    heard = [sound_panel(fit.sound, fit.rejected)] if fit.sound else []
+    return [(panel, "") for panel in (*heard, flights, law, over_time, over_speed)]
 
 
 def _curves(fit: ImpactFit, starts: Array) -> tuple[Array, Array]:

@@ -1,14 +1,15 @@
-"""Measured times from a text, a bag or an array; InputError where they cannot be used."""
+"""Measured times from a text, a sound, a bag or an array; InputError where they cannot be used."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.measured.sound import SUFFIXES, ImpactSound, impact_times
 from bouncing_disk_ros.parsing import number_of, read_table
 
 Array = NDArray[np.float64]
@@ -22,18 +23,22 @@ _INCREASING = "increasing times in seconds"
 
 @dataclass(frozen=True)
 class Recording:
-    """Times of impacts (s), their errors (s, or None), and half of the last digit of the times."""
+    """Times of impacts (s), their errors (s, or None), and half of the last digit of the times.
+
+    `sound`: what they were heard in.
+    """
 
     name: str
     times: Array
     errors: Array | None
     resolution: float
+    sound: ImpactSound | None = None
 
 
 def recording_of(
     source: str | Path | ArrayLike, column: str = "", namespace: str = ""
 ) -> Recording:
-    """The impacts of an array, a text file or a bag.
+    """The impacts of an array, a text file, a sound file or a bag.
 
     `column`: of a text file, its name or its number from 1 on; default: a column called time or t,
     else the first. Errors are taken from a column called error.
@@ -43,6 +48,9 @@ def recording_of(
         suffix = path.suffix.lower()
         if path.is_dir() or suffix == ".mcap":
             return _from_bag(path, namespace)
+        if suffix in SUFFIXES:
+            sound = impact_times(path)
+            return replace(checked(path.name, sound.times, sound.errors, 0.0), sound=sound)
         return _from_text(path, column)
     return checked("times", _numbers(source), None, 0.0)
 
