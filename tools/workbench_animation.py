@@ -22,7 +22,7 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "test"))
-WIDTH, HEIGHT, SHOWN_HEIGHT = 1500, 1000, 795
+WIDTH, HEIGHT, SHOWN_HEIGHT = 1500, 1000, 785
 SHOWN_WIDTH = 960
 SECONDS, FRAMES_A_SECOND = 6.5, 10.0
 """Of simulated time: the animation runs in real time."""

@@ -53,6 +53,7 @@ THEME = Theme(
             "Toolbar": {"stylesheets": [_CONTROLS]},
             "Tabs": {"stylesheets": [_CONTROLS, _TABS]},
             "Slider": {"margin": (0, 9)},
+            "InputWidget": {"margin": (0, 5)},
             "AbstractButton": {"margin": (3, 5)},
             "ToggleButtonGroup": {"stylesheets": [_CONTROLS, _GROUP], "margin": (3, 5)},
         }

@@ -39,7 +39,7 @@ class ScenePane:
             text="<i>Scenes: small experiments, each with a number to find.</i>",
             sizing_mode="stretch_width",
             name="scene_text",
-            styles={"font-size": "14px"},
+            styles={"font-size": "13px"},
         )
         self.answer = Button(label="Show the number", width=140, visible=False, name="show_number")
         self.answer.on_click(self.show)
