@@ -94,9 +94,9 @@ def _chattering_motor() -> str:
         f"to {PERIOD_ONE[1]} has {_speed(PERIOD_ONE)}. Under a load of half the torque that "
         f"friction can balance, the speed is {_speed(CHATTERS, best, 0.5)} "
         f"({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the rotor turns backwards at some "
-        f"preloads. Friction can balance {_torques(CHATTERS)} there, and {_torques(PERIOD_ONE)} "
-        "in period 1, because Γ needs less preload. So such a motor would start from any state, "
-        "but it would be slower, weaker and sensitive to its preload."
+        f"preloads. Friction can balance {_torques(CHATTERS)} in this regime, because a larger Γ "
+        f"needs less preload. In period 1 it can balance {_torques(PERIOD_ONE)}. So such a motor "
+        "would start from any state, but it would be slower, weaker and sensitive to its preload."
     )
 
 
@@ -223,13 +223,14 @@ BASINS = (
     "platform. Grey: there is no such time, because the attractor is chaotic."
 )
 SHARES = (
-    "Top: the parts of the plane of starts that come to contact (black), and the parts that reach "
-    "each other attractor without contact before. An attractor has one line, matched from value "
-    "to value. All starts that come to contact continue as one orbit. Where this orbit ends on "
-    "another attractor, the black line has a dot in its colour. Middle and bottom: the phase lag "
-    "at which the attractor turns the disk fastest, and the mean speed there, in ωΦ. They are for "
-    "the largest attractor that is neither rest nor chattering. They jump where another attractor "
-    "becomes the largest. The lag also jumps where another of its maxima becomes the highest."
+    "Top: the share of starts that come to contact (black), and the share that reaches each of "
+    "the other attractors without contact on the way. Each attractor has one line, matched from "
+    "value to value. All starts that come to contact continue as one orbit. If this orbit ends "
+    "on another attractor, the black line has a dot in the colour of this attractor. Middle and "
+    "bottom: the best phase lag, at which the disk turns fastest, and the mean speed at this "
+    "lag, in ωΦ. Both are values of the largest attractor that is neither rest nor chattering. "
+    "Both jump where another attractor becomes the largest. The lag also jumps where another "
+    "maximum of the speed becomes the highest."
 )
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
@@ -258,14 +259,15 @@ FIGURES = (
                 "period doublings, by continuation. Purple line: the crisis, where the chaotic "
                 "attractor comes to contact. Beyond it the diagram follows another attractor, the "
                 "orbit that leaves contact. Fig. 4 has the basins at a to d. (b): mean rotor "
-                "speed, in ωΦ. The values with contact scatter, because each Γ has another "
-                "long orbit. There is no value where rounding errors decide that orbit. (c): "
+                "speed, in ωΦ. The speeds with contact scatter, because each Γ has another long "
+                "orbit. If rounding errors decide this orbit, no speed is shown. (c): "
                 "relative speed of the impacts. Pink: impacts earlier in the period than the "
                 "impact of period 1, on the lower branch of (a). Green: later impacts. After "
                 "the doubling the impacts of the lower branch are harder, so friction brings the "
                 "rotor closer to the platform's speed there, and the mean speed rises. Bottom, "
                 "not in the paper: Lyapunov exponent of the axial motion for each impact, above 0 "
-                "in chaos. Orange marks at the edge: −∞, because all orbits become one at contact.",
+                "in chaos. Orange marks at the edge: −∞, because after contact all motions are "
+                "the same.",
                 _chattering_motor),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
@@ -280,8 +282,8 @@ FIGURES = (
                 "1e-3, 0.1 at 1e-7 and 0.05 to 0.1 below 1e-9."),
     PaperFigure("fig4d", "Fig. 4, Γ = 0.60",
                 "The whole region is in the basin of one attractor.", _share(""), BASINS,
-                "The time of that attractor from contact to contact is not given: rounding errors "
-                "grow beyond its size in this time, so other arithmetic gives another number."),
+                "From contact to contact rounding errors grow beyond the size of the attractor. "
+                "So other arithmetic gives another number of cycles, and the table gives none."),
     PaperFigure("ease", "Beyond the paper: how easy a multiple toss is",
                 "A wide basin implies a wider margin of variability: it would be easier to "
                 "maintain a period-1 orbit for Γ ≈ 0.486, where the best phase lag is −0.26π.",
@@ -296,12 +298,14 @@ FIGURES = (
 
 INTRODUCTION = (
     "This page has each figure of Liu, Friend, Yeo (EPL 2009) with the command that computes it, "
-    "and compares each printed number with ours. *Agrees* means that ours rounds to the printed "
-    "number. Where the two differ, the reason is given. Nothing is tuned to a printed number.\n\n"
+    "and compares each printed number with the computed number. *Agrees* means that the computed "
+    "number rounds to the printed number. Where the two differ, the reason is given. Nothing is "
+    "tuned to a printed number.\n\n"
     "`make figures` computes all figures. The parameter files are in config/ of the sources, and "
     "in share/bouncing_disk_ros/config where the package is installed. Without the command ros2, "
-    "write `python -m bouncing_disk_ros NAME` for `ros2 run bouncing_disk_ros NAME`, and the "
-    "folder `config/` of the sources for the path with `$(…)`. For another restitution, add for "
+    "change two parts of a command: write `python -m bouncing_disk_ros NAME` in place of `ros2 "
+    "run bouncing_disk_ros NAME`, and `config/` of the sources in place of `$(…)/config/`. For "
+    "another restitution, add for "
     "example `-p restitution:=0.3` at the end."
 )
 
