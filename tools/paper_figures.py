@@ -93,9 +93,10 @@ def _chattering_motor() -> str:
         f"this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, from "
         f"Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
         "Under a load of half the torque that friction can balance, the speed is "
-        f"{_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the rotor turns backwards at some "
-        f"preloads. Friction can balance {_torques(CHATTERS)} in this regime, because a larger Γ "
-        f"needs less preload. In period 1 it can balance {_torques(PERIOD_ONE)}. So such a motor "
+        f"{_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the "
+        f"rotor turns backwards at some preloads. Friction can balance {_torques(CHATTERS)} "
+        "in this regime, because a larger Γ needs less preload. In period 1 it can balance "
+        f"{_torques(PERIOD_ONE)}. So such a motor "
         "would start from any state, but it would be slower, weaker and sensitive to its preload."
     )
 
