@@ -192,6 +192,10 @@ class Profiles:
             self.data.times, self.data.errors, p, np.array(free, np.int64), known,
             self.data.kinds, self.model.gravity, rho, th, h, b, low,
         )  # fmt: skip
+        if p[AMPLITUDE] < 0.0 and {AMPLITUDE, PHASE} <= set(free) and known[1, PHASE] == 0.0:
+            place = list(free).index(AMPLITUDE)  # the same motion with A > 0
+            p[AMPLITUDE], p[PHASE] = -p[AMPLITUDE], p[PHASE] + math.pi
+            h[place], h[:, place] = -h[place], -h[:, place]
         if self.model.scatter == 0.0:  # exact orbits: nothing is integrated
             excess = 0.0
         if known[1, PHASE] > 0.0:  # the variance of a reference, in units of c²

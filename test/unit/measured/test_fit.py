@@ -476,3 +476,19 @@ def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, messa
     with pytest.raises(InputError, match=message) as raised:
         fit_impacts(file)
     assert "\n" not in raised.value.line
+
+
+def test_the_amplitude_is_positive() -> None:
+    """A < 0 is the same motion half a turn on: a search that came there said that Γ is not told."""
+    times, phases = vibrating(np.random.default_rng(3), 4, 80, 0.8, 0.7, 0.003)
+    seen = times[0] + 5e-5 * np.random.default_rng(4).standard_normal(80)
+    amplitude = 0.8 * math.pi * GRAVITY / OMEGA**2
+    start = np.array([0.7, -amplitude, phases[0] + math.pi, OMEGA, 0.0, 0.0])
+    data = Data(seen, np.full(80, 1e-6), np.zeros(80, bool), False, 1e-6)
+    profiles = Profiles(data, Model((0, 1, 2), GRAVITY, None), start)
+    found = profiles.interval(1, 0.0, math.inf)
+    assert 0.0 < found.low < amplitude < found.high
+    assert math.cos(profiles.estimate[2] - phases[0]) > 1.0 - 1e-4
+    covariance = profiles.covariance(profiles.best)
+    other = Profiles(data, profiles.model, np.array([0.7, amplitude, phases[0], OMEGA, 0.0, 0.0]))
+    assert covariance == pytest.approx(other.covariance(other.best), rel=0.01)
