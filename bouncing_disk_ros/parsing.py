@@ -84,25 +84,39 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 # --- tables of text -------------------------------------------------------------------------------
-_BETWEEN = re.compile(r"[;\t]|,\s*|\s+")
+_COMMA_NUMBER = r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?"
+"""A number with a decimal comma, as some spreadsheets write it."""
+_COMMA_NUMBERS = re.compile(rf"{_COMMA_NUMBER}(?:\s+{_COMMA_NUMBER})+")
 
 
 def read_table(field: str, path: Path, most: int) -> tuple[list[str], list[list[str]]]:
     """Names of the columns and cells of a text file, at most `most` bytes; lines with # are left.
 
-    Cells are separated by commas, semicolons, tabs or blanks, and may have quotes. The first line
-    has names (in small letters then) where it begins with no number; else there are none.
-    InputError, naming `field`.
+    Cells are separated by semicolons or tabs (then numbers may have decimal commas), else by
+    commas, else by blanks, and may have quotes. The first line has names (in small letters then)
+    where it begins with no number; else there are none. InputError, naming `field`.
     """
-    lines = (line.strip() for line in read_text(field, path, most).splitlines())
-    rows = [
-        [cell.strip("\"' ") for cell in _BETWEEN.split(line.rstrip(",;"))]
-        for line in lines
-        if line and not line.startswith("#")
-    ]
-    if not rows or number_of(rows[0][0]) is not None:
-        return [], rows
-    return [name.lower() for name in rows[0]], rows[1:]
+    text = read_text(field, path, most).removeprefix("\ufeff")
+    lines = [line.strip() for line in text.splitlines()]
+    lines = [line for line in lines if line and not line.startswith("#")]
+    if not lines:
+        return [], []
+    names: list[str] = []
+    if number_of(_cells(lines[0])[0]) is None:
+        first = re.sub(r"\s+(?=[(\[])", "", lines.pop(0))  # a unit belongs to the name before it
+        names = [name.lower() for name in _cells(first)]
+    return names, [_cells(line) for line in lines]
+
+
+def _cells(line: str) -> list[str]:
+    """The cells of one line."""
+    line = line.rstrip(",;")
+    if re.search(r"[;\t]", line) or _COMMA_NUMBERS.fullmatch(line):
+        found = re.split(r"[;\t]" if re.search(r"[;\t]", line) else r"\s+", line)
+        bare = [cell.strip("\"' ") for cell in found]
+        return [x.replace(",", ".") if re.fullmatch(_COMMA_NUMBER, x) else x for x in bare]
+    found = line.split(",") if "," in line else line.split()
+    return [cell.strip("\"' ") for cell in found]
 
 
 def number_of(text: str) -> float | None:

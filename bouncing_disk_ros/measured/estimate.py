@@ -128,11 +128,14 @@ def interval_text(found: Interval, unit: str = "") -> str:
     """A value with its interval; digits as far as the interval tells them."""
     width = found.high - found.low
     decimals = 6 if not 0.0 < width < math.inf else max(0, 2 - math.floor(math.log10(width)))
-    if decimals > 6:
-        texts = [f"{x:.3e}" if width > 0.01 * abs(found.value) else f"{x:.10g}" for x in
-                 (found.value, found.low, found.high)]  # fmt: skip
+    values = (found.value, found.low, found.high)
+    if decimals <= 6:
+        texts = [f"{x:.{decimals}f}" for x in values]
+    elif width > 0.01 * abs(found.value):
+        texts = [f"{x:.3e}" for x in values]
     else:
-        texts = [f"{x:.{decimals}f}" for x in (found.value, found.low, found.high)]
+        digits = 1 + math.floor(math.log10(abs(found.value))) + decimals
+        texts = [f"{x:#.{digits}g}" for x in values]
     return f"{texts[0]} ({texts[1]} to {texts[2]}) {unit}".rstrip()
 
 

@@ -259,6 +259,7 @@ class _Known:
         data, profiles, rejected = self._in_sequence(recording, errors)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
+        _check(recording.name, parameters["restitution"])
         hits = slice(int(data.is_released), None)
         times, missed = profiles.best.times[hits], data.missed[hits]
         flights, speeds = flights_of(times, profiles.estimate, self.gravity)
@@ -399,6 +400,16 @@ class _Known:
             w = profiles.interval(FREQUENCY, 0.0, math.inf)
             found["frequency"] = Interval(*(x / math.tau for x in (w.value, w.low, w.high)))
         return found
+
+
+def _check(name: str, restitution: Interval) -> None:
+    """FailedError where no restitution from 0 to 1 explains the times."""
+    for beyond, why in (
+        (restitution.low >= 1.0, "above 1: does the platform vibrate? then give its frequency"),
+        (restitution.high <= 0.0, "below 0: is the frequency right?"),
+    ):
+        if beyond:
+            raise FailedError(f"{name}: no model fits, the restitution would be {why}")
 
 
 def _turned(phase: Interval) -> Interval:

@@ -52,7 +52,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         symbol, unit = UNITS[name]
         text = interval_text(found, unit)
         if name in fit.untold:
-            text = f"not told by these data: {found.low:.4g} to {found.high:.4g} {unit}".rstrip()
+            text = f"not told by these data: {found.low:.6g} to {found.high:.6g} {unit}".rstrip()
         rows.append((f"{name}, {symbol}", text))
     if fit.told:
         rows.append(("told", fit.told))

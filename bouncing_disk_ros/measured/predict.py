@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_solve_banded
 
-from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 
@@ -46,7 +45,9 @@ class Prediction:
 
 def interval_of(values: Array, best: float | None = None) -> Interval:
     """Median and interval of draws; `best`: in place of the median."""
-    low, middle, high = np.percentile(values, [_TAIL, 50.0, 100.0 - _TAIL])
+    ends = np.nan_to_num(values, posinf=np.finfo(float).max / 4.0)  # no nan between two infinities
+    ends = np.percentile(ends, [_TAIL, 50.0, 100.0 - _TAIL])
+    low, middle, high = np.where(ends > 1e300, np.inf, ends)
     return Interval(float(middle) if best is None else best, float(low), float(high))
 
 
@@ -152,6 +153,8 @@ def flown_on(p: Array, g: float, last: Array, restitutions: Array) -> Array:
 
     The platform vibrates with parameters p.
     """
+    from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+
     (before, at), found = last, []
     w, a = p[FREQUENCY], abs(p[AMPLITUDE])
     phase = p[PHASE] + (math.pi if p[AMPLITUDE] < 0.0 else 0.0)

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.measured.sound import SUFFIXES, ImpactSound, impact_times
 from bouncing_disk_ros.parsing import number_of, read_table
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.measured.sound import ImpactSound
 
 Array = NDArray[np.float64]
 MOST_IMPACTS = 20_000
 """Impacts of one fit."""
 MOST_BYTES = 64 << 20
 """Of a text file."""
+_TEXTS = ("", ".csv", ".txt", ".tsv", ".dat")
+"""Ends of names of texts: for them the library of sounds, 0.4 s, is not loaded."""
 _TIME_NAMES = ("time", "t", "times", "seconds", "s")
+_UNITS = {
+    1.0: ("s", "sec", "seconds"), 1e-3: ("ms", "msec", "milliseconds"),
+    1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"),
+}  # fmt: skip
+_WORDS = "|".join(word for words in _UNITS.values() for word in words)
+_UNIT = re.compile(rf"(?:(.*?)(?:[\s_]+|\s*[(\[]\s*))?({_WORDS})\s*[)\]]?")
+"""Of a column: time_ms, t (ms), ms."""
 _INCREASING = "increasing times in seconds"
 
 
@@ -48,11 +61,17 @@ def recording_of(
         suffix = path.suffix.lower()
         if path.is_dir() or suffix == ".mcap":
             return _from_bag(path, namespace)
-        if suffix in SUFFIXES:
-            sound = impact_times(path)
+        if suffix not in _TEXTS and (sound := _sound(path)):
             return replace(checked(path.name, sound.times, sound.errors, 0.0), sound=sound)
         return _from_text(path, column)
     return checked("times", _numbers(source), None, 0.0)
+
+
+def _sound(path: Path) -> ImpactSound | None:
+    """The hits of a sound file; None: it is no such file."""
+    from bouncing_disk_ros.measured.sound import SUFFIXES, impact_times
+
+    return impact_times(path) if path.suffix.lower() in SUFFIXES else None
 
 
 def _numbers(source: ArrayLike) -> Array:
@@ -91,28 +110,54 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
 
 # --- text -----------------------------------------------------------------------------------------
 def _from_text(path: Path, column: str) -> Recording:
-    names, table = read_table("recording", path, MOST_BYTES)
-    if not (names or table):
+    named, table = read_table("recording", path, MOST_BYTES)
+    if not (named or table):
         raise InputError("recording", str(path), "a column of times in seconds", "It is empty.")
-    place = _place(column, names, len(table[0]) if table else len(names))
+    if len(named) < 2 and table and all(_is_one_number(cells) for cells in table):
+        if not named:
+            allowed = "a decimal point, or names of the columns in the first line"
+            hint = "The comma may be a decimal sign, or may separate two columns."
+            raise InputError("recording", f"{','.join(table[0])} in {path.name}", allowed, hint)
+        table = [[".".join(cells)] for cells in table]
+    names, units = [_without_unit(name) for name in named], [_unit(name) for name in named]
+    place = _place(column, named, names, len(table[0]) if table else len(names))
     times, decimals = _column(path, table, place)
+    unit = units[place] if place < len(units) else 1.0
     errors = None
     if "error" in names:
-        errors, _ = _column(path, table, names.index("error"))
-    return checked(path.name, times, errors, 0.5 * 10.0**-decimals)
+        own = names.index("error")
+        errors = units[own] * _column(path, table, own)[0]
+    return checked(path.name, unit * times, errors, 0.5 * unit * 10.0**-decimals)
 
 
-def _place(column: str, names: list[str], count: int) -> int:
-    """The place of the column that is asked for."""
+def _is_one_number(cells: list[str]) -> bool:
+    """Whether two cells may be one number with a decimal comma."""
+    return len(cells) == 2 and cells[0].lstrip("+-").isdecimal() and cells[1].isdecimal()
+
+
+def _without_unit(name: str) -> str:
+    found = _UNIT.fullmatch(name)
+    return (found[1] or "time") if found else name
+
+
+def _unit(name: str) -> float:
+    """Of a column, s."""
+    found = _UNIT.fullmatch(name)
+    return next(unit for unit, words in _UNITS.items() if found[2] in words) if found else 1.0
+
+
+def _place(column: str, named: list[str], names: list[str], count: int) -> int:
+    """The place of the column that is asked for; `names`: without units."""
     if column.isdecimal():
         if 1 <= int(column) <= count:
             return int(column) - 1
         raise InputError("column", column, f"a number from 1 to {count}, or a name")
     if column:
-        if column.lower() in names:
-            return names.index(column.lower())
-        allowed = ", ".join(names) if names else f"a number from 1 to {count}: no names here"
-        raise InputError("column", column, allowed, closest(column.lower(), names))
+        for each in (named, names):
+            if column.lower() in each:
+                return each.index(column.lower())
+        allowed = ", ".join(named) if named else f"a number from 1 to {count}: no names here"
+        raise InputError("column", column, allowed, closest(column.lower(), named))
     return next((names.index(name) for name in _TIME_NAMES if name in names), 0)
 
 

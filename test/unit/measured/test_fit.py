@@ -13,11 +13,12 @@ import yaml
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bouncing_disk_ros import InputError, bag, fit_impacts, load_preset, simulate
+from bouncing_disk_ros import FailedError, InputError, bag, fit_impacts, load_preset, simulate
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
-from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.measured.told import periods_of, told_by
@@ -468,6 +469,7 @@ def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
         ("0.1, 0.5\n0.7\n\nend of drop\n", "'end of drop' in line 3 of the table"),
         ("0.1\n0.5\n1e400\n", "no finite number"),
         ("-1e12\n0.5\n1\n", "too large"),
+        ("0,5\n1,5\n2,4\n", "The comma may be a decimal sign"),
     ],
 )
 def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, message: str) -> None:
@@ -492,3 +494,126 @@ def test_the_amplitude_is_positive() -> None:
     covariance = profiles.covariance(profiles.best)
     other = Profiles(data, profiles.model, np.array([0.7, amplitude, phases[0], OMEGA, 0.0, 0.0]))
     assert covariance == pytest.approx(other.covariance(other.best), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff{0:.4f}\n{1:.4f}\n{2:.4f}\n{3:.4f}\n",
+        "Time (s);Level (dB)\n{0:.4f};1\n{1:.4f};2\n{2:.4f};3\n{3:.4f};4\n",
+        "n,time (ms)\n1,{4:.1f}\n2,{5:.1f}\n3,{6:.1f}\n4,{7:.1f}\n",
+        "level time_ms\n1 {4:.1f}\n2 {5:.1f}\n3 {6:.1f}\n4 {7:.1f}\n",
+        "ms\n{4:.1f}\n{5:.1f}\n{6:.1f}\n{7:.1f}\n",
+        "Zeit;Pegel\n0,3000;1\n0,7500;2\n1,0875;3\n1,3406;4\n",
+        "time\n0,3000\n0,7500\n1,0875\n1,3406\n",
+        "0,3000 0,1\n0,7500 0,2\n1,0875 0,3\n1,3406 0,4\n",
+        "{0:.4f}\t{0:.4f}\thit, 1\n{1:.4f}\t{1:.4f}\t2\n{2:.4f}\t\t3\n{3:.4f}\t\t4\n",
+    ],
+)
+def test_a_text_is_read_as_spreadsheets_and_editors_of_sounds_write_it(
+    tmp_path: Path, text: str
+) -> None:
+    """Seconds or milliseconds, decimal commas, a byte order mark: the same times and half digit.
+
+    Milliseconds were read as seconds, the first time of a text with a mark as a name.
+    """
+    times = np.array([0.3, 0.75, 1.0875, 1.3406])
+    file = tmp_path / "times.csv"
+    file.write_text(text.format(*times, *(1e3 * times)), "utf-8")
+    read = recording_of(file)
+    assert read.times == pytest.approx(times, abs=1e-12)
+    assert read.resolution == pytest.approx(5e-5)
+
+
+def test_errors_are_read_with_their_unit(tmp_path: Path) -> None:
+    file = tmp_path / "times.csv"
+    file.write_text("t (s); error (µs)\n1; 10\n2; 20\n2.5; 30\n")
+    assert recording_of(file).errors == pytest.approx([1e-5, 2e-5, 3e-5])
+
+
+def test_flights_that_grow_at_rest_are_no_model() -> None:
+    """ε above 1 was 'not told by these data: 1.1 to 1'."""
+    with pytest.raises(FailedError, match="above 1: does the platform vibrate"):
+        fit_impacts(np.cumsum(0.1 * 1.1 ** np.arange(12)), time_error=1e-5)
+
+
+def test_an_end_of_the_bounces_that_may_be_never() -> None:
+    """Where some draws have ε = 1 and more, the interval ends at infinity; it was nan."""
+    fit = fit_impacts(0.5 * np.arange(20) + 1e-4 * np.random.default_rng(1).standard_normal(20))
+    assert fit["end"].high == math.inf
+    assert fit["end"].low > 9.5
+    assert fit.untold == ("restitution",)
+
+
+@pytest.mark.parametrize(
+    ("found", "text"),
+    [
+        (Interval(0.8000000853, 0.7999937823, 0.8000071981), "0.8000001 (0.7999938 to 0.8000072)"),
+        (Interval(1.560825307e-3, 1.557868933e-3, 1.563807754e-3),
+         "0.00156083 (0.00155787 to 0.00156381)"),
+        (Interval(4.33e-6, 2.993e-6, 7.223e-6), "4.330e-06 (2.993e-06 to 7.223e-06)"),
+        (Interval(0.75, 0.74, 0.76), "0.7500 (0.7400 to 0.7600)"),
+    ],
+)  # fmt: skip
+def test_a_value_has_the_digits_that_its_interval_tells(found: Interval, text: str) -> None:
+    assert interval_text(found) == text
+
+
+def test_a_platform_at_rest_is_told_from_its_bag(tmp_path: Path) -> None:
+    """ε in its interval; the first impact is the end of a free fall from the initial height."""
+    with bag.Writer(tmp_path / "run_1") as writer:
+        RecordedRun(
+            writer, axial_amplitude=0.0, angular_amplitude=0.0, frequency=20.0, restitution=0.8,
+            initial_height=0.05, gravity=GRAVITY,
+            without=("disk/inputs", "platform/motion", "disk/rotor_speed"),
+        ).run(0.7)  # fmt: skip
+    fit = fit_impacts(tmp_path / "run_1")
+    assert fit["restitution"].low < 0.8 < fit["restitution"].high
+    assert fit["first_height"].low < 0.05 < fit["first_height"].high
+    fall = math.sqrt(2.0 * 0.05 / GRAVITY)
+    assert fit["end"].low < fall * 1.8 / 0.2 < fit["end"].high
+    assert fit.untold == ()
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (None, "There is no file or folder of that name"),
+        ("folder", "It holds no .mcap file"),
+        ("text", "not an .mcap file"),
+        ("no impacts", "no hits"),
+        ("cut", "restitution"),
+    ],
+)
+def test_a_bag_that_cannot_be_used_is_one_line_and_nothing_is_written(
+    tmp_path: Path, made: str | None, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "run_1"
+    if made == "folder":
+        folder.mkdir()
+    elif made == "text":
+        folder = tmp_path / "run_1.mcap"
+        folder.write_text("no bag")
+    elif made:
+        high = 5.0 if made == "no impacts" else 0.05
+        with bag.Writer(folder) as writer:
+            RecordedRun(
+                writer, axial_amplitude=0.0, angular_amplitude=0.0, frequency=20.0,
+                restitution=0.8, initial_height=high,
+            ).run(0.7)  # fmt: skip
+        if made == "cut":
+            (file,) = folder.glob("*.mcap")
+            file.write_bytes(file.read_bytes()[: int(0.6 * file.stat().st_size)])
+    elif made is None:
+        folder = tmp_path / "absent.mcap"
+    before = sorted(tmp_path.rglob("*"))
+    code = executable.main([str(folder), "--ros-args", "-p", "figures:=none"])
+    shown = capsys.readouterr()
+    if made == "cut":  # what is left of it is read, or it is refused
+        assert code in (0, 2)
+        assert message in shown.out + shown.err
+        return
+    assert code == 2
+    assert message in shown.err
+    assert len(shown.err.strip().splitlines()) == 1
+    assert sorted(tmp_path.rglob("*")) == before

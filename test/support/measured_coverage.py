@@ -1,0 +1,140 @@
+"""How often intervals of measured impacts hold the truth: cells of many simulated experiments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
+from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
+from bouncing_disk_ros.measured.starts import first_values
+from support.measured_impacts import GRAVITY, at_rest, vibrating
+
+OMEGA = math.tau * 20.0
+SEED = 20095
+_TAIL = 0.025
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Experiments of one kind: impacts, error of times (s), scatter, and whether that is fitted.
+
+    `forcing`: Γ at 20 Hz, 0: at rest; `skip`: impacts before the first one that is measured.
+    """
+
+    count: int
+    error: float
+    scatter: float
+    is_fitted: bool
+    restitution: float = 0.75
+    forcing: float = 0.0
+    skip: int = 0
+
+    def __str__(self) -> str:
+        platform = f"Γ = {self.forcing}" if self.forcing else "at rest"
+        return (
+            f"{platform}, ε = {self.restitution}, {self.count} impacts, {1e6 * self.error:g} µs, "
+            f"scatter {100.0 * self.scatter:g} % {'fitted' if self.is_fitted else 'given'}"
+        )
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        return (0, 1, 2) if self.forcing else (0,)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Of one experiment: confidence at the true parameters, and errors of the restitution.
+
+    `away`: estimate minus truth; `deviation`: as the fit says; `bound`: of Cramér and Rao.
+    """
+
+    confidence: tuple[float, ...]
+    away: float
+    deviation: float
+    bound: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Of all experiments of a cell.
+
+    `held`: how often each parameter's interval holds the truth; `bias`: in lengths of the interval;
+    `variance`: in bounds of Cramér and Rao.
+    """
+
+    count: int
+    held: tuple[float, ...]
+    bias: float
+    variance: float
+
+
+def experiments(cell: Cell, count: int) -> Iterator[Found]:
+    """So many experiments of a cell, always the same ones."""
+    rng, true = np.random.default_rng(SEED), np.zeros(6)
+    true[0] = cell.restitution
+    if not cell.forcing:
+        for _ in range(count):
+            exact = at_rest(rng, cell.count, 0.0, cell.scatter, cell.restitution)
+            yield _experiment(cell, exact, exact + _noise(rng, cell), true)
+        return
+    true[1], true[3] = cell.forcing * math.pi * GRAVITY / OMEGA**2, OMEGA
+    made = 0
+    while made < count:
+        runs, phases = vibrating(
+            rng, 256, cell.count, cell.forcing, cell.restitution, cell.scatter, cell.skip
+        )
+        for exact, phase in zip(runs[: count - made], phases, strict=False):
+            true[2] = phase
+            made += 1
+            yield _experiment(cell, exact, exact + _noise(rng, cell), true)
+
+
+def summary(found: list[Found]) -> Summary:
+    confidence = np.array([one.confidence for one in found])
+    held = np.mean((confidence > _TAIL) & (confidence < 1.0 - _TAIL), axis=0)
+    away = np.array([one.away for one in found])
+    lengths = 2.0 * 1.96 * np.array([one.deviation for one in found])
+    ratios = away / np.array([one.bound for one in found])
+    return Summary(
+        len(found), tuple(float(x) for x in held), float(away.mean() / lengths.mean()),
+        float(np.mean(ratios**2)),
+    )  # fmt: skip
+
+
+def _noise(rng: np.random.Generator, cell: Cell) -> NDArray[np.float64]:
+    return cell.error * rng.standard_normal(cell.count)
+
+
+def _experiment(
+    cell: Cell, exact: NDArray[np.float64], seen: NDArray[np.float64], true: NDArray[np.float64]
+) -> Found:
+    n, free = cell.count, cell.free
+    data = Data(seen, np.full(n, 1e-6), np.zeros(n, bool), False, 1e-6)
+    model = Model(free, GRAVITY, None if cell.is_fitted else cell.scatter / cell.error * 1e-6)
+    if cell.forcing:
+        tried = [Profiles(data, model, start) for start in first_values(seen, OMEGA, GRAVITY)]
+        profiles = min(tried, key=lambda one: one.cost(one.best))
+    else:
+        flights = np.diff(seen)
+        start = np.zeros(6)
+        start[0] = float(np.median(flights[1:] / flights[:-1]))
+        profiles = Profiles(data, model, start)
+    at = true.copy()
+    at[2] += math.tau * round((profiles.estimate[2] - at[2]) / math.tau)
+    confidence = tuple(float(profiles.confidence(i)(at[i])) for i in free)
+    away = float(profiles.estimate[0]) - cell.restitution
+    return Found(confidence, away, profiles.deviation(0), _bound(cell, data, exact, true))
+
+
+def _bound(cell: Cell, data: Data, exact: NDArray[np.float64], true: NDArray[np.float64]) -> float:
+    """Least standard deviation of an estimate of ε, with errors and scatter known."""
+    n, free = cell.count - 2, np.array(cell.free, np.int64)
+    white, by = np.empty(n), np.empty((len(free), n))
+    errors, rho = np.full(cell.count, cell.error), cell.scatter
+    whitened_residuals(exact, errors, true, free, data.kinds, GRAVITY, rho, exact.copy(), white, by)
+    return math.sqrt(float(np.linalg.inv(by @ by.T)[0, 0]))
