@@ -89,23 +89,35 @@ _COMMA_NUMBER = r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?"
 _COMMA_NUMBERS = re.compile(rf"{_COMMA_NUMBER}(?:\s+{_COMMA_NUMBER})+")
 
 
-def read_table(field: str, path: Path, most: int) -> tuple[list[str], list[list[str]]]:
-    """Names of the columns and cells of a text file, at most `most` bytes; lines with # are left.
+def read_table(
+    field: str, path: Path, most: int, lines: int = sys.maxsize,
+    is_header: Callable[[list[str]], bool] | None = None,
+) -> tuple[list[str], list[list[str]]]:  # fmt: skip
+    """Names of the columns and cells of a text file; lines with # are left out.
 
+    At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out.
     Cells are separated by semicolons or tabs (then numbers may have decimal commas), else by
     commas, else by blanks, and may have quotes. The first line has names (in small letters then)
     where it begins with no number; else there are none. InputError, naming `field`.
     """
     text = read_text(field, path, most).removeprefix("\ufeff")
-    lines = [line.strip() for line in text.splitlines()]
-    lines = [line for line in lines if line and not line.startswith("#")]
-    if not lines:
-        return [], []
-    names: list[str] = []
-    if number_of(_cells(lines[0])[0]) is None:
-        first = re.sub(r"\s+(?=[(\[])", "", lines.pop(0))  # a unit belongs to the name before it
-        names = [name.lower() for name in _cells(first)]
-    return names, [_cells(line) for line in lines]
+    if (count := text.count("\n")) > lines:
+        raise InputError(field, f"{count} lines", f"at most {lines}")
+    kept = [line.strip() for line in text.splitlines()]
+    kept = [line for line in kept if line and not line.startswith("#")]
+    heads = []
+    for line in kept:
+        if number_of(_cells(line)[0]) is not None:
+            break
+        heads.append(_names(line))
+    start = next((i for i, names in enumerate(heads) if is_header and is_header(names)), 0)
+    names = heads[start] if heads else []
+    return names, [_cells(line) for line in kept[start + bool(heads) :]]
+
+
+def _names(line: str) -> list[str]:
+    """The names of columns, in small letters; a unit belongs to the name before it."""
+    return [name.lower() for name in _cells(re.sub(r"\s+(?=[(\[])", "", line))]
 
 
 def _cells(line: str) -> list[str]:

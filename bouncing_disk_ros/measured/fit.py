@@ -24,6 +24,7 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
 )
 from bouncing_disk_ros.measured.laws import Law, laws_of, other_law
 from bouncing_disk_ros.measured.predict import (
+    NOTHING,
     Draws,
     Prediction,
     draws_of,
@@ -44,8 +45,10 @@ NOMINAL = 1e-6
 """Errors that are not given are multiples of this, s."""
 _VOID = 1e3
 """Error of a missed impact, in errors of a measured one: it pulls by a millionth."""
-_LEAST_KEPT = 0.67
-"""Part of the hits that a chain of flights must hold."""
+_LEAST_KEPT = 0.5
+"""A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
+_HIGHEST = 1e3
+"""Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 _ROUNDS = 4
 _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forcing_phase",
           FREQUENCY: "frequency"}  # fmt: skip
@@ -67,7 +70,8 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
-    their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
+    their evidence, the constant one first. `prediction`: impacts to come, none where the data tell
+    another law than the constant one.
     `sound`: where the hits were heard, or None.
     """
 
@@ -256,10 +260,20 @@ class _Known:
 
     def fit(self, recording: Recording, errors: Array | None) -> ImpactFit:
         """The fit of a recording."""
+        typical = float(np.median(np.diff(recording.times)))
+        if self.height == 0.0 and self.gravity * typical**2 / 8.0 > _HIGHEST:
+            hint = "Milliseconds? Divide by 1000, or call the column of a text time_ms."
+            raise InputError("times", f"flights of {typical:.4g} s", "times in seconds", hint)
         data, profiles, rejected = self._in_sequence(recording, errors)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
         _check(recording.name, parameters["restitution"])
+        is_told = profiles.degrees > 0 or profiles.data.is_absolute
+        if is_told:
+            _check_scatter(recording.name, profiles, parameters)
+        else:
+            parameters = {name: Interval(one.value, 0.0, 1.0 if name == "restitution" else math.inf)
+                          for name, one in parameters.items()}  # fmt: skip
         hits = slice(int(data.is_released), None)
         times, missed = profiles.best.times[hits], data.missed[hits]
         flights, speeds = flights_of(times, profiles.estimate, self.gravity)
@@ -273,7 +287,8 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            _untold(parameters), laws, predicted(profiles, draws), profiles,
+            _untold(parameters) if is_told else tuple(parameters), laws,
+            predicted(profiles, draws) if is_told and not other_law(laws) else NOTHING, profiles,
             recording.sound,
         )  # fmt: skip
 
@@ -322,7 +337,7 @@ class _Known:
             found = at_rest(hits, self.gravity, self.dead_time)
         else:
             found = chain_of(hits, np.array(tried), self.gravity, self.dead_time)
-        if len(found.kept) < max(3.0, _LEAST_KEPT * len(hits)):
+        if len(found.kept) < 3 or len(found.kept) <= _LEAST_KEPT * len(hits):
             nothing = np.empty(0)
             return Chain(heard, nothing, nothing.astype(np.int64), found.parameters)
         return replace(found, kept=heard[found.kept])
@@ -410,6 +425,24 @@ def _check(name: str, restitution: Interval) -> None:
     ):
         if beyond:
             raise FailedError(f"{name}: no model fits, the restitution would be {why}")
+
+
+def _check_scatter(name: str, profiles: Profiles, parameters: dict[str, Interval]) -> None:
+    """FailedError where the scatter is larger than that of any restitutions from 0 to 1.
+
+    With the mean ε their variance is at most ε(1 - ε) (Bhatia and Davis, "A better bound on the
+    variance", 2000).
+    """
+    if "scatter" not in parameters:
+        return
+    least, found = parameters["scatter"].low, profiles.interval(RESTITUTION, -math.inf, math.inf)
+    nearest = min(max(0.5, found.low), found.high)
+    if least**2 > max(nearest * (1.0 - nearest), 0.0):
+        why = "two drops in one file? does the platform vibrate?"
+        if FREQUENCY in profiles.model.free or profiles.estimate[FREQUENCY] > 0.0:
+            why = "is the frequency right?"
+        text = f"{name}: no model fits: restitutions from 0 to 1 cannot scatter by {least:.2g}"
+        raise FailedError(f"{text}; {why}")
 
 
 def _turned(phase: Interval) -> Interval:

@@ -17,7 +17,7 @@ from bouncing_disk_ros.report.report_text import Table
 UNITS = {
     "restitution": ("ε", ""), "axial_forcing": ("Γ", ""), "axial_amplitude": ("A", "m"),
     "forcing_phase": ("φ at time 0", "rad"), "frequency": ("f", "Hz"), "gravity": ("g", "m/s²"),
-    "first_flight": ("T₀", "s"), "first_height": ("height of the release", "m"),
+    "first_flight": ("T₀", "s"), "first_height": ("height before impact 1", "m"),
     "end": ("end of the bounces", "s"), "time_error": ("error of times", "s"),
     "scatter": ("scatter of ε", ""), "slope": ("ε₁", "s/m"), "terminal_speed": ("v_t", "m/s"),
 }  # fmt: skip
@@ -61,13 +61,19 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     ahead = [
         (f"impact {len(fit.times) + i + 1}", interval_text(Interval(*row), "s"))
         for i, row in enumerate(zip(coming.times, coming.low, coming.high, strict=True))
-    ] or [("no impact", "its interval would be longer than a flight")]
+    ] or [("no impact", _why_none(fit))]
     return [
         Table("Data", data),
         Table("Parameters (95 % intervals)", rows),
         *([Table("Laws of the restitution", laws)] if laws else []),
         Table("Impacts to come (95 % intervals)", ahead),
     ]
+
+
+def _why_none(fit: ImpactFit) -> str:
+    if other_law(fit.laws):
+        return "a constant restitution does not predict them"
+    return "its interval would be longer than a flight, or a contact comes"
 
 
 def _law_text(law: Law, fit: ImpactFit) -> str:

@@ -43,6 +43,9 @@ class Prediction:
     high: Array
 
 
+NOTHING = Prediction(np.empty(0), np.empty(0), np.empty(0))
+
+
 def interval_of(values: Array, best: float | None = None) -> Interval:
     """Median and interval of draws; `best`: in place of the median."""
     ends = np.nan_to_num(values, posinf=np.finfo(float).max / 4.0)  # no nan between two infinities

@@ -110,7 +110,11 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
 
 # --- text -----------------------------------------------------------------------------------------
 def _from_text(path: Path, column: str) -> Recording:
-    named, table = read_table("recording", path, MOST_BYTES)
+    known = {column.lower(), *_TIME_NAMES}
+    named, table = read_table(
+        "recording", path, MOST_BYTES, 2 * MOST_IMPACTS,
+        lambda found: not known.isdisjoint([*found, *map(_without_unit, found)]),
+    )  # fmt: skip
     if not (named or table):
         raise InputError("recording", str(path), "a column of times in seconds", "It is empty.")
     if len(named) < 2 and table and all(_is_one_number(cells) for cells in table):

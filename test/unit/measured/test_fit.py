@@ -18,6 +18,7 @@ from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
 from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.picture import lines_of
 from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.measured.starts import first_values
@@ -465,6 +466,9 @@ def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
         ("1.0\n2.0\nnan\n", "no finite number"),
         ("RIFF\nWAVE\n", "a text with a column of seconds"),
         ("\n".join(map(str, range(20_001))), "20001 times"),
+        ("0.12\n" * 10_000_000, "10000000 lines"),
+        ("0.1\n0.2\n0.2\n0.3\n", "0.2 after 0.2 at place 3"),
+        ("300\n750\n1087.5\n", "Milliseconds"),
         ("1234567\n" * 10_000_000, "at most"),
         ("0.1, 0.5\n0.7\n\nend of drop\n", "'end of drop' in line 3 of the table"),
         ("0.1\n0.5\n1e400\n", "no finite number"),
@@ -616,4 +620,78 @@ def test_a_bag_that_cannot_be_used_is_one_line_and_nothing_is_written(
     assert code == 2
     assert message in shown.err
     assert len(shown.err.strip().splitlines()) == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_what_three_impacts_do_not_tell_is_said() -> None:
+    """One equation for ε and the errors: no interval, no impacts to come. Times gave ± 1e-9."""
+    fit = fit_impacts([0.3, 0.75, 1.0875])
+    assert set(fit.untold) == set(fit.parameters)
+    assert len(fit.prediction.times) == 0
+    assert fit["time_error"].high == fit["end"].high == math.inf
+    given = fit_impacts([0.3, 0.75, 1.0875], time_error=1e-4, scatter=0.0)
+    deviation = 1e-4 * math.sqrt(1.0 + 1.75**2 + 0.75**2) / 0.45  # of T₁/T₀, to first order
+    assert given["restitution"].high - 0.75 == pytest.approx(1.96 * deviation, rel=0.01)
+    assert given.untold == ()
+
+
+def test_a_model_that_cannot_be_is_refused() -> None:
+    """Restitutions from 0 to 1 with the mean ε have a variance of at most ε(1 - ε)."""
+    rng = np.random.default_rng(0)
+    one, other = at_rest(rng, 12, 1e-4, 0.003), at_rest(rng, 12, 1e-4, 0.003)
+    with pytest.raises(FailedError, match="two drops in one file"):
+        fit_impacts(np.concatenate([one, one[-1] + 2.0 + other]))
+    true, _ = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)
+    seen = true[0] + 1e-5 * rng.standard_normal(60)
+    with pytest.raises(FailedError, match=r"two drops in one file|above 1"):
+        fit_impacts(seen)
+    with pytest.raises(FailedError, match="is the frequency right"):
+        fit_impacts(seen, frequency=20.2)
+
+
+def test_a_constant_restitution_predicts_nothing_where_another_law_is_told() -> None:
+    """With drag the next impact was later than its interval said."""
+    every = with_law(21, 3.0, 0.92, 0.0, 0.107)
+    times = every[:20] + 1e-5 * np.random.default_rng(1).standard_normal(20)
+    fit = fit_impacts(times)
+    assert len(fit.prediction.times) == 0
+    assert any("does not predict" in line for line in lines_of(fit))
+
+
+def test_lines_before_the_names_are_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "times.txt"
+    file.write_text("By: X\nin: 2026\nhit, Time [s]\n1, .312\n2, .75\n3, 1.0875\n")
+    assert recording_of(file).times == pytest.approx([0.312, 0.75, 1.0875])
+    file.write_text("hits\nO.3\n0.5\n0.7\n0.8\n")  # no name that is known: no time is lost
+    with pytest.raises(InputError, match=r"'O\.3' in line 1"):
+        fit_impacts(file)
+
+
+def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An absent file, an empty folder, a text, bags without impacts or cut, two drops."""
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "text.csv").write_text("hello world\nmore text\n")
+    (tmp_path / "bytes.csv").write_bytes(bytes(range(128, 256)))
+    one = 0.3 + 1.8 * (1.0 - 0.75 ** np.arange(12))
+    lines = [f"{t:.5f}" for t in [*one, *(one + 5.0)]]
+    (tmp_path / "drops.csv").write_text("\n".join(lines))
+    with bag.Writer(tmp_path / "still") as writer:
+        RecordedRun(writer, axial_amplitude=0.0, initial_height=1.0).run(0.2)
+    (tmp_path / "cut").mkdir()
+    content = next((tmp_path / "still").glob("*.mcap")).read_bytes()
+    (tmp_path / "cut" / "cut.mcap").write_bytes(content[:40])
+    before = sorted(tmp_path.rglob("*"))
+    for name, words, code in (
+        ("absent.csv", "No such file", 2), ("absent.mcap", "no file", 2),
+        ("folder", "no .mcap file", 2), ("text.csv", "no such text", 2),
+        ("bytes.csv", "UTF-8", 2), ("still", "no hits", 2), ("cut", "cut", 2),
+        ("drops.csv", "two drops in one file", 1),
+    ):  # fmt: skip
+        assert executable.main([str(tmp_path / name)]) == code, name
+        shown = capsys.readouterr()
+        assert words in shown.err, (name, shown.err)
+        assert shown.err.count("\n") == 1, (name, shown.err)
+        assert shown.out == ""
     assert sorted(tmp_path.rglob("*")) == before
