@@ -7,6 +7,12 @@ and the intervals there are too short. So the distributions of all ρ are averag
 restricted likelihood and weights uniform in log(1 + ρ/s), where s is the spread of restitution that
 errors of times make. With scatter that can be seen the intervals cover 95 %, with less they are
 longer. An interval also holds what the profile over ρ and all else holds.
+
+Steady flights hardly tell ε: along a ridge of parameters the likelihood is flat but for the best
+oscillation in the noise, whose gain grows with the number of frequencies that are tried (Davies,
+"Hypothesis testing when a nuisance parameter is present only under the alternative", 1987). No
+quantile of t or χ² holds there. So an interval also holds what the likelihood holds that is
+integrated along the ridge, uniformly in ε. Where the likelihood has one top both are the same.
 """
 
 from __future__ import annotations
@@ -27,6 +33,7 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     DRAG,
     FREQUENCY,
+    PARAMETERS,
     PHASE,
     RELEASED,
     RESTITUTION,
@@ -45,6 +52,8 @@ _ANY = 1e100
 """A ratio with which the measured times are as good as any."""
 _NODES, _LEAST_NODES, _ZOOMS, _DROP = 25, 7, 8, 9.0
 _FAILED = 1e299
+_RIDGE_STEPS, _NEAR_STEPS, _LOST = 64, 17, 40.0
+"""Points along a ridge, those near its top, and the fall of 2 log L where it ends: a part 1e-9."""
 _FAR = 1e3
 """How many times its value a parameter is looked for."""
 
@@ -320,6 +329,65 @@ class Profiles:
             return -0.5 * (node.squares + node.log_det + size)
         return -0.5 * (self.degrees * math.log(self._squares(node)) + node.log_det + size)
 
+    @cached_property
+    def ridge(self) -> tuple[Array, Array]:
+        """Parameters (M, 6) along the ridge over ε from 0 to 1, and the share of each.
+
+        Empty where the likelihood has one top, or ε alone is fitted.
+        """
+        nothing = np.empty((0, PARAMETERS)), np.empty(0)
+        if self.model.free[0] != RESTITUTION or len(self.model.free) < 2:
+            return nothing
+        top, width = float(self.estimate[RESTITUTION]), self.deviation(RESTITUTION)
+        step, best = 1.0 / _RIDGE_STEPS, self.best
+        if all(
+            self.cost(self._followed(best, top + way, self._slopes(best, 0)))
+            > self.cost(best) + _LOST
+            for way in (-step, step)
+        ):
+            return nothing
+        near = top + width * np.linspace(-4.0, 4.0, _NEAR_STEPS)
+        grid = np.concatenate([step * (np.arange(_RIDGE_STEPS) + 0.5), near])
+        grid = np.unique(grid[(grid > 0.0) & (grid < 1.0)])
+        found, shares = np.zeros((len(grid), PARAMETERS)), np.zeros(len(grid))
+        for node in self.nodes:
+            slopes, part = self._slopes(node, 0), node.weight / self._width(node, 0)
+            for side in (np.flatnonzero(grid >= top), np.flatnonzero(grid < top)[::-1]):
+                last = node
+                for i in side:
+                    last = self._followed(last, grid[i], slopes)
+                    fall = self.cost(last) - self.cost(node)
+                    if not fall < _LOST:
+                        break
+                    share = part * self._density(fall)
+                    found[i] += share * last.p
+                    shares[i] += share
+        is_held = shares > 0.0
+        found[is_held] /= shares[is_held, None]
+        shares *= np.gradient(grid)
+        return found[is_held], shares[is_held] / shares[is_held].sum()
+
+    def _width(self, node: Node, place: int) -> float:
+        return math.sqrt(float(self.covariance(node)[place, place]))
+
+    def _followed(self, near: Node, restitution: float, slopes: Array) -> Node:
+        """The fit at another ε, from one nearby; `slopes`: of the other parameters."""
+        others = list(self.model.free[1:])
+        start = near.p.copy()
+        start[others] += slopes * (restitution - start[RESTITUTION])
+        start[RESTITUTION] = restitution
+        found = self.fit(near.rho, start, near.times, others)
+        if found.squares >= _FAILED:
+            start[others] = near.p[others]
+            found = self.fit(near.rho, start, near.times, others)
+        return found
+
+    def _density(self, fall: float) -> float:
+        """Of the confidence distribution, relative to its top."""
+        if self.data.is_absolute:
+            return math.exp(-0.5 * fall)
+        return math.exp(-0.5 * fall * (self.degrees + 1) / self.count)
+
     # --- estimates -------------------------------------------------------------------------------
     @property
     def best(self) -> Node:
@@ -374,6 +442,9 @@ class Profiles:
         slopes = [self._slopes(node, place) for node in self.nodes]
         known = [[node] for node in self.nodes]
         lowest = min(self.cost(node) for node in self.nodes)
+        ridge, parts = self.ridge
+        order = np.argsort(ridge[:, index])
+        along, shares = ridge[order, index], np.cumsum(parts[order]) - 0.5 * parts[order]
 
         @cache
         def distribution(x: float) -> float:
@@ -392,8 +463,10 @@ class Profiles:
                 least = min(least, self.cost(found))
                 own = 1.0 if x > node.p[index] else -1.0
                 total += node.weight * self._share(own, self.cost(found) - self.cost(node))
-            best = self._share(side, least - lowest)
-            return max(total, best) if side < 0.0 else min(total, best)
+            held = [total, self._share(side, least - lowest)]
+            if len(shares):
+                held.append(float(np.interp(x, along, shares, 0.0, 1.0)))
+            return max(held) if side < 0.0 else min(held)
 
         return distribution
 

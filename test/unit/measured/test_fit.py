@@ -323,6 +323,24 @@ def test_a_phase_reference_makes_settled_orbits_told() -> None:
         assert fit.untold == ()
 
 
+def test_intervals_on_a_settled_orbit_cover() -> None:
+    """Period 1 with a phase reference: of 40 experiments 95 %, within four deviations (32 to 40).
+
+    The best oscillation in the noise was taken for a trace of ε: 72 % of 158 held it.
+    """
+    times, phases = vibrating(np.random.default_rng(3), 160, 40, 0.45, 0.5, skip=200)
+    rng, held = np.random.default_rng(11), 0
+    assert len(times) >= 40
+    for exact, phase in zip(times[:40], phases, strict=False):
+        seen = exact + 1e-5 * rng.standard_normal(40)
+        reference = (phase + 1e-3 * rng.standard_normal(), 1e-3)
+        data = Data(seen, np.full(40, 1e-6), np.zeros(40, bool), False, 1e-6)
+        start = first_values(seen, OMEGA, GRAVITY, reference[0])[0]
+        profiles = Profiles(data, Model((0, 1, 2), GRAVITY, 0.0, reference), start)
+        held += 0.025 < profiles.confidence(0)(0.5) < 0.975
+    assert held >= 32
+
+
 def test_a_phase_reference_leaves_the_scatter_open() -> None:
     """Settled period 1: its variance, in units of fitted errors, counts in the likelihood of ρ.
 
