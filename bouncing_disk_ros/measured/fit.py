@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
@@ -34,12 +35,14 @@ from bouncing_disk_ros.measured.predict import (
 )
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
-from bouncing_disk_ros.measured.sound import ImpactSound
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.measured.told import told_by
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.run.presets import PRESET_KEY
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.measured.sound import ImpactSound
 
 NOMINAL = 1e-6
 """Errors that are not given are multiples of this, s."""
@@ -70,8 +73,7 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
-    their evidence, the constant one first. `prediction`: impacts to come, none where the data tell
-    another law than the constant one.
+    their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
     """
 
@@ -288,7 +290,7 @@ class _Known:
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             _untold(parameters) if is_told else tuple(parameters), laws,
-            predicted(profiles, draws) if is_told and not other_law(laws) else NOTHING, profiles,
+            predicted(profiles, draws) if is_told else NOTHING, profiles,
             recording.sound,
         )  # fmt: skip
 

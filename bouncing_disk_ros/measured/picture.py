@@ -10,7 +10,6 @@ from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
-from bouncing_disk_ros.measured.sound_picture import sound_panel
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
 from bouncing_disk_ros.report.report_text import Table
 
@@ -61,19 +60,13 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     ahead = [
         (f"impact {len(fit.times) + i + 1}", interval_text(Interval(*row), "s"))
         for i, row in enumerate(zip(coming.times, coming.low, coming.high, strict=True))
-    ] or [("no impact", _why_none(fit))]
+    ] or [("no impact", "its interval would be longer than a flight, or a contact comes")]
     return [
         Table("Data", data),
         Table("Parameters (95 % intervals)", rows),
         *([Table("Laws of the restitution", laws)] if laws else []),
         Table("Impacts to come (95 % intervals)", ahead),
     ]
-
-
-def _why_none(fit: ImpactFit) -> str:
-    if other_law(fit.laws):
-        return "a constant restitution does not predict them"
-    return "its interval would be longer than a flight, or a contact comes"
 
 
 def _law_text(law: Law, fit: ImpactFit) -> str:
@@ -155,7 +148,11 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
         *(series(name, speeds, values, SeriesStyle.LINE, 1 + i)
           for i, (name, speeds, values) in enumerate(curves)),
     ])  # fmt: skip
-    heard = [sound_panel(fit.sound, fit.rejected)] if fit.sound else []
+    heard = []
+    if fit.sound:
+        from bouncing_disk_ros.measured.sound_picture import sound_panel
+
+        heard = [sound_panel(fit.sound, fit.rejected)]
     return [(panel, "") for panel in (*heard, flights, law, over_time, over_speed)]
 
 
