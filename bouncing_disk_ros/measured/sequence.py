@@ -108,6 +108,7 @@ class _Search:
         self, times: Array, p: Array, gravity: float, errors: Array, dead_time: float
     ) -> None:
         self.times, self.p, self.g, self.errors, self.dead = times, p, gravity, errors, dead_time
+        self.platform = self._platform(times[:, None], slice(None))  # (N, G) at all hits
         shape = (len(times), _SKIPPED, _SLOTS, p.shape[1])
         self.costs, self.takeoffs = np.full(shape, np.inf), np.zeros(shape)
         self.sources = np.full(shape, -1, np.int16)
@@ -147,7 +148,7 @@ class _Search:
         for a in range(min(_SKIPPED, j)):
             before = np.full(self.p.shape[1], self.times[j - a - 1])
             self.costs[j, a, 0] = _ODD * (j - 1)
-            self.takeoffs[j, a, 0] = self._takeoff(before, self.times[j], slice(None))
+            self.takeoffs[j, a, 0] = self._takeoff_at(before, j)
 
     def _go_on(self, j: int) -> None:
         """From chains that end with hit j to later hits."""
@@ -172,7 +173,7 @@ class _Search:
                 sums[self.times[k] <= before] = np.inf
                 sums[np.isnan(sums)] = np.inf
                 best = np.argmin(sums, axis=0)
-                start = self._takeoff(before[best, ours], self.times[k], slice(None))
+                start = self._takeoff_at(before[best, ours], k)
                 self._offer(j, k, m, alive[best], sums[best, ours], start)
                 reached |= (abs(self.times[k] - landing) < 2.0 * size).any(axis=1)
             if reached.all():  # a landing that has its hit is not missed
@@ -200,7 +201,7 @@ class _Search:
             for k in range(j + 1, last + 1):
                 at = self.times[k]
                 sums = least - self._log_density(at - landing, sizes, flight)
-                _, platform = self._platform(at, slice(None))
+                platform = self.platform[1][k]
                 fall = speed - self.g * (at - left) - platform
                 up = platform - self.p[RESTITUTION] * fall
                 sums[~np.isfinite(sums) | (at <= left)] = np.inf
@@ -227,9 +228,26 @@ class _Search:
         a, w, angle = self.p[AMPLITUDE, which], self.p[FREQUENCY, which], self.p[PHASE, which]
         return a * np.sin(w * at + angle), a * w * np.cos(w * at + angle)
 
-    def _takeoff(self, before: Array, at: float | Array, which: slice) -> Array:
+    def _height(self, at: Array, which: slice) -> Array:
+        """Of the platform."""
+        return np.asarray(
+            self.p[AMPLITUDE, which]
+            * np.sin(self.p[FREQUENCY, which] * at + self.p[PHASE, which])
+        )  # fmt: skip
+
+    def _takeoff(self, before: Array, at: Array, which: slice) -> Array:
         """Velocity after the landing of a flight."""
-        (start, _), (end, speed) = self._platform(before, which), self._platform(at, which)
+        return self._takeoff_from(before, at, self._platform(at, which), which)
+
+    def _takeoff_at(self, before: Array, k: int) -> Array:
+        """The same where the landing is hit k, for all candidates."""
+        end = self.platform[0][k], self.platform[1][k]
+        return self._takeoff_from(before, self.times[k], end, slice(None))
+
+    def _takeoff_from(
+        self, before: Array, at: float | Array, platform: tuple[Array, Array], which: slice
+    ) -> Array:
+        (end, speed), start = platform, self._height(before, which)
         duration = at - before
         with np.errstate(all="ignore"):
             fall = (end - start) / duration - 0.5 * self.g * duration - speed
@@ -237,7 +255,7 @@ class _Search:
 
     def _flown(self, at: Array, takeoff: Array, which: slice) -> tuple[Array, Array]:
         """Time of the landing, nan if there is none, and velocity after it."""
-        start, _ = self._platform(at, which)
+        start = self._height(at, which)
         a = np.abs(self.p[AMPLITUDE, which])
         root = np.sqrt(np.maximum(takeoff**2 + 2.0 * self.g * (start + a), 0.0))
         longest = (takeoff + root) / self.g
@@ -246,7 +264,7 @@ class _Search:
             part = np.linspace(0.0, 1.0, _GRID + 1)[1:].reshape(-1, *(1,) * at.ndim)
 
             def height(since: Array) -> Array:
-                there, _ = self._platform(at + since, which)
+                there = self._height(at + since, which)
                 return np.asarray(start + takeoff * since - 0.5 * self.g * since**2 - there)
 
             with np.errstate(all="ignore"):
