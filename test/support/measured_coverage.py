@@ -46,6 +46,21 @@ class Cell:
         return (0, 1, 2) if self.forcing else (0,)
 
 
+REST = [
+    Cell(count, error, scatter, is_fitted, restitution)
+    for count, restitution in ((6, 0.75), (12, 0.75), (40, 0.95))
+    for error in (1e-5, 1e-4, 1e-3)
+    for scatter, is_fitted in ((0.0, False), (0.003, True), (0.0, True))
+]
+VIBRATING = [
+    Cell(count, error, scatter, scatter > 0.0, restitution, forcing, skip)
+    for forcing, restitution, count, skip in ((0.45, 0.5, 12, 0), (0.55, 0.5, 118, 30),
+                                              (0.8, 0.7, 118, 30))
+    for error in (1e-5, 1e-4)
+    for scatter in (0.0, 0.003)
+]  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Found:
     """Of one experiment: confidence at the true parameters, and errors of the restitution.
