@@ -54,10 +54,12 @@ figures: run-environment   ## compute every figure of the paper and docs/figures
 	@$(BIN)/python tools/make_figures.py
 
 soak: test-environment   ## run for long: memory, lateness, lost rows, hostile commands; bags cut, damaged, killed and of gigabytes
-	$(BIN)/pytest -m soak -s test/soak test/integration/test_lockstep_processes.py test/unit/cases test/unit/measured
+	$(BIN)/pytest -m soak -s --timeout=7200 test/soak test/integration test/unit/cases test/unit/measured
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
-	EXAMPLES=$(EXAMPLES) $(BIN)/pytest --hypothesis-seed=$(SEED) test/unit/core test/property test/reference test/unit/bag test/unit/report \
-		test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py
+	EXAMPLES=$(EXAMPLES) SEED=$(SEED) $(BIN)/pytest --hypothesis-seed=$(SEED) --timeout=43200 test/unit/core test/property \
+		test/reference test/unit/bag test/unit/report test/unit/measured test/unit/nodes/simulator/test_storms.py \
+		test/unit/study/test_store.py test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py \
+		test/integration/test_hostile_bags.py test/integration/test_hostile_commands.py test/integration/test_requests.py
 
 interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions
 	$(BIN)/pytest -m interop test/interop test/integration

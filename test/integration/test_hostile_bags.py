@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.bag.metadata import signed
+from support.coverage import in_soak
 from support.hostile import CORPUS, content, forgeries, put
 from support.hostile.base import NOTES
+from support.hostile.floods import FLOODS, flood
 from support.mcap_bytes import fields, forged
 from support.tool_server import Done, ToolServer
 
@@ -28,8 +30,9 @@ FALSE_MESSAGES = (*FALSE_RUNS, "cloud", "impact", "note", "/")
 """Bags whose files are whole, but not their messages or notes; `bag_recover` looks into neither."""
 FEW = 8
 """Of the other bags, one in so many goes to the tools that read a bag by the library."""
-SOME = 4
+SOME = 1 if in_soak("all") else 4
 """One in so many values of the fields is tried; each field has five or six. `make soak`: all."""
+LARGE = 100_000_000  # B
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -127,3 +130,15 @@ def test_each_field_of_the_format_is_checked(server: ToolServer, tmp_path: Path)
     assert {name.partition(": ")[0] for name in bags} == set(kinds)
     for command in (["read"], ["bag_recover", "saved_{number}"]):
         check(server, bags, command, tmp_path)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", FLOODS)
+def test_large_files_of_one_thing_are_read_or_refused(
+    server: ToolServer, tmp_path: Path, name: str
+) -> None:
+    path = put(tmp_path / "run", flood(name, LARGE))
+    for tool in ("read", "bag_recover"):
+        (done,) = server.run(tool, [[str(path)]], tmp_path)
+        print(f"\n{tool}, {name}: code {done.code}, {done.seconds:.1f} s, {done.megabytes:.0f} MB")
+        assert [*faults(done, [IDENTICAL, REFUSED])] == []

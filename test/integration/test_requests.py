@@ -1,6 +1,6 @@
 """Requests that fit and that do not, to every service of a simulator.
 
-`make soak` asks ten thousand of them, of a recorder too: test/soak/test_hostile.py.
+`make soak` asks ten thousand of them, of a recorder too.
 """
 
 from __future__ import annotations
@@ -25,13 +25,15 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REQUEST_ITEMS
 from bouncing_disk_ros.ros.requests import guard_services
+from reference.cases import FIRST, examples
 from support import requests
+from support.coverage import in_soak
 from support.live import LiveSimulators
 from support.processes import Process, Starter
 from support.ros_peer import Peer
 
-SEED = 20_240_607
-COUNT = 100
+SEED = FIRST or 20_240_607
+COUNT = examples(100, 10_000)
 
 
 @pytest.fixture
@@ -110,11 +112,17 @@ def test_no_error_of_a_callback_or_of_its_answer_reaches_the_executor() -> None:
     ]  # fmt: skip
 
 
-def test_every_request_to_a_simulator_is_answered(
-    start: Starter, clients: Callable[..., requests.Clients]
+@pytest.mark.parametrize("node", ["simulator", *in_soak("recorder")])
+def test_every_request_is_answered(
+    start: Starter, clients: Callable[..., requests.Clients], tmp_path: Path, node: str
 ) -> None:
-    process = start("simulator", "--ros-args", "-p", "crossfade_duration:=0.1")
-    answers = clients("bouncing_disk", requests.OF_SIMULATOR).ask(SEED, COUNT)
+    if node == "simulator":
+        process = start(node, "--ros-args", "-p", "crossfade_duration:=0.1")
+        asked = clients("bouncing_disk", requests.OF_SIMULATOR)
+    else:
+        process = start(node, str(tmp_path / "run"))
+        asked = clients(node, requests.OF_RECORDER)
+    answers = asked.ask(SEED, COUNT)
     assert sum(map(len, answers.values())) == COUNT
     requests.check_answers(answers)
     ended_well(process)

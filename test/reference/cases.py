@@ -28,9 +28,17 @@ FIXED = settings(derandomize=True, deadline=None, database=None, print_blob=True
 SLOW = settings(FIXED, phases=[HypothesisPhase.explicit, HypothesisPhase.generate])
 
 
-def examples(number: int) -> int:
-    """So many examples of a slow test, EXAMPLES times as many in `make soak`."""
-    return number * int(os.environ.get("EXAMPLES", "1"))
+#: seed of the first random draw: 0, and another one for each `make soak`
+FIRST = int(os.environ.get("SEED", "0")) if "EXAMPLES" in os.environ else 0
+
+
+def examples(number: int, soak: int | None = None) -> int:
+    """So many examples of a slow test, EXAMPLES times as many in `make soak`.
+
+    `soak`: so many there instead, in proportion to EXAMPLES, of which 20 are usual.
+    """
+    times = int(os.environ.get("EXAMPLES", "0"))
+    return number * max(times, 1) if soak is None or not times else soak * times // 20
 
 
 class Fade(NamedTuple):

@@ -2,7 +2,7 @@
 
 Random scripts of g + P/m from 1e-9 to 1e9 m/s², with loads, cross-fades, offset trajectories,
 impulses, parameters, resets and snapshots at any instant, at decimal ones and at those of events.
-`make soak` has 10⁵ of them (soak/test_inclusion_campaign.py).
+`make soak` has 10⁵ of them, and replays each.
 """
 
 from __future__ import annotations
@@ -11,21 +11,25 @@ import pytest
 
 from bouncing_disk_ros.core.model import ImpactKind
 from reference import inclusion
+from reference.cases import FIRST, examples
 from support.random_runs import Script, random_script
 from support.scripted import compare, judge, judge_scripts, play
 
-SCRIPTS = 400
+PART = 400
+SCRIPTS = examples(PART, 100_000)
 pytestmark = pytest.mark.timeout(600)  # compiled, on a machine that does much else
 LEAST_COMPARED = 0.95
 """Of all samples: chaos must not swallow the comparison."""
 
 
-def test_random_scripts_agree_with_the_second_method() -> None:
-    found = judge_scripts(range(SCRIPTS), replay_every=4)
+@pytest.mark.parametrize("first", range(FIRST, FIRST + SCRIPTS, PART))
+def test_random_scripts_agree_with_the_second_method(first: int) -> None:
+    seeds = range(first, first + PART)
+    found = judge_scripts(seeds, replay_every=4 if SCRIPTS == PART else 1)
     assert found.differences == []
-    samples = sum(len(random_script(seed).samples_ns) for seed in range(SCRIPTS))
+    samples = sum(len(random_script(seed).samples_ns) for seed in seeds)
     assert found.samples > LEAST_COMPARED * samples
-    assert found.impacts > 4 * SCRIPTS
+    assert found.impacts > 4 * PART
 
 
 @pytest.mark.parametrize("column", ["gap", "angle", "loss in sliding", "axial loss of impacts"])
