@@ -13,8 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros.executables import EXECUTABLES, entry_point
-
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
 
@@ -263,10 +261,6 @@ def test_controllers_take_no_powers_of_variables() -> None:
         )
 
 
-def test_every_file_says_what_it_is() -> None:
-    assert [identify(file) for file in FILES if not ast.get_docstring(parsed(file))] == []
-
-
 def test_constants_of_the_kernels_cannot_be_confused() -> None:
     """No name stands for two offsets: what is imported from the wrong table fails at import."""
     homes: dict[str, list[str]] = {}
@@ -279,27 +273,6 @@ def test_constants_of_the_kernels_cannot_be_confused() -> None:
                         homes.setdefault(name.id, []).append(identify(file))
     assert {name: files for name, files in homes.items() if len(files) > 1} == {}
     assert len(homes) > 80
-
-
-def test_every_folder_is_a_package_that_gets_installed() -> None:
-    assert [f.parent for f in FILES if not (f.parent / "__init__.py").is_file()] == []
-
-
-@pytest.mark.parametrize("name", EXECUTABLES)
-def test_executable_is_the_module_of_its_name(name: str) -> None:
-    module, function = entry_point(name).split(":")
-    file = ROOT / (module.replace(".", "/") + ".py")
-    assert name == file.stem or (file.stem == "options" and file.parent.name.startswith(name))
-    body = parsed(file).body
-    functions = [node.name for node in body if isinstance(node, ast.FunctionDef)]
-    bound = [
-        target.id
-        for node in body
-        if isinstance(node, ast.Assign)
-        for target in node.targets
-        if isinstance(target, ast.Name)
-    ]
-    assert function in [*functions, *bound]
 
 
 def names_of(file: Path) -> set[str]:

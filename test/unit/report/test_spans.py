@@ -53,15 +53,14 @@ def test_the_steady_motion_after_a_fade_may_not_have_been_heard() -> None:
     assert segments_of(1.0, 9.0, MOTIONS[:2], [], []) == segments_of(1.0, 9.0, MOTIONS, [], [])
 
 
-def test_a_fade_at_once_after_another_leaves_no_segment() -> None:
+def test_times_of_segments_about_fades() -> None:
+    """A fade at once after another leaves none between them; a bag may begin within a fade."""
     motions = [*MOTIONS[:2], fade(5.0, 6.0, FAST, SLOW), steady(6.0, SLOW)]
-    found = segments_of(0.0, 9.0, motions, [], [])
-    assert [(row.begin, row.end) for row in found] == [(0.0, 4.0), (6.0, 9.0)]
-
-
-def test_a_bag_begun_within_a_fade() -> None:
-    found = segments_of(4.5, 9.0, MOTIONS[1:], [], [])
-    assert [(row.begin, row.end) for row in found] == [(5.0, 9.0)]
+    for found, times in (
+        (segments_of(0.0, 9.0, motions, [], []), [(0.0, 4.0), (6.0, 9.0)]),
+        (segments_of(4.5, 9.0, MOTIONS[1:], [], []), [(5.0, 9.0)]),
+    ):
+        assert [(row.begin, row.end) for row in found] == times
 
 
 @pytest.mark.parametrize("what", ["impulse", "reset"])

@@ -51,29 +51,29 @@ def ruled(request: ProgrammeRequest, **kwargs: Any) -> tuple[tuple[int, Motion],
 
 
 # --- accepted -------------------------------------------------------------------------------------
-def test_stamp_zero_acts_now() -> None:
-    assert ruled(programme((0.0, (0.05,)))) == ((NOW, LATEST._replace(axial_amplitude=0.05)),)
+ONE = (0.0, (0.05,))
+CASES: dict[str, tuple[ProgrammeRequest, list[int]]] = {
+    "stamp zero acts now": (programme(ONE), [NOW]),
+    "times from start count from now without a stamp": (
+        programme((0.5, (0.05,)), (1.5, (0.05,))), [NOW + NS // 2, NOW + 3 * NS // 2]),
+    "a future stamp is exact to the nanosecond": (
+        programme((1.0, (0.05,)), stamp_ns=at(21) + 7), [22 * NS + 7]),
+    "a point as old as the tolerance is taken": (
+        programme(ONE, stamp_ns=WALL + (NOW - 10 * NS) - NS // 10), [NOW]),
+    "a slightly old stamp acts now": (programme(ONE, stamp_ns=at(19.95)), [NOW]),
+    "points within the tolerance keep their order": (
+        programme(ONE, (0.02, (0.05,)), stamp_ns=at(19.95)), [NOW, NOW + 1]),
+    "of a programme partly past the rest runs": (
+        programme((0.0, (0.01,)), (4.0, (0.02,)), (6.0, (0.05,)), stamp_ns=at(15)), [21 * NS]),
+    "no points cancel what is pending": (ProgrammeRequest((), ()), []),
+}  # fmt: skip
 
 
-def test_times_from_start_count_from_now_without_a_stamp() -> None:
-    (first, _), (second, _) = ruled(programme((0.5, (0.05,)), (1.5, (0.06,))))
-    assert (first, second) == (NOW + NS // 2, NOW + 3 * NS // 2)
-
-
-def test_a_future_stamp_is_exact_to_the_nanosecond() -> None:
-    ((when, _),) = ruled(programme((1.0, (0.05,)), stamp_ns=at(21) + 7))
-    assert when == 22 * NS + 7
-
-
-def test_a_point_as_old_as_the_tolerance_is_taken() -> None:
-    stamp = WALL + (NOW - 10 * NS) - NS // 10
-    ((when, _),) = ruled(programme((0.0, (0.05,)), stamp_ns=stamp))
-    assert when == NOW
-
-
-def test_a_phase_lag_wraps() -> None:
-    ((_, motion),) = ruled(programme((0.0, (4.0,)), names=("phase_lag",)))
-    assert motion.phase_lag == math.remainder(4.0, math.tau)
+@pytest.mark.parametrize("case", CASES)
+def test_an_accepted_programme_acts_at(case: str) -> None:
+    request, whens = CASES[case]
+    motion = LATEST._replace(axial_amplitude=0.05)
+    assert ruled(request) == tuple((when, motion) for when in whens)
 
 
 def test_slow_motion_stretches_ros_time() -> None:
@@ -81,30 +81,15 @@ def test_slow_motion_stretches_ros_time() -> None:
     assert when == NOW + NS // 4
 
 
-def test_names_may_come_in_any_order_and_the_others_inherit() -> None:
-    request = programme((0.0, (5.0, 0.07)), names=("frequency", "axial_amplitude"))
+def test_names_may_come_in_any_order_the_others_inherit_and_a_phase_lag_wraps() -> None:
+    request = programme(
+        (0.0, (5.0, 0.07, 4.0)), names=("frequency", "axial_amplitude", "phase_lag")
+    )
     ((_, motion),) = ruled(request)
-    assert motion == Motion(0.07, LATEST.angular_amplitude, 5.0, LATEST.phase_lag)
-
-
-def test_no_points_cancel_what_is_pending() -> None:
-    assert ruled(ProgrammeRequest((), ())) == ()
-
-
-def test_a_slightly_old_stamp_acts_now() -> None:
-    ((when, _),) = ruled(programme((0.0, (0.05,)), stamp_ns=at(19.95)))
-    assert when == NOW
-
-
-def test_of_a_programme_partly_past_the_rest_runs() -> None:
-    request = programme((0.0, (0.01,)), (4.0, (0.02,)), (6.0, (0.03,)), stamp_ns=at(15))
-    points = ruled(request)
-    assert [(when, motion.axial_amplitude) for when, motion in points] == [(21 * NS, 0.03)]
-
-
-def test_points_within_the_tolerance_keep_their_order() -> None:
-    points = ruled(programme((0.0, (0.01,)), (0.02, (0.02,)), stamp_ns=at(19.95)))
-    assert [when for when, _ in points] == [NOW, NOW + 1]
+    lag = math.remainder(4.0, math.tau)
+    assert motion == Motion(0.07, LATEST.angular_amplitude, 5.0, lag)
+    ((_, motion),) = ruled(programme((0.0, (5.0,)), names=("frequency",)))
+    assert motion == LATEST._replace(frequency=5.0)
 
 
 # --- refused --------------------------------------------------------------------------------------
