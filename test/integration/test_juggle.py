@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from support.coverage import in_soak
 from support.in_process import ends
 from support.juggle_loops import (
     DISK,
@@ -50,13 +52,51 @@ def make(make: Make) -> Make:
     return lambda **values: make(publish_clock=True, **values)  # stamps are simulated time
 
 
-def test_through_ros_the_impacts_are_the_same_to_the_bit(make: Make) -> None:
-    sensor = Sensor(delay=0.25, missed=0.1, seed=2)
-    rows, record, status = run_both(make, 0.60, "impact_time", sensor)
+CASES: dict[str, tuple[float, float, Sensor]] = {
+    "delay and missed": (0.60, 0.0, Sensor(delay=0.25, missed=0.1, seed=2)),
+    "exact": (0.45, 0.0, Sensor()),
+    "restitution believed too low": (0.45, -0.2, Sensor()),
+    "restitution believed too high": (0.45, 0.2, Sensor()),
+    "delay": (0.45, 0.0, Sensor(delay=0.5)),
+    "missed": (0.45, 0.0, Sensor(missed=0.2)),
+    "jitter": (0.45, 0.0, Sensor(jitter=0.005)),
+    "0.50": (0.50, 0.0, Sensor()),
+    "0.55": (0.55, 0.0, Sensor()),
+    "0.60": (0.60, 0.0, Sensor()),
+}
+STARTS: dict[str, tuple[float, float] | None] = {
+    "rest": None,
+    "slow": (2.0, -0.6),
+    "fast": (5.0, -4.5),
+}
+
+
+@pytest.mark.parametrize(
+    ("case", "strategy", "start"),
+    [
+        ("delay and missed", "impact_time", "rest"),
+        *in_soak(*product(list(CASES)[1:], ("none", "impact_time", "deadbeat"), STARTS)),
+    ],
+)
+def test_through_ros_the_impacts_are_the_same_to_the_bit(
+    make: Make, case: str, strategy: str, start: str
+) -> None:
+    forcing, error, sensor = CASES[case]
+    state, place = None, STARTS[start]
+    if place is not None:
+        phase, w = place
+        velocity = (forcing * math.cos(phase) - 0.5 * w) * GRAVITY / (2.0 * FREQUENCY)
+        state = InitialState(axial_velocity=velocity, forcing_phase=phase)
+    rows, record, status = run_both(
+        make, forcing, strategy, sensor, periods=50, start=state, error=error
+    )
     np.testing.assert_array_equal(rows["time"], record.rows["time"])
     np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
-    assert record.verdict.outcome is Outcome.CAPTURED
-    assert status == f"impact_time: captured after {record.verdict.impacts} impacts"
+    captured = record.verdict.outcome is Outcome.CAPTURED
+    assert captured == (": captured" in status)
+    assert captured or strategy == "none"
+    if case == "delay and missed":
+        assert status == f"{strategy}: captured after {record.verdict.impacts} impacts"
 
 
 @pytest.fixture

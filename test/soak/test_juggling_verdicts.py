@@ -1,4 +1,4 @@
-"""What docs/juggling.md states of closed loops: many starts, impulses, and the same through ROS.
+"""What docs/juggling.md states of closed loops: many starts and impulses.
 
 make soak
 """
@@ -6,14 +6,12 @@ make soak
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
 from bouncing_disk_ros import run_study
-from bouncing_disk_ros.core.model import InitialState
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
@@ -25,28 +23,10 @@ from bouncing_disk_ros.juggling.loop_settings import (
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import draw
-from bouncing_disk_ros.testing import SteppedSimulator
-from support.juggle_loops import FREQUENCY, GRAVITY, Make, run_both
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
 
 INSTANTS = 48
-CASES: dict[str, tuple[float, float, Sensor]] = {
-    "exact": (0.45, 0.0, Sensor()),
-    "restitution believed too low": (0.45, -0.2, Sensor()),
-    "restitution believed too high": (0.45, 0.2, Sensor()),
-    "delay": (0.45, 0.0, Sensor(delay=0.5)),
-    "missed": (0.45, 0.0, Sensor(missed=0.2)),
-    "jitter": (0.45, 0.0, Sensor(jitter=0.005)),
-    "0.50": (0.50, 0.0, Sensor()),
-    "0.55": (0.55, 0.0, Sensor()),
-    "0.60": (0.60, 0.0, Sensor()),
-}
-STARTS: dict[str, tuple[float, float] | None] = {
-    "rest": None,
-    "slow": (2.0, -0.6),
-    "fast": (5.0, -4.5),
-}
 
 
 def test_a_hundred_thousand_starts_are_captured(tmp_path: Any) -> None:
@@ -93,38 +73,3 @@ def test_twice_the_impulse_that_ends_the_open_loop_is_survived(strategy: str) ->
                     assert outcome(strategy, 2.0 * sign * size, part) is Outcome.CAPTURED
                     break
     assert smallest == pytest.approx({1: 0.19, -1: 0.35})
-
-
-@pytest.fixture
-def make(ros_domain: int, warm_kernels: None) -> Iterator[Make]:
-    made: list[SteppedSimulator] = []
-
-    def one(**values: Any) -> SteppedSimulator:
-        made.append(SteppedSimulator(publish_clock=True, **values))
-        return made[-1]
-
-    yield one
-    for simulator in made:
-        simulator.close()
-
-
-@pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("strategy", ["none", "impact_time", "deadbeat"])
-@pytest.mark.parametrize("case", CASES)
-def test_through_ros_the_impacts_and_verdicts_are_the_same(
-    make: Make, case: str, strategy: str, start: str
-) -> None:
-    forcing, error, sensor = CASES[case]
-    state, place = None, STARTS[start]
-    if place is not None:
-        phase, w = place
-        velocity = (forcing * math.cos(phase) - 0.5 * w) * GRAVITY / (2.0 * FREQUENCY)
-        state = InitialState(axial_velocity=velocity, forcing_phase=phase)
-    rows, record, status = run_both(
-        make, forcing, strategy, sensor, periods=50, start=state, error=error
-    )
-    np.testing.assert_array_equal(rows["time"], record.rows["time"])
-    np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
-    captured = record.verdict.outcome is Outcome.CAPTURED
-    assert captured == (": captured" in status)
-    assert captured or strategy == "none"

@@ -13,29 +13,24 @@ from bouncing_disk_ros.errors import ExitCode, InputError, closest, one_line, sh
 from bouncing_disk_ros.help_text import EXIT_MEANINGS
 
 
-def test_line_names_field_value_allowed_and_hint() -> None:
-    error = InputError("restitution", 1.5, ">= 0 and <= 1", "Lower it.")
-    assert str(error) == error.line == "restitution: got 1.5, allowed: >= 0 and <= 1. Lower it."
-
-
-def test_line_without_hint_ends_after_what_is_allowed() -> None:
-    assert InputError("mass", -1, "> 0").line == "mass: got -1, allowed: > 0"
-
-
-def test_line_is_one_line_whatever_was_given() -> None:
-    line = InputError("preset", "a\nb", "one of\nthese", "do\n\tthis").line
-    assert "\n" not in line
-    assert "\t" not in line
-
-
-def test_a_line_holds_no_letters_that_a_terminal_obeys() -> None:
-    line = InputError("bag", "a", "b", "it holds \x1b[31m and \x00").line
-    assert line == "bag: got 'a', allowed: b. it holds ?[31m and ?"
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        (("restitution", 1.5, ">= 0 and <= 1", "Lower it."),
+         "restitution: got 1.5, allowed: >= 0 and <= 1. Lower it."),
+        (("mass", -1, "> 0"), "mass: got -1, allowed: > 0"),
+        (("preset", "a\nb", "one of\nthese", "do\n\tthis"),
+         r"preset: got 'a\nb', allowed: one of these. do this"),
+        (("bag", "", "b", "it holds \x1b[31m and \x00"),
+         "bag: got '', allowed: b. it holds ?[31m and ?"),
+    ],
+)  # fmt: skip
+def test_an_error_is_one_line_without_letters_that_a_terminal_obeys(
+    given: tuple[str, object, str], line: str
+) -> None:
+    error = InputError(*given)
+    assert str(error) == error.line == line
     assert one_line("a\n b\t\x07") == "a b ?"
-
-
-def test_texts_are_quoted_so_that_an_empty_one_is_seen() -> None:
-    assert shown("") == "''"
 
 
 def test_long_values_are_cut() -> None:
