@@ -37,7 +37,8 @@ def _is_hidden(cell: Cell) -> bool:
 
 
 def _is_linear(cell: Cell) -> bool:
-    """On a vibrating platform 0.1 ms are 0.7 degrees: chaos multiplies them at each impact."""
+    """Not so at 0.1 ms, 0.7 degrees of the platform: some of these cells exceed the bound, and no
+    derivation tells which. docs/measured.md gives their numbers."""
     return not cell.forcing or cell.error < 1e-4
 
 
