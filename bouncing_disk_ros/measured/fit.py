@@ -423,7 +423,7 @@ def _check(name: str, restitution: Interval) -> None:
     """FailedError where no restitution from 0 to 1 explains the times."""
     for beyond, why in (
         (restitution.low >= 1.0, "above 1: does the platform vibrate? then give its frequency"),
-        (restitution.high <= 0.0, "below 0: is the frequency right?"),
+        (restitution.high <= 0.0, "below 0: are frequency and phase reference right?"),
     ):
         if beyond:
             raise FailedError(f"{name}: no model fits, the restitution would be {why}")
@@ -442,7 +442,7 @@ def _check_scatter(name: str, profiles: Profiles, parameters: dict[str, Interval
     if least**2 > max(nearest * (1.0 - nearest), 0.0):
         why = "two drops in one file? does the platform vibrate?"
         if FREQUENCY in profiles.model.free or profiles.estimate[FREQUENCY] > 0.0:
-            why = "is the frequency right?"
+            why = "are frequency and phase reference right?"
         text = f"{name}: no model fits: restitutions from 0 to 1 cannot scatter by {least:.2g}"
         raise FailedError(f"{text}; {why}")
 

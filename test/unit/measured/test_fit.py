@@ -620,8 +620,10 @@ def test_a_model_that_cannot_be_is_refused() -> None:
     seen = true[0] + 1e-5 * rng.standard_normal(60)
     with pytest.raises(FailedError, match=r"two drops in one file|above 1"):
         fit_impacts(seen)
-    with pytest.raises(FailedError, match="is the frequency right"):
+    with pytest.raises(FailedError, match="are frequency and phase reference right"):
         fit_impacts(seen, frequency=20.2)
+    with pytest.raises(FailedError, match="phase reference right"):
+        fit_impacts(seen, frequency=20.0, forcing_phase=1.2, forcing_phase_error=0.01)
 
 
 @pytest.mark.parametrize("law", [{"drag": 0.107}, {"slope": 0.03}])
