@@ -88,8 +88,8 @@ def _chattering_motor() -> str:
     return (
         "The paper asks whether a motor could run in the chattering regime. The study `motor` "
         f"computed `swum` at {_PRELOADS} preloads, at which Γ goes from {CHATTERS[0]} to "
-        f"{CHATTERS[1]}. Speeds are the mean and the standard deviation over the preloads. Without load, the mean speed "
-        f"is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the best phase lag of "
+        f"{CHATTERS[1]}. Speeds are the mean and the standard deviation over the preloads. Without "
+        f"load, the mean speed is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the best phase lag of "
         f"this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, from "
         f"Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
         "Under a load of half the torque that friction can balance, the speed is "
