@@ -89,16 +89,16 @@ def _chattering_motor() -> str:
         "The paper asks whether a motor could run in the chattering regime. The study `motor` "
         f"computed `swum` at {_PRELOADS} preloads, at which Γ goes from {CHATTERS[0]} to "
         f"{CHATTERS[1]}. Speeds are the mean and the standard deviation over the preloads. Without "
-        f"load, the mean speed is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the best phase lag of "
-        f"this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, from "
-        f"Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
+        f"load, the mean speed is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the "
+        f"best phase lag of this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, "
+        f"from Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
         "Under a load of half the torque that friction can balance, the speed is "
         f"{_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the "
         f"rotor turns backwards at some preloads. Friction can balance {_torques(CHATTERS)} "
         "in this regime, because a larger Γ needs less preload. In period 1 it can balance "
-        f"{_torques(PERIOD_ONE)}. In this regime all starts lead to the same attractor (see "
-        "Fig. 4, Γ = 0.60), so such a motor would start from any state. But it would be slower and "
-        "weaker, and its speed would depend on the exact preload."
+        f"{_torques(PERIOD_ONE)}. In the chattering regime all starts lead to the same attractor "
+        "(see Fig. 4, Γ = 0.60), so such a motor would start from any state. But it would be "
+        "slower and weaker, and its speed would depend on the exact preload."
     )
 
 
