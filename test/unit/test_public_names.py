@@ -98,7 +98,7 @@ def test_the_example_of_a_public_function_runs(
     monkeypatch.chdir(example_folder)
     with bag.open("run_1") as run:
         cloud = next(run.decoded(["/disk/impacts"]))[1]
-    known = {"np": np, "Path": Path, "bag": bag, "cloud": cloud}
+    known: dict[str, Any] = {"np": np, "Path": Path, "bag": bag, "cloud": cloud}
     for module in (study, plots, bouncing_disk_ros):
         known |= {public: getattr(module, public) for public in module.__all__}
     for example in doctest.DocTestParser().get_examples(str(FUNCTIONS[name].__doc__)):
