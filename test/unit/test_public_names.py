@@ -70,7 +70,7 @@ def example_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     script = Path(__file__).resolve().parents[2] / "examples" / "make_bag.py"
     runpy.run_path(str(script))["make_bag"](str(folder / "run_1"), 20.0)
     times = drop_times(rng := np.random.default_rng(1), 0.8, 0.5, 0.05)
-    levels = 0.8 ** np.arange(len(times))
+    levels = np.array([0.8**n for n in range(len(times))])
     sound = sound_of(rng, times, levels, rate=48e3, frequency=3000.0, decay=0.003, noise=1e-3)
     with wave.open(str(folder / "drop.wav"), "wb") as file:
         file.setparams((1, 2, 48_000, 0, "NONE", ""))
