@@ -71,70 +71,70 @@ _COMMAND_QOS = Qos(100)
 def _value_topic(name: str) -> Topic:
     unit = MOTION_UNITS[name]
     example = f"ros2 topic pub --once /platform/{name} std_msgs/msg/Float64 '{{data: 0.03}}'"
-    meaning = f"one value now ({unit}); handled as platform/command"
+    meaning = f"one new value ({unit}), from now on; the rules of platform/command apply"
     return Topic(f"platform/{name}", "std_msgs/msg/Float64", _COMMAND_QOS, Direction.IN, meaning,
                  example)  # fmt: skip
 
 
 _TOPICS = (
     Topic("platform/command", "trajectory_msgs/msg/JointTrajectory", _COMMAND_QOS, Direction.IN,
-          "a programme of platform motions: joint_names any of axial_amplitude (m), "
-          "angular_amplitude (rad), frequency (Hz), phase_lag (rad); the positions of each point "
-          "are reached at header.stamp + time_from_start (stamp 0: now) by a cross-fade; replaces "
-          "cross-fades that have not begun; without points it cancels them",
+          "a programme of platform motions. joint_names: any of axial_amplitude (m), "
+          "angular_amplitude (rad), frequency (Hz), phase_lag (rad). Cross-fades lead to the "
+          "positions of each point at header.stamp + time_from_start; stamp 0: now",
           "ros2 topic pub --once /platform/command trajectory_msgs/msg/JointTrajectory "
           "'{joint_names: [axial_amplitude, frequency], "
           "points: [{positions: [0.05, 2.5], time_from_start: {sec: 1}}]}'"),
     *(_value_topic(name) for name in MOTION_NAMES),
     Topic("platform/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", _COMMAND_QOS,
-          Direction.IN, "an offset on top of the sinusoid: joint_names any of platform_axial (m), "
-          "platform_rotation (rad); positions: lines, with velocities: cubics, with accelerations: "
-          "quintics; spliced at header.stamp (0: now), the last position is held; no points: "
-          "cancels what has not begun",
+          Direction.IN, "a trajectory added to the sinusoid, from header.stamp on (0: now). "
+          "joint_names: any of platform_axial (m), platform_rotation (rad). Points with positions "
+          "alone give lines, with velocities cubics, with accelerations too quintics",
           "ros2 topic pub --once /platform/joint_trajectory trajectory_msgs/msg/JointTrajectory "
           "'{joint_names: [platform_axial], "
           "points: [{positions: [0.02], velocities: [0.0], time_from_start: {sec: 1}}]}'"),
     Topic("disk/impulse", "geometry_msgs/msg/WrenchStamped", _COMMAND_QOS, Direction.IN,
-          "an impulse at header.stamp (0: now): force.z is an axial impulse (N·s), torque.z an "
-          "angular impulse (N·m·s), the others 0",
+          "an impulse on the disk at header.stamp (0: now). force.z: axial impulse (N·s). "
+          "torque.z: angular impulse (N·m·s). The other components must be 0",
           "ros2 topic pub --once /disk/impulse geometry_msgs/msg/WrenchStamped "
           "'{wrench: {force: {z: 0.1}}}'"),
     Topic("platform/motion", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
-          Direction.OUT, "the motion in force: points[0] at the begin of the cross-fade, "
-          "points[1] at its end (equal when steady)",
+          Direction.OUT, "the platform's motion now. points[0]: at the begin of the cross-fade. "
+          "points[1]: at its end. Without a cross-fade both are equal",
           "ros2 topic echo /platform/motion"),
     Topic("platform/offset", "trajectory_msgs/msg/JointTrajectory", Qos(1, latched=True),
-          Direction.OUT, "the offset in force, from the first trajectory on: points[0] where its "
-          "newest segment began, points[1] where the next one begins (equal when it is held)",
+          Direction.OUT, "the present offset, published from the first trajectory on. points[0]: "
+          "at the begin of the present segment. points[1]: at the begin of the next segment. At a "
+          "constant offset both are equal",
           "ros2 topic echo /platform/offset"),
     Topic("disk/inputs", "std_msgs/msg/String", Qos(1000, latched=True), Direction.OUT,
-          "the exact record of all inputs of the run: one JSON object for each accepted input; the "
-          "first, and one every few seconds, is a full snapshot; replay reads this topic alone",
+          "the record of the inputs of the run, one JSON object for each accepted input. The first "
+          "object, and one every few seconds, is a snapshot of the full state. A replay needs this "
+          "topic alone",
           "ros2 topic echo /disk/inputs"),
     Topic("joint_states", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
-          "disk_axial, disk_rotation, platform_axial, platform_rotation: position, velocity and "
-          "contact force or torque on that body; angles unwrapped",
+          "position and velocity of disk_axial, disk_rotation, platform_axial, platform_rotation; "
+          "as effort, the contact force or torque on this body. Angles grow beyond 2π",
           "ros2 topic echo /joint_states"),
     Topic("disk/phase", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "flight, sticking, sliding, held (by a brake) or paused; published when it changes",
+          "flight, sticking, sliding, held (by a brake) or paused; published at each change",
           "ros2 topic echo /disk/phase"),
     Topic("disk/impacts", "sensor_msgs/msg/PointCloud2", Qos(1000), Direction.OUT,
-          "every impact, in a row of its own or counted in a shared row; x, y, z are its point in "
-          "the next-collision section; index rises by 1 from row to row",
+          "every impact, in a row of its own or counted in a row that several slow impacts share; "
+          "x, y, z: its point in the next-collision section; index rises by 1 from row to row",
           "ros2 run bouncing_disk_ros echo_impacts"),
     Topic("disk/rotor_speed", "geometry_msgs/msg/TwistStamped", Qos(10), Direction.OUT,
           "mean speeds since the last message: angular.z (rad/s), linear.z (m/s)",
           "ros2 topic echo /disk/rotor_speed"),
     Topic("disk/run_state", "sensor_msgs/msg/JointState", Qos(10), Direction.OUT,
-          "once a second, named numbers to plot (name[k] is the name of position[k]): pending "
-          "inputs, the motion's index, refusals, the energy ledger",
+          "numbers to plot, once a second: pending inputs, refusals, the energy ledger and more. "
+          "name[k] is the name of position[k]",
           "ros2 topic echo /disk/run_state"),
     Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10), Direction.OUT,
           "once a second: real-time factor, lateness, impacts, energy balance, refused inputs",
           "ros2 topic echo /diagnostics"),
     Topic("/clock", "rosgraph_msgs/msg/Clock", Qos(1, reliable=False), Direction.OUT,
-          "the time of all stamps, with publish_clock only: wall time at activation plus simulated "
-          "time",
+          "only with publish_clock: the time of all stamps, which is the wall time at activation "
+          "plus simulated time",
           "ros2 run bouncing_disk_ros simulator --ros-args -p publish_clock:=true"),
 )  # fmt: skip
 
@@ -142,10 +142,10 @@ TOPICS: Mapping[str, Topic] = MappingProxyType({topic.name: topic for topic in _
 
 _TRANSFORM_TOPICS = (
     Topic("/tf", "tf2_msgs/msg/TFMessage", Qos(100), Direction.OUT,
-          "the frames of platform, disk and next-collision section, with each sample; with "
-          "publish_tf only", "ros2 topic echo /tf"),
+          "only with publish_tf: the frames of platform, disk and next-collision section, with "
+          "each sample", "ros2 topic echo /tf"),
     Topic("robot_description", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
-          "the URDF of platform and disk, with links of the frames' names; with publish_tf only",
+          "only with publish_tf: the URDF of platform and disk. Its links have the frames' names",
           "ros2 topic echo /robot_description"),
 )  # fmt: skip
 TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
@@ -155,13 +155,14 @@ TRANSFORM_TOPICS: Mapping[str, Topic] = MappingProxyType(
 
 _LOCKSTEP_TOPICS = (
     Topic("~/gate", "std_msgs/msg/UInt64MultiArray", Qos(1, latched=True), Direction.OUT,
-          "with lockstep: simulated time waits at a gate; its number, the simulated time since "
-          "the start (ns, no stamp) and the number of rows of disk/impacts published until then; "
-          "comes again while answers are missing",
+          "with lockstep: simulated time waits at this gate. The number of the gate, the simulated "
+          "time since the start (ns, not a stamp), and the number of rows of disk/impacts "
+          "published until then. Published again while answers are missing",
           "ros2 topic echo /bouncing_disk/gate"),
     Topic("~/proceed", "std_msgs/msg/UInt64MultiArray", Qos(0), Direction.IN,
-          "with lockstep: the answer of a controller to a gate: its own number, the gate's, and "
-          "how many inputs it has published since its last answer (refused ones count)",
+          "with lockstep: the answer of a controller to a gate. The number of the controller, the "
+          "number of the gate, and how many inputs the controller has published since its last "
+          "answer (refused inputs count)",
           "ros2 topic pub --once /bouncing_disk/proceed std_msgs/msg/UInt64MultiArray "
           "'{data: [1, 0, 0]}'"),
 )  # fmt: skip

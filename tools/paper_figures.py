@@ -87,17 +87,18 @@ def _chattering_motor() -> str:
     best = math.pi / 6.0  # of 24 phase lags
     return (
         "The paper asks whether a motor could run in the chattering regime. The study `motor` "
-        f"computed `swum` at {_PRELOADS} preloads from Γ = {CHATTERS[0]} to {CHATTERS[1]}. Speeds "
-        "are the mean and the standard deviation over the preloads. Without load, the mean speed "
-        f"is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the best phase lag of "
-        f"this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, from "
-        f"Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
+        f"computed `swum` at {_PRELOADS} preloads, at which Γ goes from {CHATTERS[0]} to "
+        f"{CHATTERS[1]}. Speeds are the mean and the standard deviation over the preloads. Without "
+        f"load, the mean speed is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the "
+        f"best phase lag of this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, "
+        f"from Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
         "Under a load of half the torque that friction can balance, the speed is "
         f"{_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the "
         f"rotor turns backwards at some preloads. Friction can balance {_torques(CHATTERS)} "
         "in this regime, because a larger Γ needs less preload. In period 1 it can balance "
-        f"{_torques(PERIOD_ONE)}. So such a motor "
-        "would start from any state, but it would be slower, weaker and sensitive to its preload."
+        f"{_torques(PERIOD_ONE)}. In the chattering regime all starts lead to the same attractor "
+        "(see Fig. 4, Γ = 0.60), so such a motor would start from any state. But it would be "
+        "slower and weaker, and its speed would depend on the exact preload."
     )
 
 
@@ -240,8 +241,8 @@ FIGURES = (
                 "The closed curve on which a point of the platform moves in one period, arc a_e β "
                 "to the right and height s upward. There are six pairs of phase lag θ and "
                 "amplitude angle φ_L.",
-                "For (b) and (d-f) the text gives only φ_L = π/4 and θ = −π/4. The other angles "
-                "are chosen."),
+                "For (b) the text gives only φ_L = π/4, and for (d-f) only θ = −π/4. The other "
+                "angles are chosen."),
     PaperFigure("fig2", "Fig. 2: single tosses",
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
                 "with crosses; (d) details of two motions.", _tosses,
@@ -255,26 +256,26 @@ FIGURES = (
                 "θ = 0, Γ_T = 100; relative collision speed.", _diagram,
                 "(a): forcing phase of the impacts of the attractor followed upward in Γ. The "
                 "darker a cell, the more impacts it has. Blue: an orbit without contact. Orange: "
-                "an orbit that comes to contact in each repetition. Black dashes: the "
-                "period-1 orbit, which exists beyond Γ₁ too, but is unstable there. Green lines: "
-                "period doublings, by continuation. Purple line: the crisis, where the chaotic "
-                "attractor comes to contact. Beyond it the diagram follows another attractor, the "
-                "orbit that leaves contact. Fig. 4 has the basins at a to d. (b): mean rotor "
-                "speed, in ωΦ. The speeds with contact scatter, because each Γ has another long "
-                "orbit. If rounding errors decide this orbit, no speed is shown. (c): "
-                "relative speed of the impacts. Pink: impacts earlier in the period than the "
-                "impact of period 1, on the lower branch of (a). Green: later impacts. After "
-                "the doubling the impacts of the lower branch are harder, so friction brings the "
-                "rotor closer to the platform's speed there, and the mean speed rises. Bottom, "
-                "not in the paper: Lyapunov exponent of the axial motion for each impact, above 0 "
-                "in chaos. Orange marks at the edge: −∞, because after contact all motions are "
-                "the same.",
+                "an orbit that comes to contact in each repetition. Black dashes: the period-1 "
+                "orbit, which exists beyond Γ₁ too, but is unstable there. Green lines: period "
+                "doublings, by continuation. Purple line: the crisis, where the chaotic attractor "
+                "comes to contact. Beyond the crisis the diagram follows another attractor, whose "
+                "orbit returns to contact again and again. Fig. 4 has the basins at a to d. (b): "
+                "mean rotor speed, in ωΦ. The orbits with contact are long, and differ from each "
+                "Γ to the next. So their mean speeds are scattered. If rounding errors decide an "
+                "orbit, no speed is shown. (c): relative speed of the impacts. Pink: impacts "
+                "earlier in the period than the impact of period 1, on the lower branch of (a). "
+                "Green: later impacts. After the doubling the impacts of the lower branch become "
+                "harder. Their friction brings the rotor closer to the platform's speed at these "
+                "impacts. So the mean speed rises. Bottom, not in the paper: Lyapunov exponent of "
+                "the axial motion for each impact, above 0 in chaos. Orange marks at the edge: "
+                "−∞, because after contact all motions are the same.",
                 _chattering_motor),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
                 _share("11.6"), BASINS,
-                "The text does not give the window: τ_imp in [0, 2π), w_A in (−5, 0) πg/ω gives "
-                "both printed shares."),
+                "The text does not give the window. With τ_imp in [0, 2π) and w_A in (−5, 0) "
+                "πg/ω, the computed shares agree with the paper's shares at Γ = 0.34 and 0.45."),
     PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7"), BASINS),
     PaperFigure("fig4c", "Fig. 4, Γ = 0.55",
                 "The fractal nature of the basin boundary implies a sensitive dependence on the "
@@ -283,8 +284,8 @@ FIGURES = (
                 "1e-3, 0.1 at 1e-7 and 0.05 to 0.1 below 1e-9."),
     PaperFigure("fig4d", "Fig. 4, Γ = 0.60",
                 "The whole region is in the basin of one attractor.", _share(""), BASINS,
-                "From contact to contact rounding errors grow beyond the size of the attractor. "
-                "So other arithmetic gives another number of cycles, and the table gives none."),
+                "Between two contacts rounding errors grow beyond the size of the attractor. So "
+                "other arithmetic would give another number of cycles, and the table gives none."),
     PaperFigure("ease", "Beyond the paper: how easy a multiple toss is",
                 "A wide basin implies a wider margin of variability: it would be easier to "
                 "maintain a period-1 orbit for Γ ≈ 0.486, where the best phase lag is −0.26π.",

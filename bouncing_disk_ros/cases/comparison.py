@@ -50,7 +50,7 @@ class Match(NamedTuple):
 
 
 class Comparison:
-    """What a comparison with a reference case has found.
+    """Result of a comparison with a reference case.
 
     `matches` has the events of the case in order, then those that the law does not have.
     """
@@ -114,7 +114,7 @@ def compare_with_case(
     tolerance: float = TOLERANCE,
     samples: bool | None = None,
 ) -> Comparison:
-    """Compare another simulator's run of a reference case with its certain bounds.
+    """Comparison of another simulator's run of a reference case with the case's proved bounds.
 
     `case` is a number, a name, or what `reference_case` returns. `theirs` is the path of a CSV
     file, or a mapping (or structured array) of columns: `time` (s) and any of `kind`, `position`,

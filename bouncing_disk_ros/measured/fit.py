@@ -59,7 +59,7 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 
 @dataclass(frozen=True)
 class ImpactFit:
-    """What `fit_impacts` found. Times in s, lengths in m, angles in rad.
+    """Result of `fit_impacts`. Times in s, lengths in m, angles in rad.
 
     `parameters`: name -> value with the ends of its 95 % interval: restitution, scatter and
     time_error; at rest also first_flight, end (of all bounces), first_height; on a vibrating

@@ -35,7 +35,7 @@ _REPEATS, _NEAR = 1e-4, 1e-2
 
 
 class EdgeState(NamedTuple):
-    """What a trajectory on the boundary goes to."""
+    """State to which a trajectory on the boundary goes."""
 
     orbit: PeriodicOrbit | None  # the saddle; None: none was found, a chaotic set perhaps
     trajectory: Array  # (n, 2) τ and w_A of the impacts on the boundary

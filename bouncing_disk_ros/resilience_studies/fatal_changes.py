@@ -158,7 +158,7 @@ _BLOCK = 200_000
 
 
 class FatalRule(NamedTuple):
-    """When an orbit is lost, and how fatal changes are looked for."""
+    """Rule that says when an orbit is lost, and how fatal changes are searched for."""
 
     periods: float = 1000.0  # of the platform, within which the orbit must be reached again
     smallest: float = 1e-2  # first size that is looked at; smaller ones where it is fatal

@@ -78,7 +78,7 @@ class Manifold(NamedTuple):
 
 
 class GrowthRule(NamedTuple):
-    """How far manifolds are grown, and how finely."""
+    """Rule that says how far manifolds are grown, and how finely."""
 
     distance: float = 0.02  # of neighbours, largest
     angle: float = 0.1  # rad, largest turning angle, where neighbours are not very near

@@ -119,7 +119,8 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
         if heyoka is not None:
             callback = heyoka.callback_ns()
             notes.append(
-                f"heyoka, Γ = {regime.axial_forcing}: {callback:.0f} ns are its Python callback"
+                f"heyoka, Γ = {regime.axial_forcing}: {callback:.0f} ns of the time of an impact "
+                "are spent in its Python callback"
             )
     return rows, skipped + notes
 

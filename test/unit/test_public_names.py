@@ -8,8 +8,10 @@ import io
 import math
 import pickle
 import re
+import runpy
 import subprocess
 import sys
+import wave
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,8 @@ from bouncing_disk_ros.parameters import TABLE, listed_text, plain
 from bouncing_disk_ros.study import named
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.store import DONE
+from support.coverage import in_soak
+from support.impact_sounds import drop_times, sound_of
 
 SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
 
@@ -51,17 +55,54 @@ def test_public_names_say_what_they_are() -> None:
         assert len((getattr(bouncing_disk_ros, name).__doc__ or "").strip()) > 20, name
 
 
-def test_public_functions_show_an_example() -> None:
-    shown = []
-    for module in (bouncing_disk_ros, plots, study, bag):
-        for name in module.__all__:
-            if inspect.isfunction(one := getattr(module, name)):
-                examples = doctest.DocTestParser().get_examples(str(one.__doc__))
-                assert examples, name
-                for example in examples:
-                    compile(example.source, name, "single")
-                shown.append(name)
-    assert len(shown) > 50
+FUNCTIONS = {
+    f"{module.__name__}.{name}": getattr(module, name)
+    for module in (bouncing_disk_ros, plots, study, bag)
+    for name in module.__all__
+    if inspect.isfunction(getattr(module, name))
+}
+
+
+@pytest.fixture(scope="module")
+def example_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the files that examples name: a bag, a sound of a ball, a stored result."""
+    folder = tmp_path_factory.mktemp("examples")
+    script = Path(__file__).resolve().parents[2] / "examples" / "make_bag.py"
+    runpy.run_path(str(script))["make_bag"](str(folder / "run_1"), 20.0)
+    times = drop_times(rng := np.random.default_rng(1), 0.8, 0.5, 0.05)
+    levels = np.array([0.8**n for n in range(len(times))])
+    sound = sound_of(rng, times, levels, rate=48e3, frequency=3000.0, decay=0.003, noise=1e-3)
+    with wave.open(str(folder / "drop.wav"), "wb") as file:
+        file.setparams((1, 2, 48_000, 0, "NONE", ""))
+        file.writeframes((16_000 * sound.samples).astype("<i2").tobytes())
+    bouncing_disk_ros.basins(folder / "small.zarr", axial_forcing=0.34, width=24, height=24)
+    return folder
+
+
+def test_there_is_an_example_of_each_public_function() -> None:
+    assert len(FUNCTIONS) > 50
+    for name, function in FUNCTIONS.items():
+        assert doctest.DocTestParser().get_examples(str(function.__doc__)), name
+
+
+DRAWING = [name for name in FUNCTIONS if ".plots." in name]
+"""Functions whose examples draw the results of other functions' examples."""
+
+
+@pytest.mark.parametrize("name", [*sorted(set(FUNCTIONS) - set(DRAWING)), *in_soak(*DRAWING)])
+def test_the_example_of_a_public_function_runs(
+    name: str, example_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "impact_times" in name:
+        pytest.importorskip("soundfile")
+    monkeypatch.chdir(example_folder)
+    with bag.open("run_1") as run:
+        cloud = next(run.decoded(["/disk/impacts"]))[1]
+    known: dict[str, Any] = {"np": np, "Path": Path, "bag": bag, "cloud": cloud}
+    for module in (study, plots, bouncing_disk_ros):
+        known |= {public: getattr(module, public) for public in module.__all__}
+    for example in doctest.DocTestParser().get_examples(str(FUNCTIONS[name].__doc__)):
+        exec(compile(example.source, name, "single"), known)
 
 
 def test_the_docstring_of_simulate_names_each_parameter_in_its_group() -> None:

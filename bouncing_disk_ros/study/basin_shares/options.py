@@ -27,7 +27,7 @@ MOST_NAMED = 8
 _FUNCTION = """\
 Shares of the basins over a parameter, with the best phase lag.
 
->>> basin_shares(along="restitution", begin=0.2, end=0.8, count=13, samples=50)["fraction"]
+>>> basin_shares(along="restitution", begin=0.4, end=0.6, count=3, samples=24)["fraction"]
 """
 _SPECS = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution or "

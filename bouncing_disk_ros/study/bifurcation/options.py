@@ -27,7 +27,7 @@ APART = 0.01
 _FUNCTION = """\
 Attractors along a parameter: impacts, mean speed, Lyapunov exponent (paper, Fig. 3).
 
->>> bifurcation(begin=0.45, end=0.6, count=101, restitution=0.3)["mean_speed"]
+>>> bifurcation(begin=0.55, end=0.76, count=101, restitution=0.3)["mean_speed"]
 """
 _SPECS = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing, restitution, "

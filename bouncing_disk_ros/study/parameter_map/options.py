@@ -26,7 +26,7 @@ SETTLED = 0.01
 _FUNCTION = """\
 Period, Lyapunov exponent and mean speed over two parameters.
 
->>> parameter_map(x_axis="axial_forcing", y_axis="restitution", x_count=40, y_count=40)
+>>> parameter_map(x_axis="axial_forcing", y_axis="restitution", x_count=12, y_count=8)
 """
 _SPECS = (
     Spec("x_axis", "axial_forcing", "", "the parameter of the horizontal axis: axial_forcing, "
