@@ -289,6 +289,16 @@ class Simulation:
         self._engine.resume()
         self._resolve_consequences()
 
+    def set_parameters(self, values: Mapping[str, Any], disk: Disk) -> None:
+        """Change those of some parameters that concern disk, contact and the log of impacts.
+
+        `values`: the changed parameters by name. `disk`: with all its values.
+        """
+        if not values.keys().isdisjoint(Disk._fields):
+            self.set_disk(disk)
+        if "chatter_report_speed" in values:
+            self.set_chatter_report_speed(values["chatter_report_speed"])
+
     def set_chatter_report_speed(self, speed: float) -> None:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
         self._resolve_due()

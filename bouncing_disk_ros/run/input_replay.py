@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,24 +76,13 @@ def _apply(simulation: Simulation, record: Record) -> None:
                 record["at_ns"], record["axial_impulse"], record["angular_impulse"]
             )
         case "parameters":
-            apply_parameters(simulation, record["values"], Disk(**record["disk"]))
+            simulation.set_parameters(record["values"], Disk(**record["disk"]))
         case "reset":
             simulation.reset(InitialState(**record["initial"]), Motion(**record["motion"]))
         case "snapshot" | "pause":
             pass
         case kind:
             raise InputError("input record kind", kind, "any of " + ", ".join(KINDS))
-
-
-DISK_FIELDS = frozenset(Disk._fields)
-
-
-def apply_parameters(simulation: Simulation, values: Mapping[str, Any], disk: Disk) -> None:
-    """Give the simulation those of the changed parameters that concern it."""
-    if DISK_FIELDS & values.keys():
-        simulation.set_disk(disk)
-    if "chatter_report_speed" in values:
-        simulation.set_chatter_report_speed(values["chatter_report_speed"])
 
 
 def advance_slice(simulation: Simulation, until_ns: int) -> tuple[NDArray[np.void], bool]:

@@ -26,7 +26,6 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.health import Pending
 from bouncing_disk_ros.run.input_records import Record
-from bouncing_disk_ros.run.input_replay import DISK_FIELDS, apply_parameters
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.run.trajectory_validation import Splice, as_record
 
@@ -248,10 +247,10 @@ class Session:
         def act() -> None:
             self.values.update(values)
             disk = Disk.of(self.values)
-            apply_parameters(self.simulation, values, disk)
+            self.simulation.set_parameters(values, disk)
             self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
 
-        self._submit(act, cuts_chatter=bool(DISK_FIELDS & values.keys()))
+        self._submit(act, cuts_chatter=not values.keys().isdisjoint(Disk._fields))
 
     def set_paused(self, paused: bool) -> None:
         """Pause or resume; the state does not change."""
