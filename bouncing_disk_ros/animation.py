@@ -27,6 +27,8 @@ SLOWEST_PERIOD = 0.25
 """Seconds watched that a period of the platform lasts at least, where no factor is given."""
 WIDTH, HEIGHT, DPI = 7.2, 2.7, 80.0
 _TICK = 0.01  # GIF counts hundredths of a second
+LONGEST_FRAME = 65535 * _TICK
+"""Seconds watched: a GIF counts them in 16 bits."""
 _SLICES = 8
 
 
@@ -49,14 +51,20 @@ def write_animation(
         raise InputError("animation", given, "2 or more", "Give simulate a sample_rate.")
     factor = min(1.0, 1.0 / (SLOWEST_PERIOD * frequency))
     if real_time_factor is not None:
-        factor = float(real_time_factor)
+        factor = _number(real_time_factor)
         if not 0.0 < factor < math.inf:
             raise InputError("real_time_factor", real_time_factor, "a number > 0")
-    watched = (samples["time_ns"] - samples["time_ns"][0]) / (NS * factor)
+    with np.errstate(over="ignore"):  # inf is refused below
+        watched = (samples["time_ns"] - samples["time_ns"][0]) / NS / factor
     chosen = _frames(watched)
     if len(chosen) > MOST_FRAMES:
         hint = "Give a larger real_time_factor, or a shorter run."
         raise InputError("animation", f"{len(chosen)} frames", f"at most {MOST_FRAMES}", hint)
+    longest = float(np.max(np.diff(watched[chosen]), initial=0.0))
+    if longest > LONGEST_FRAME:
+        hint = "Give a larger real_time_factor, or simulate a larger sample_rate."
+        allowed = f"at most {LONGEST_FRAME:g} s"
+        raise InputError("animation", f"a frame of {longest:.4g} s", allowed, hint)
     shown = _Picture(samples, 2.0 * math.sqrt(2.0) * gyration_radius, factor)
     ends = np.round(watched[chosen] / _TICK).astype(int)
     durations = [*np.diff(ends).tolist(), round(1.0 / _TICK)]  # the last one stays for a second
@@ -65,9 +73,16 @@ def write_animation(
 
 def _frames(watched: NDArray[np.float64]) -> list[int]:
     """Samples that are drawn: the first one at or after each multiple of FRAME_SECONDS."""
-    grid = np.arange(0.0, watched[-1] + 1e-9, FRAME_SECONDS)
-    found = np.searchsorted(watched, grid - 1e-9)
-    return np.unique(np.minimum(found, len(watched) - 1)).tolist()
+    with np.errstate(over="ignore"):
+        passed = np.floor((watched + 1e-9) / FRAME_SECONDS)  # multiples up to each sample
+    return [0, *(np.flatnonzero(passed[1:] > passed[:-1]) + 1).tolist()]
+
+
+def _number(given: object) -> float:
+    try:
+        return float(given)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def _write(file: Path, shown: _Picture, chosen: list[int], durations: list[int]) -> None:

@@ -211,7 +211,7 @@ def impacts_in(case: ReferenceCase, columns: Columns) -> Columns:
     """Times, positions and speeds of the impacts in samples of (time, position)."""
     if "position" not in columns:
         raise InputError("columns", ", ".join(columns), "time and position, for samples")
-    first = np.append(True, np.diff(columns["time"]) > 0.0)  # an event may stand there twice
+    first = np.diff(columns["time"], prepend=-math.inf) > 0.0  # an event may stand there twice
     t, x = columns["time"][first], columns["position"][first]
     if len(t) < 4:
         raise InputError("samples", counted(len(t), "row"), "at least 4 instants")

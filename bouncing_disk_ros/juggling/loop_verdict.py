@@ -28,7 +28,8 @@ class Verdict(NamedTuple):
 class Watch:
     """Follows the impacts of a run: whether it is on the orbit now, and was before.
 
-    Attribute `orbit`: may be set to the orbit as a controller has corrected it.
+    Attribute `orbit`: may be set to the orbit as a controller has corrected it. Impacts before are
+    not judged again: with the true orbit throughout `verdict` may count an impact more or less.
     """
 
     def __init__(self, orbit: Array, tolerance: float = 0.05, streak: int = 5) -> None:

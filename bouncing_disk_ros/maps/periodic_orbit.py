@@ -133,7 +133,9 @@ def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> 
         elif best < RESIDUAL:
             break
         matrix = np.eye(2) - tangent[:, :2]
-        if abs(np.linalg.det(matrix)) < 1e-14:
+        with np.errstate(over="ignore", invalid="ignore"):
+            size = abs(np.linalg.det(matrix))
+        if not 1e-14 <= size < math.inf:  # along a chaotic path derivatives leave the range
             break
         step = np.linalg.solve(matrix, change)
         step *= min(1.0, 0.5 / float(np.max(np.abs(step)))) if step.any() else 1.0

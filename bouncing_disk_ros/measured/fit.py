@@ -200,6 +200,16 @@ def fit_impacts(
 
     >>> fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], time_error=1e-4)["restitution"]
     """
+    for name, value, low in (
+        ("frequency", frequency, 0.0), ("frequency_error", frequency_error, 0.0),
+        ("axial_amplitude", axial_amplitude, 0.0), ("forcing_phase", forcing_phase, -math.inf),
+        ("forcing_phase_error", forcing_phase_error, 0.0), ("delay", delay, -math.inf),
+        ("delay_error", delay_error, 0.0), ("dead_time", dead_time, 0.0),
+        ("gravity", gravity, 0.0), ("height", height, 0.0), ("fall_time", fall_time, 0.0),
+        ("time_error", time_error, 0.0), ("scatter", scatter, -math.inf),
+    ):  # fmt: skip
+        if not (low <= value and math.isfinite(value)):
+            raise InputError(name, value, "a finite number" + " >= 0" * (low == 0.0))
     recording = recording_of(source, column, namespace)
     if scatter > 0.0 and time_error == 0.0:
         hint = "Give time_error too, or leave the scatter to the fit."
@@ -334,6 +344,9 @@ class _Known:
 
     def _chain(self, times: Array, tried: list[Array]) -> Chain:
         heard = _heard(times, self.dead_time)
+        if len(heard) < 3:
+            allowed = "a time after which three hits or more are heard"
+            raise InputError("dead_time", self.dead_time, allowed)
         hits = times[heard]
         if self.frequency == 0.0:
             found = at_rest(hits, self.gravity, self.dead_time)

@@ -184,6 +184,7 @@ def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]
 def _from_bag(path: Path, namespace: str) -> Recording:
     """Times of the impacts of the last run, and nothing else of it."""
     from bouncing_disk_ros.bag import BagError
+    from bouncing_disk_ros.core.model import ImpactKind
     from bouncing_disk_ros.report.read_run import read_run
 
     try:
@@ -191,5 +192,7 @@ def _from_bag(path: Path, namespace: str) -> Recording:
     except (BagError, OSError) as error:
         raise InputError("recording", str(path), "a bag that can be read", str(error)) from None
     rows = record.rows
-    times = np.asarray(rows["time"], float)[np.asarray(rows["count"]) == 1]
+    # the time of a chatter's tail is that of its end, even if nothing else shares its row
+    single = (rows["count"] == 1) & (rows["kind"] != ImpactKind.CHATTER_TAIL)
+    times = np.asarray(rows["time"], float)[single]
     return checked(path.name, np.unique(times), None, 0.5e-9)

@@ -132,8 +132,12 @@ def envelope(values: Column, most: int) -> NDArray[np.intp]:
 
 def with_gaps(x: Column, y: Column, after: float) -> tuple[Column, Column]:
     """The same line, broken (nan) where neighbours in x lie further apart than `after`."""
-    breaks = np.flatnonzero(np.diff(x) > after) + 1
-    return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+    return broken(x, y, np.flatnonzero(np.diff(x) > after) + 1)
+
+
+def broken(x: Column, y: Column, before: NDArray[np.intp]) -> tuple[Column, Column]:
+    """The same line, broken (nan) before the points at some places."""
+    return np.insert(x, before, np.nan), np.insert(y, before, np.nan)
 
 
 def places(part: Series, cells: int = 400) -> int:

@@ -131,9 +131,10 @@ class RunOrder:
 
     A run begins where a topic begins anew: its publisher's numbers, its running index or its
     simulated time fall behind those of a message of the same topic and the same run. Where they
-    rise and no number is missing, the run goes on. A message that shows neither is of the run that
-    was under way before and after it; between two runs nobody knows. Messages are to be given in
-    the order of sending.
+    rise and no number is missing, the run goes on; but the next number of a latched topic is no
+    sign, for the newest message of another run may have it. A message that shows neither is of the
+    run that was under way before and after it; between two runs nobody knows. Messages are to be
+    given in the order of sending.
     """
 
     def __init__(self) -> None:
@@ -163,7 +164,7 @@ class RunOrder:
             shown = Sign.BEGINS
         elif run == self.run and ((counts and latest) or (number and before)):
             pairs = list(zip(counts, latest, strict=False))
-            is_next = not (number and before) or number == before + 1
+            is_next = short not in LATCHED and (not (number and before) or number == before + 1)
             if 0 < number <= before or any(one.follows_not(last) for one, last in pairs):
                 shown = Sign.BEGINS
             elif is_next or any(one.is_next(last) for one, last in pairs):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Disk, Motion
+from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Disk, Energy, Motion
 from bouncing_disk_ros.maps.motor_curves import mean_speed
 from bouncing_disk_ros.maps.scales import (
     PeriodOne,
@@ -27,6 +27,7 @@ from bouncing_disk_ros.report.panel import (
     Panel,
     Series,
     SeriesStyle,
+    broken,
     envelope,
     series,
     spread,
@@ -37,7 +38,7 @@ from bouncing_disk_ros.report.rotor_speed import Speeds, Transient, TransientKin
 from bouncing_disk_ros.report.run_record import Health
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
-from bouncing_disk_ros.report.spans import Segment, known
+from bouncing_disk_ros.report.spans import RESET, Segment, known
 
 INDEXED = re.compile(
     r"(?<![^\W_])(w|τ|α|a|T|φ)_(?:\((n\+1)\)|(A|T|n|e|g|L|B|imp|sep)(?![^\W_]))(?!\w)"
@@ -81,6 +82,7 @@ _LEDGER = (
     ("loss in sliding", "loss_sliding", 2),
     ("taken by the brake", "loss_brake", 4),
 )
+_LOSSES = [name for name in Energy._fields if name.startswith("loss")]
 _RINGS = 40
 """Recomputed points in the panel."""
 
@@ -98,18 +100,32 @@ def rows_before(rows: NDArray[np.void], health: Health) -> int:
     return int(np.searchsorted(rows["time"], health.simulated, side="right"))
 
 
+def _resets_before(report: Report, health: list[Health]) -> NDArray[np.intp]:
+    """How many resets each report comes after: those known, and those that a falling loss shows."""
+    times = np.array([row.simulated for row in health])
+    resets = [change.time for change in report.spans.changes if change.what == RESET]
+    losses = np.array([[getattr(row.energy, name) for name in _LOSSES] for row in health])
+    losses = losses.reshape(len(health), len(_LOSSES))
+    falls = np.any(np.diff(losses, axis=0) < 0.0, axis=1)
+    found: NDArray[np.intp] = np.searchsorted(resets, times, side="right")
+    found[1:] += np.cumsum(falls)
+    return found
+
+
 def energy_panel(report: Report, most: int) -> Panel:
-    """The ledger over time; rings are the losses recomputed from the impacts."""
+    """The ledger over time, broken at resets; rings are the losses recomputed from the impacts."""
     health = [row for row in report.record.health if row.energy is not None]
     drawn, note = [], ""
     times = np.array([row.simulated for row in health])
+    since = _resets_before(report, health)
     for name, field, colour in _LEDGER if health else ():
         values = np.array([getattr(row.energy, field) for row in health])
         keep = envelope(values, most)
         if len(keep) < len(values):
             note = f"{len(keep)} of {len(values)} reports. "
         look = SeriesStyle.WIDE if name.startswith("work") else SeriesStyle.LINE
-        drawn.append(series(name, times[keep], values[keep], look, colour))
+        resets = np.flatnonzero(np.diff(since[keep])) + 1
+        drawn.append(series(name, *broken(times[keep], values[keep], resets), look, colour))
     check = report.ledger
     if check is not None:
         first, last = np.searchsorted(report.rows["index"], (check.first, check.last))

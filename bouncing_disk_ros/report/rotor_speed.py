@@ -174,6 +174,8 @@ LAST_PART = 0.2
 """Share of the time at the end whose mean is the speed that was reached."""
 ONE_STEP = 1.5
 """Neighbours on a grid further apart than so many of its steps have another one missing between."""
+LEAST_STEPS = 2
+"""So many equal steps show the step of a grid."""
 _CLEAR = 5.0
 """A change counts only if it is so many times the scatter at its end."""
 _STILL_CHANGES = 0.02
@@ -376,11 +378,15 @@ def mean_of_angle(times: Column, angles: Column, begin: float, period: float) ->
 
 
 def angle_of_means(times: Column, means: Column) -> tuple[Column, Column]:
-    """Times (s) and angles (rad) from means, each since the one before: the last without a gap."""
+    """Times (s) and angles (rad) from means, each since the one before: the last without a gap.
+
+    None where fewer than LEAST_STEPS steps are alike: others may be missing between two means.
+    """
     steps = np.diff(times)
-    if not len(steps):
+    is_gap = steps > ONE_STEP * smallest_step(times)
+    if np.sum(~is_gap) < LEAST_STEPS:
         return times[:0], means[:0]
-    gaps = np.flatnonzero(steps > ONE_STEP * smallest_step(times))
+    gaps = np.flatnonzero(is_gap)
     first = int(gaps[-1]) + 1 if len(gaps) else 0
     turned = np.concatenate(([0.0], np.cumsum(means[first + 1 :] * steps[first:])))
     return times[first:], turned

@@ -765,7 +765,7 @@ def _write_table(table: xr.Dataset, dims: Sequence[str], path: Path) -> None:
             file.write(f"# {name} ({attrs.get('units', '1')}): {meaning}\n")
         file.write(",".join(columns) + "\n")
         length = table.sizes[axes[0]]
-        rows = max(1, LARGE * length // math.prod(table.sizes.values()))
+        rows = max(1, LARGE * length // max(1, math.prod(table.sizes.values())))
         for begin in range(0, length, rows):
             part = table.isel({axes[0]: slice(begin, begin + rows)}).to_dataframe(dim_order=axes)
             part.reset_index()[columns].to_csv(file, index=False, header=False)
@@ -780,7 +780,7 @@ def _copy(array: xr.DataArray, file: Any) -> None:
     fill = math.nan if kind.kind == "f" else False
     variable = file.createVariable(str(array.name), kind, dims, fill_value=fill)
     variable.setncatts(array.attrs)
-    rows = max(1, LARGE // math.prod(array.shape[1:]))
+    rows = max(1, LARGE // max(1, math.prod(array.shape[1:])))
     for first in range(0, len(array), rows):
         variable[first : first + rows] = array[first : first + rows].values
 

@@ -41,6 +41,7 @@ from support.juggle_loops import (
     motion_of,
     overrides_of,
     run_both,
+    watched,
 )
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -95,6 +96,9 @@ def test_through_ros_the_impacts_are_the_same_to_the_bit(
     captured = record.verdict.outcome is Outcome.CAPTURED
     assert captured == (": captured" in status)
     assert captured or strategy == "none"
+    phase = state.forcing_phase if state else 1.5 * math.pi
+    alone = watched(record.rows, forcing, strategy, sensor, error=error, phase=phase)
+    assert status == alone.status
     if case == "delay and missed":
         assert status == f"{strategy}: captured after {record.verdict.impacts} impacts"
 

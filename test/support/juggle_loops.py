@@ -10,11 +10,12 @@ import numpy as np
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggle import OPTIONS
 from bouncing_disk_ros.juggling.juggle_node import JuggleNode
 from bouncing_disk_ros.juggling.juggler import Juggler
+from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions
 from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.parameters import TABLE
@@ -45,6 +46,21 @@ def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
     simulator.wait_for_subscriber("disk/impacts")
     simulator.spin_until(lambda: node.status != "waiting for platform/motion")
     return node
+
+
+def watched(
+    rows: Any, forcing: float, strategy: str, sensor: Sensor, *, error: float = 0.0,
+    phase: float = 1.5 * math.pi,
+) -> LiveLoop:  # fmt: skip
+    """What a node that receives these rows one by one says; `error`: as in `run_both`."""
+    believed = DISK._replace(restitution=DISK.restitution * (1.0 + error))
+    loop = LiveLoop(LoopOptions(believed, sensor=sensor), strategy)
+    motion = motion_of(forcing)
+    loop.on_motion(MotionInForce(0, 0, motion, motion, 0, phase))
+    for place in range(len(rows)):
+        for _ in loop.on_impacts(rows[place : place + 1]):
+            pass
+    return loop
 
 
 def run_both(

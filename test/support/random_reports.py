@@ -329,7 +329,8 @@ def _motions_at(begin: float, end: float, truth: Truth) -> set[Motion | None]:
 def _check_means(report: Report, truth: Truth) -> None:
     means = [part.settled for part in report.segments if not math.isnan(part.settled.value)]
     for mean in means:
-        (first, _), (last, _) = truth.angles([mean.begin + 1e-9, mean.end + 1e-9])
+        # the last sample of the record may lie 1 ns before a reset, which turns the disk back
+        (first, _), (last, _) = truth.angles([mean.begin + 1e-9, mean.end - report.record.rounding])
         expected = (last - first) / (mean.end - mean.begin)
         assert abs(mean.value - expected) < 1e-6 * max(1.0, abs(expected)), (mean, expected)
 

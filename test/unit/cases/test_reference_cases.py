@@ -287,6 +287,7 @@ def test_the_commands_list_compare_and_draw(
         ("drop", "1,2,3\n", "a first row with the names of the columns"),
         ("drop", "time\n1,2\n", "1 values in each row"),
         ("drop", "0,1\n1,1\n", "at least 4 instants"),
+        ("drop", "time,position\n", "samples: got '0 rows', allowed: at least 4 instants"),
         ("drop", "flight,time\n99,1\n", "flight: got 99"),
         ("drop", "flight,time\n", "flight: got 'no rows'"),
         ("turning_table", "time\n", "events: got 'no rows'"),

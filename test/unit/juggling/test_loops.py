@@ -27,6 +27,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
+from support.juggle_loops import watched
 
 FREQUENCY, GRAVITY = 3.0, 9.81
 OMEGA = math.tau * FREQUENCY
@@ -120,6 +121,15 @@ def test_both_give_the_same_verdict_from_rest(strategy: str, sensor: Sensor) -> 
     record, _ = simulated(strategy, 0.45, sensor=sensor)
     results, _ = by_kernel(strategy, 0.45, REST, sensor=sensor)
     assert record.verdict.outcome == results[0, loop.R_VERDICT] == Outcome.CAPTURED
+
+
+@pytest.mark.parametrize(("error", "more"), [(0.0, 0), (-0.2, -1), (0.2, 1)])
+def test_a_live_loop_judges_each_impact_by_what_was_learned_before(error: float, more: int) -> None:
+    """The orbit that it aims at moves while it learns: impacts near its end count otherwise."""
+    record, _ = simulated("impact_time", 0.45, error=error)
+    live = watched(record.rows, 0.45, "impact_time", Sensor(), error=error).loop
+    assert live is not None
+    assert live.watch.verdict == record.verdict._replace(impacts=record.verdict.impacts + more)
 
 
 def test_the_open_loop_captures_the_basin_of_the_paper() -> None:

@@ -91,6 +91,13 @@ def test_no_orbit_is_said_so() -> None:
         periodic_orbit(NextCollisionMap(0.3, 0.5), MapState(1.0, -1.0), 100)
 
 
+def test_derivatives_beyond_the_range_of_numbers_end_the_search_without_a_warning() -> None:
+    """Along 59 impacts of a chaotic path the determinant is beyond 1e308."""
+    section = NextCollisionMap(112.23431736769946, 0.9948156682894955)
+    with pytest.raises(InputError, match="repeats after 59 impacts"):
+        periodic_orbit(section, MapState(6.131095269819748, -5.404601558117878e-07), 59)
+
+
 @pytest.mark.parametrize("angular_forcing", [1.0, 1e4, 3e7, 1e10, 1e12])
 def test_however_weak_friction_is_one_impact_sticks(angular_forcing: float) -> None:
     """The speed of period 1 is that of the platform at its impact; period 2 has a harder impact."""

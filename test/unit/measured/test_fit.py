@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from bouncing_disk_ros import FailedError, InputError, bag, fit_impacts, load_preset, simulate
+from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
 from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles, interval_text
@@ -216,6 +218,33 @@ def test_only_the_impacts_of_a_bag_are_read(tmp_path: Path) -> None:
     assert executable.main(words) == 0
     preset = load_preset(str(tmp_path / "run_1_fit.yaml"))
     assert preset["restitution"] == fit["restitution"].value
+
+
+def test_the_end_of_a_chatter_in_a_bag_is_no_impact(tmp_path: Path) -> None:
+    """Its row counts one if no impact before is slower than the reporting speed."""
+    with bag.Writer(tmp_path / "run_1") as writer:
+        run = RecordedRun(
+            writer, axial_amplitude=0.0, angular_amplitude=0.0, restitution=0.3,
+            initial_height=0.05, gravity=GRAVITY, chatter_report_speed=0.0,
+        ).run(0.5)  # fmt: skip
+    rows = join_rows(run.rows)
+    assert (rows["kind"][-1], rows["count"][-1]) == (ImpactKind.CHATTER_TAIL, 1)
+    found = recording_of(tmp_path / "run_1")
+    assert found.times.tolist() == rows["time"][:-1].tolist()
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ({"dead_time": 5.0}, "dead_time: got 5.0, allowed: a time after which three hits"),
+        ({"dead_time": math.nan}, "dead_time: got nan, allowed: a finite number >= 0"),
+        ({"frequency": -1.0}, "frequency: got -1.0, allowed: a finite number >= 0"),
+        ({"delay": math.inf}, "delay: got inf, allowed: a finite number$"),
+    ],
+)
+def test_numbers_that_cannot_be_used_are_refused(given: dict[str, Any], line: str) -> None:
+    with pytest.raises(InputError, match=line):
+        fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], **given)
 
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:

@@ -285,6 +285,14 @@ def test_a_gap_in_the_numbers_does_not_show_that_the_run_goes_on() -> None:
     assert signs == [begins, nothing, goes_on, nothing, begins]
 
 
+@pytest.mark.parametrize("topic", ["platform/motion", "disk/phase"])
+def test_the_next_number_of_a_latched_topic_does_not_show_that_the_run_goes_on(topic: str) -> None:
+    """Few messages come on it: the newest one of another run may well have this number."""
+    order = RunOrder()
+    signs = [order.take(*shown, []) for shown in ((topic, 1), ("a", 9), (topic, 2), ("a", 8))]
+    assert signs == [Sign.BEGINS, Sign.NOTHING, Sign.NOTHING, Sign.BEGINS]
+
+
 def test_a_thinned_list_keeps_even_steps() -> None:
     kept = EveryNth[int](8)
     for number in range(1000):

@@ -187,6 +187,19 @@ def test_an_impact_at_the_instant_of_a_report_counts_once(tmp_path: Path) -> Non
     assert rings.y == pytest.approx(line.y[np.searchsorted(line.x, rings.x)], rel=1e-8)
 
 
+@pytest.mark.parametrize("without", [(), ("disk/inputs", "platform/motion")])
+def test_the_line_of_the_ledger_ends_at_a_reset(tmp_path: Path, without: tuple[str, ...]) -> None:
+    """A line across it would show losses that become smaller."""
+    found = made(tmp_path, 12.0, {7.5: reset}, without=without)
+    losses = [one for one in energy_panel(found, 1000).series if one.name.startswith("loss")]
+    assert len(losses) == 3
+    for line in losses:
+        (gap,) = np.flatnonzero(np.isnan(line.x))
+        assert (line.x[gap - 1], line.x[gap + 1]) == (7.0, 8.0)
+        for part in (line.y[:gap], line.y[gap + 1 :]):
+            assert np.all(np.diff(part) >= 0.0)
+
+
 def test_no_rise_time_across_a_reset_or_a_gap(tmp_path: Path) -> None:
     still = Motion(0.0, 0.0, 3.0, 0.0)
     acts = {4.0: reach((5.0, still)), 8.0: reset, 10.0: reach((11.0, still))}

@@ -85,3 +85,5 @@ def test_means_are_angle_over_time() -> None:
     # each mean is since the message before; one is missing at 3 s
     at, turned = angle_of_means(np.array([1.0, 2.0, 4.0, 5.0, 6.0]), np.array([9, 9, 9, 2.0, 4.0]))
     assert (at.tolist(), turned.tolist()) == ([4.0, 5.0, 6.0], [0.0, 2.0, 6.0])
+    at, turned = angle_of_means(np.array([1.0, 6.0]), np.array([9.0, 2.0]))
+    assert (len(at), len(turned)) == (0, 0), "means between these two may be missing"

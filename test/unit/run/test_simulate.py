@@ -290,10 +290,13 @@ def test_an_animation_shows_each_height_when_it_is_due(tmp_path: Path) -> None:
         (10.0, "a.mp4", None, "file: got .*a.mp4', allowed: a name that ends in .gif"),
         (10.0, "a.gif", 0.0, "real_time_factor: got 0.0, allowed: a number > 0"),
         (2000.0, "a.gif", 1e-3, "animation: got '2001 frames', allowed: at most 2000. Give a"),
+        (10.0, "a.gif", 1e-9, "animation: got 'a frame of 1e.08 s', allowed: at most 655.35 s."),
+        (10.0, "a.gif", 1e-320, "animation: got 'a frame of inf s', allowed: at most 655.35 s."),
+        (10.0, "a.gif", "fast", "real_time_factor: got 'fast', allowed: a number > 0"),
     ],
 )
 def test_an_animation_that_cannot_be_is_refused(
-    tmp_path: Path, sample_rate: float | None, name: str, factor: float | None, message: str
+    tmp_path: Path, sample_rate: float | None, name: str, factor: Any, message: str
 ) -> None:
     run = simulate(1.0, sample_rate=sample_rate)
     with pytest.raises(InputError, match=message):

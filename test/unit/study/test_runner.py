@@ -203,6 +203,17 @@ def test_tables_have_a_row_for_each_point_of_their_axes(
     assert files[1].read_text("utf-8").splitlines()[-2:] == ["total", "3.5"]
 
 
+def test_tables_of_an_axis_without_points_have_no_row(tmp_path: Path) -> None:
+    """Such as the saddles of a window in which there is none."""
+    result = xr.Dataset(
+        {"share": ("saddle", np.zeros(0)), "at": (("x", "saddle"), np.zeros((2, 0)))}
+    )
+    files = export_tables(result, tmp_path)
+    assert [file.read_text("utf-8").splitlines()[-1] for file in files] == [
+        "saddle,share", "x,saddle,at",
+    ]  # fmt: skip
+
+
 def test_where_netcdf_is_missing_it_is_refused_or_left_out_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
