@@ -11,7 +11,7 @@ from reference.cases import examples
 from support.coverage import in_soak
 from support.study_attacks import ATTACKS
 
-DRAWS = {"bifurcation": 2, "motor": 2}
+DRAWS = {"bifurcation": 2, "motor": 6, "toss_map": 3}
 """So many (else 1) of each, for they take up to a second of CPU."""
 STUDIES = [
     (name, seed)

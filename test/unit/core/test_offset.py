@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from mpmath import im, mpf, polyroots, re, workdps
 
-from bouncing_disk_ros.core import offset
-from bouncing_disk_ros.core.layout import MOTION_DTYPE, NEVER, OFFSET_DTYPE
+from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.offset import (
     CUBIC,
@@ -181,18 +180,6 @@ def test_extremes_are_exact_to_rounding() -> None:
             )
 
 
-def test_extremes_of_a_trajectory_are_the_largest_of_its_segments() -> None:
-    rng = np.random.default_rng(4)
-    drawn = [random_segment(rng) for _ in range(20)]
-    knots, at = [], 0
-    for one in drawn:
-        at += one.end_ns - one.begin_ns
-        knots.append(Knot(at, one.end, one.degree))
-    segments = Lane().spliced(0, knots).plans[-1].segments
-    each = [extremes([segment]) for segment in segments]
-    assert extremes(segments)[:3] == tuple(map(max, *(one[:3] for one in each)))
-
-
 def test_extremes_at_the_knots_are_what_is_stated() -> None:
     """Not a bit more: a limit may be what a trajectory states."""
     lane = Lane().spliced(7, [line(SECOND + 7, 0.3), cubic(2 * SECOND, 0.1, 0.7)])
@@ -229,14 +216,6 @@ def test_cancelling_keeps_what_has_begun_to_its_end() -> None:
     spliced = lane.spliced(3 * SECOND // 2, [line(4 * SECOND, 9.0)])
     assert spliced.cancelled(SECOND) == lane
     assert lane.spliced(SECOND, [line(4 * SECOND, 9.0)]).cancelled(SECOND // 2) == lane
-
-
-def test_a_splice_at_a_knot_starts_from_what_the_knot_states() -> None:
-    whole = Lane().spliced(0, [cubic(SECOND, 0.1, 0.3), cubic(2 * SECOND, 0.2, -0.1)])
-    parts = Lane().spliced(0, [cubic(SECOND, 0.1, 0.3)])
-    parts = parts.spliced(SECOND, [cubic(2 * SECOND, 0.2, -0.1)])
-    for ns in range(0, 2 * SECOND, SECOND // 7):
-        assert parts.segment_at(ns) == whole.segment_at(ns)
 
 
 def test_trimmed_lanes_splice_the_same() -> None:
@@ -296,14 +275,6 @@ def test_a_jump_of_the_rotation_makes_the_disk_slip_without_an_impulse() -> None
     assert sim.sample().angular_velocity == pytest.approx(1.0, abs=1e-15)
 
 
-def test_both_jumps_at_once_are_one_impact_with_the_new_slip() -> None:
-    sim = still(restitution=0.0, friction=1.0)
-    sim.trajectory(SECOND, [line(2 * SECOND, 0.5)], [line(2 * SECOND, 20.0)])
-    rows, _ = sim.advance(SECOND)
-    assert rows["angular_impact_velocity"].tolist() == [-20.0]
-    assert rows["angular_impulse"].tolist() == [pytest.approx(0.05)]  # μ a_e m v
-
-
 def test_a_fall_of_the_acceleration_below_minus_g_launches_without_speed() -> None:
     """p = −12 t²/2 + …: the quintic begins with an acceleration that the disk cannot follow."""
     sim = still(restitution=0.0)
@@ -341,17 +312,6 @@ def test_contact_is_kept_on_a_smooth_offset() -> None:
     energy = sim.energy()
     assert energy.work_axial == pytest.approx(G * 0.3, abs=1e-14)
     assert abs(energy.residual) <= 1e-15 * energy.throughput
-
-
-def test_without_an_offset_the_record_is_the_plain_one() -> None:
-    sim = still()
-    sim.trajectory(SECOND, [line(2 * SECOND, 0.1), line(3 * SECOND, 0.0)])
-    kinds = []
-    for at in (SECOND // 2, 3 * SECOND // 2, 5 * SECOND // 2, 4 * SECOND):
-        sim.advance(at)
-        kinds.append(sim._engine.m.dtype)
-    assert kinds == [OFFSET_DTYPE, OFFSET_DTYPE, OFFSET_DTYPE, MOTION_DTYPE]
-    assert Simulation(STILL, disk(), InitialState())._engine.m.dtype == MOTION_DTYPE
 
 
 def test_a_reset_takes_the_offset_away() -> None:
@@ -449,7 +409,3 @@ def test_a_damaged_checkpoint_is_refused_in_one_line(change: dict[str, object]) 
     with pytest.raises(ValueError, match="offset") as caught:
         Simulation.restore(values)
     assert "\n" not in str(caught.value)
-
-
-def test_an_instant_that_does_not_come_is_that_of_the_kernels() -> None:
-    assert offset._NEVER == NEVER

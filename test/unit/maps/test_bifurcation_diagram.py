@@ -10,13 +10,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import bifurcation_diagram
-from bouncing_disk_ros.maps.bifurcation_diagram import (
-    AXES,
-    Branch,
-    begin,
-    follow,
-    from_starts,
-)
+from bouncing_disk_ros.maps.bifurcation_diagram import AXES, Branch, begin, follow, from_starts
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import periodic_orbit
 from bouncing_disk_ros.maps.scales import stability_limit

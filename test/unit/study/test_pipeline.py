@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from bouncing_disk_ros.study import Arrays, Region, open_result
 from bouncing_disk_ros.study.runner import FIRST_BATCH, PREFETCH, Pipeline, compute_region
@@ -49,19 +48,18 @@ def piled_up(tmp_path: Path, *, sends_back: bool, workers: int) -> tuple[int, St
             store.mark(region)
 
 
-@pytest.mark.parametrize("workers", [1, 100])
-def test_results_sent_back_do_not_pile_up(tmp_path: Path, workers: int) -> None:
-    most, store = piled_up(tmp_path, sends_back=True, workers=workers)
-    assert most == min(PREFETCH * workers, FIRST_BATCH)
-    assert store.regions_done == 100
+def test_results_sent_back_do_not_pile_up_and_workers_that_store_are_kept_busy(
+    tmp_path: Path,
+) -> None:
     expected = 0.5 * np.multiply.outer(np.arange(40.0), np.arange(40.0))
-    assert np.array_equal(open_result(store.path)["product"], expected)
-
-
-def test_workers_that_store_are_all_kept_busy(tmp_path: Path) -> None:
-    most, store = piled_up(tmp_path, sends_back=False, workers=100)
-    assert most == 2 * FIRST_BATCH
-    assert store.regions_done == 100
+    for sends_back, workers, limit in (
+        (True, 1, PREFETCH), (True, 100, FIRST_BATCH), (False, 100, 2 * FIRST_BATCH),
+    ):  # fmt: skip
+        folder = tmp_path / f"{sends_back}{workers}"
+        most, store = piled_up(folder, sends_back=sends_back, workers=workers)
+        assert most == limit
+        assert store.regions_done == 100
+        assert np.array_equal(open_result(store.path)["product"], expected)
 
 
 def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:

@@ -84,15 +84,11 @@ def test_interrupted_run_goes_on_without_computing_twice(tmp_path: Path, kind: t
     regions = [number for number in Products.computed if number >= 0]
     assert sorted(regions) == list(range(seen[-1].total))
     assert Products.computed.count(-1) == 1, "the context is computed once"
+    Products.computed.clear()
+    whole(run(kind(VALUES), path))
+    assert Products.computed == [], "a finished run is only read"
     at_once = whole(run(kind(VALUES), tmp_path / "other.zarr"))
     assert np.array_equal(result["product"], at_once["product"])
-
-
-def test_finished_run_is_only_read(tmp_path: Path) -> None:
-    run(Products(VALUES), tmp_path / "r.zarr")
-    Products.computed.clear()
-    whole(run(Products(VALUES), tmp_path / "r.zarr"))
-    assert Products.computed == []
 
 
 def test_error_in_a_region_is_raised_and_the_rest_is_kept(tmp_path: Path) -> None:
@@ -134,8 +130,12 @@ def test_workers_come_after_the_threads_of_a_simulator(tmp_path: Path) -> None:
 
 
 def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
-    """While one run is at work; neither its end nor the refusal leaves a trace."""
+    """While one run is at work; neither its end nor the refusal leaves a trace.
+
+    The lock of a dead process is void, though its file is still there.
+    """
     path = tmp_path / "r.zarr"
+    (tmp_path / ".r.zarr.lock").touch()
 
     def again(_: Progress) -> None:
         with pytest.raises(InputError, match="a result that no other run is writing"):
@@ -145,24 +145,15 @@ def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["r.zarr"]
 
 
-def test_run_goes_on_where_one_was_killed(tmp_path: Path) -> None:
-    """The lock of a dead process is void, though its file is still there."""
-    (tmp_path / ".r.zarr.lock").touch()
-    whole(run(Products(VALUES), tmp_path / "r.zarr"))
-
-
-def test_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
+def test_where_nothing_may_be_written_nothing_is(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="output"):
+        run(Products(VALUES), tmp_path / "file" / "r.zarr")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")
     with pytest.raises(InputError, match="It holds other data"):
         run(Products(VALUES), tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "keep"
-
-
-def test_output_that_cannot_be_written(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="output"):
-        run(Products(VALUES), tmp_path / "file" / "r.zarr")
 
 
 @pytest.mark.parametrize("large", [8, 2**25])

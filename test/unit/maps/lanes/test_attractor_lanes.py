@@ -18,7 +18,6 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.lanes.lane_table import LANES
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.maps.rotation_map import (
@@ -214,18 +213,3 @@ def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
     assert lost[3] == -math.inf
     assert found.results[3, CONTACT_COUNT] == 0.0
     assert math.isfinite(lost[4])
-
-
-def test_trajectories_know_nothing_of_each_other() -> None:
-    """The same bits in any order, in any company, on any number of threads."""
-    n = 20 * LANES + 7
-    start = starts(n, 56)
-    whole = carried(start, 15, 20, 6)
-    order = np.random.default_rng(57).permutation(n)[: LANES + 9]
-    part = carried((start[0][order], start[1][order]), 15, 20, 6)
-    shared = carried(start, 15, 20, 6, workers=3)
-    for k in range(3):
-        np.testing.assert_array_equal(whole[k][order], part[k])
-        np.testing.assert_array_equal(whole[k], shared[k])
-    alone = carried((start[0][5:6], start[1][5:6]), 15, 20, 6)
-    np.testing.assert_array_equal(alone.results[0], whole.results[5])
