@@ -83,17 +83,6 @@ def reference(segment: Segment, ns: int, order: int) -> Fraction:
     return Fraction(Piece(begin, end, values, kind).at(Fraction(ns, SECOND), order))
 
 
-def test_a_segment_is_its_formula_to_rounding() -> None:
-    """Half an ulp of the largest value: 1.1e-16."""
-    rng = np.random.default_rng(1)
-    for _ in range(200):
-        segment = random_segment(rng)
-        scale = extremes([segment]).position
-        for ns in rng.integers(segment.begin_ns, segment.end_ns + 1, 3).tolist():
-            wanted = reference(segment, ns, 0)
-            assert abs(Fraction(segment.at(ns).position) - wanted) <= Fraction(scale) * 2**-53
-
-
 @pytest.fixture
 def forty_digits() -> Iterator[None]:
     with workdps(40):

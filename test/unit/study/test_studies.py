@@ -112,15 +112,6 @@ def test_no_result_depends_on_how_it_is_cut(
         np.testing.assert_array_equal(whole[field].values, cut[field].values)
 
 
-def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "basins", **SPEEDS)
-    assert found["mean_speed"].shape == (2, 24, 24)
-    names = found["attractor_name"].values.tolist()
-    mine = found["label"].values == names.index("period-1")
-    expected = math.cos(math.acos(1.0 / 3.0 / 0.45) + 0.2)
-    np.testing.assert_allclose(found["mean_speed"].values[:, mine], expected, rtol=1e-9)
-
-
 def test_starts_that_come_to_rest_have_no_speed(tmp_path: Path) -> None:
     given: dict[str, Value] = {
         "axial_forcing": 0.25, "restitution": 0.7, "width": 20, "height": 20,
