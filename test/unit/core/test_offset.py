@@ -31,8 +31,7 @@ from bouncing_disk_ros.core.offset_extremes import extremes, newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import FIRST, examples
 from reference.offset_path import Point, Trajectory, pieces
-from support.offset_runs import OffsetRun, Spliced, knots, random_run
-from support.offset_splices import check_future_splice
+from support.offset_runs import OffsetRun, Spliced, knots, points, random_run
 
 SECOND = 10**9
 STILL = Motion(0.0, 0.0, 1.0, 0.0)
@@ -328,9 +327,9 @@ def one_by_one(run: OffsetRun, rate: float) -> Simulation:
     tick = round(SECOND / rate)
     sends: list[tuple[int, Spliced]] = []
     for one in run.trajectories:
-        for joint, points in enumerate((one.axial, one.angular)):
+        for joint, sent in enumerate((one.axial, one.angular)):
             begin = one.begin_ns
-            for point in points:
+            for point in sent:
                 lanes = ((point,), ()) if joint == 0 else ((), (point,))
                 sends.append((begin, Spliced(begin, *lanes)))
                 begin = int(point[0])
@@ -372,6 +371,34 @@ def test_a_checkpoint_after_a_reset_continues_with_the_same_bits(moved: bool) ->
                 one.trajectory(half + sent.begin_ns, *map(knots, later(sent, half)))
             digests.append((digest(one, 3 * half, half), one.offset_index, one.offset_begin_ns))
         assert digests[0] == digests[1]
+
+
+def check_future_splice(seed: int) -> None:
+    """Splice random points into a random run at a random later instant.
+
+    Over a splice the platform moves by what its speeds allow in 1 ns, to rounding.
+    """
+    rng = np.random.default_rng(seed)
+    run = random_run(seed)
+    sim = run.start()
+    frequency = run.motion.frequency
+    sim.advance(int(rng.uniform(0.0, 1.0) / frequency * SECOND))
+    at = sim.time_ns + 1 + int(rng.uniform(0.0, 1.5) / frequency * SECOND)
+    before = sim.offset
+    scale = 0.3 * 9.81 / frequency**2
+    sim.trajectory(at, knots(points(rng, at, scale, frequency)))
+    for ns in rng.integers(sim.time_ns, at + 1, 5).tolist():
+        assert sim.offset.axial.segment_at(ns).at(ns) == before.axial.segment_at(ns).at(ns), seed
+    assert sim.offset.angular == before.angular, seed
+    found = []
+    for ns in (at - 1, at, at + 1):
+        sim.advance(ns)
+        found.append(sim.sample())
+    speed = 1e-9 * max(abs(one.platform_velocity) for one in found)
+    size = max(abs(one.platform_position) for one in found)
+    room = 1.01 * speed + 1e-15 * size + 1e-17
+    assert abs(found[1].platform_position - found[0].platform_position) <= room, seed
+    assert abs(found[2].platform_position - found[1].platform_position) <= room, seed
 
 
 def test_future_splices_while_moving_keep_the_position_continuous() -> None:
