@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bench.axial import FREQUENCY, GRAVITY, REGIMES, RESTITUTION, Regime, impacts, motion_of
 from bench.c_reference import CReference
 from bench.heyoka_reference import HeyokaReference
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
@@ -111,15 +111,6 @@ def rows_of(regime: str, times: dict[str, NDArray[np.float64]]) -> list[Row]:
         "C": "scalar C, axial",
         "heyoka": "heyoka, scalar, axial",
     }
-    rows = [row(PART, f"{names[key]}, {regime}", "ns", list(t)) for key, t in times.items()]
-    ratios = (
-        ("core", "C", Aim(at_most=1.5)),
-        ("full", "C", None),
-        ("heyoka", "core", Aim(None, 20)),
-    )
-    for above, below, aim in ratios:
-        if above in times and below in times:
-            values = list(times[above] / times[below])
-            name = f"{names[above]} / {names[below]}, {regime}"
-            rows.append(row(PART, name, "×", values, aim))
-    return rows
+    pairs = (("core", "C", Aim(1.5)), ("full", "C", None), ("heyoka", "core", Aim(None, 20)))
+    ratios = [(names[a], names[b], f"{names[a]} / {names[b]}", aim) for a, b, aim in pairs]
+    return compared(PART, regime, "ns", {names[key]: t for key, t in times.items()}, ratios)
