@@ -1,5 +1,4 @@
-"""Studies in chunks: results do not depend on the cutting; interrupted work goes on; regions on
-their way are bounded."""
+"""Studies in chunks: cutting changes nothing, interrupted work goes on, what waits is bounded."""
 
 from __future__ import annotations
 
