@@ -18,7 +18,7 @@ from bench.axial import RESTITUTION
 from bench.basin_peers import ByHeyoka, ByScipy, Rule
 from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared, row
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.maps.lanes.basin_kernel import (
     LaneLabels,
@@ -27,6 +27,7 @@ from bouncing_disk_ros.maps.lanes.basin_kernel import (
     label_lanes,
 )
 
+PART = "many trajectories"
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
 ROUNDS, PEER_ROUNDS, SEED = 20, 3, 1
 #: Γ -> pixels labelled by heyoka and by SciPy. At 0.55 chaos magnifies roundings into other labels
@@ -81,12 +82,11 @@ def measure(axial_forcing: float, folder: Path) -> list[Row]:
     if not CReference.missing():
         runs["C"], labels = subject.by_c(CLanes(folder))
     times = interleaved(runs, ROUNDS)
-    rows = [_row(f"{name}, {where}", "ns a pixel", list(t)) for name, t in times.items()]
+    ratio = ("lanes", "C", "lanes / vectorised C", Aim(1.1))
+    rows = compared(PART, where, "ns a pixel", times, [ratio])
     if "C" in runs:  # chaos on the boundary of a basin magnifies roundings into other labels
-        values = list(times["lanes"] / times["C"])
-        rows.append(_row(f"lanes / vectorised C, {where}", "×", values, Aim(1.1)))
         differ = float(np.mean(subject.labels != labels))
-        rows.append(_row(f"pixels with another label than by C, {where}", "of all", [differ]))
+        rows.append(row(PART, f"pixels with another label than by C, {where}", "of all", [differ]))
     for name, peer, pixels in _peers(subject.rule):
         rows += _beside(subject, name, peer, pixels, where)
     return rows
@@ -121,13 +121,9 @@ def _beside(subject: BasinMap, name: str, peer: Label, pixels: int, where: str) 
     allowed = math.ceil(AGREEMENT * pixels)
     agree = subject.rule.axial_forcing > CHAOTIC or differ <= allowed
     assert agree, f"{differ} of {pixels} pixels have another label by {name}"
-    ratio = list(times[name] / times["lanes"])
+    ratio = (name, "lanes", f"{name} / lanes", Aim(at_least=AIMS[name]))
+    what = f"pixels with another label than by {name}, {where}"
     return [
-        _row(f"{name}, {where}", "ns a pixel", list(times[name])),
-        _row(f"{name} / lanes, {where}", "×", ratio, Aim(at_least=AIMS[name])),
-        _row(f"pixels with another label than by {name}, {where}", f"of {pixels}", [differ]),
+        *compared(PART, where, "ns a pixel", times, [ratio])[1:],  # the lanes have their row
+        row(PART, what, f"of {pixels}", [differ]),
     ]
-
-
-def _row(name: str, unit: str, values: list[float], aim: Aim | None = None) -> Row:
-    return row("many trajectories", name, unit, values, aim)

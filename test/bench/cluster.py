@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import heapq
 import tempfile
-import time
 from collections import deque
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from bench.basin_study import basins
 from bench.table import Row, row
+from bench.turns import elapsed
 from bouncing_disk_ros.study import Region, open_result, run
 from bouncing_disk_ros.study.basins.compute import Basins
 from bouncing_disk_ros.study.store import Store
@@ -69,9 +70,7 @@ def _seconds_to_compute(study: Basins) -> list[float]:
     found = []
     for first_row, first_column in rng.integers(0, SIDE - TILE, (TILES, 2)).tolist():
         tile = _square(first_row, first_column, TILE)
-        begin = time.perf_counter()
-        study.compute(tile, context, None)
-        found.append((time.perf_counter() - begin) * (REGION / TILE) ** 2)
+        found.append(elapsed(partial(study.compute, tile, context, None)) * (REGION / TILE) ** 2)
     return found
 
 
@@ -85,9 +84,7 @@ def _seconds_to_store() -> list[float]:
         for place in (0.1, 0.4, 0.6, 0.9):
             first = int(place * SIDE)
             arrays = study.compute(_square(first, first, REGION), context, None)
-            begin = time.perf_counter()
-            store.put(_square(0, 0, REGION), arrays)
-            found.append(time.perf_counter() - begin)
+            found.append(elapsed(partial(store.put, _square(0, 0, REGION), arrays)))
     return found
 
 
@@ -100,9 +97,8 @@ def _measures() -> list[float]:
         context = study.context()
         for _ in range(ROUNDS):
             result = open_result(Path(folder, "r"))
-            begin = time.perf_counter()
-            study.finish(result, context)
-            found.append((time.perf_counter() - begin) * (SIDE / MEASURED_SIDE) ** 2 / 3600.0)
+            seconds = elapsed(partial(study.finish, result, context))
+            found.append(seconds * (SIDE / MEASURED_SIDE) ** 2 / 3600.0)
     return found
 
 
@@ -126,11 +122,12 @@ def _overhead() -> list[float] | None:
         distributed.Client(cluster) as client,
         client.get_executor(pure=False) as pool,
     ):  # fmt: skip
-        for _ in range(ROUNDS):
-            begin = time.perf_counter()
+
+        def many() -> None:
             for future in [pool.submit(int, "1") for _ in range(100)]:
                 future.result()
-            found.append((time.perf_counter() - begin) / 100)
+
+        found += [elapsed(many) / 100 for _ in range(ROUNDS)]
     return found
 
 

@@ -18,7 +18,7 @@ from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.c_reference import CLanes, CReference
 from bench.lyapunov import lyapunov_runs
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 
@@ -119,27 +119,19 @@ def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
     else:
         times |= interleaved({"SciPy": subject.scipy}, 5)
     where = f"Γ = {regime.axial_forcing} ({regime.name})"
-    rows = [row(PART, f"{name}, {where}", "ns an impact", list(t)) for name, t in times.items()]
-    aims = {"C": 1.0, "heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
-    for name, aim in aims.items():
-        if name == "C" and name in times:
-            values, text, bound = times["lanes"] / times[name], "lanes / vectorised C", Aim(aim)
-        elif name in times:
-            values, text = times[name] / times["lanes"], f"{name} / lanes"
-            bound = Aim(at_least=aim)
-        else:
-            continue
-        rows.append(row(PART, f"{text}, {where}", "×", list(values), bound))
-    return rows, notes
+    slower = {"heyoka": 250.0, "numpy": 35.0, "JAX": 15.0}
+    ratios = [("lanes", "C", "lanes / vectorised C", Aim(1.0))]
+    ratios += [(name, "lanes", f"{name} / lanes", Aim(None, aim)) for name, aim in slower.items()]
+    return compared(PART, where, "ns an impact", times, ratios), notes
 
 
 def _lyapunov(regime: Regime) -> list[Row]:
     """Settled, measured with the exponent, the last impacts kept."""
     times = interleaved(lyapunov_runs(regime), ROUNDS)
     where = f"Γ = {regime.axial_forcing} ({regime.name})"
-    rows = [row(PART, f"Lyapunov, {k}, {where}", "ns an impact", list(t)) for k, t in times.items()]
-    values = list(times["lanes"] / times["scalar"])
-    return [*rows, row(PART, f"Lyapunov, lanes / scalar, {where}", "×", values, Aim(0.1))]
+    named = {f"Lyapunov, {name}": found for name, found in times.items()}
+    ratio = ("Lyapunov, lanes", "Lyapunov, scalar", "Lyapunov, lanes / scalar", Aim(0.1))
+    return compared(PART, where, "ns an impact", named, [ratio])
 
 
 def measure(folder: Path) -> tuple[list[Row], list[str]]:

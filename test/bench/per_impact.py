@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.axial import (
-    FREQUENCY,
-    GRAVITY,
-    REGIMES,
-    RESTITUTION,
-    Regime,
-    impacts,
-    motion_of,
-)
+from bench.axial import FREQUENCY, GRAVITY, REGIMES, RESTITUTION, Regime, impacts, motion_of
 from bench.c_reference import CReference
 from bench.heyoka_reference import HeyokaReference
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared
+from bench.turns import Run, interleaved
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 
@@ -33,8 +25,6 @@ COMPARED = 20
 AGREEMENT = 1e-12  # rad and πg/ω, over the first impacts
 # heyoka starts each flight HAIR = 1e-12 above the platform; chaos magnifies that some hundred times
 AGREEMENT_OF_HEYOKA = 1e-9
-
-Run = Callable[[], int]
 
 
 def full_simulation(regime: Regime) -> Simulation:
@@ -93,17 +83,6 @@ def agree(
     assert apart <= limit, f"{name} differs from the core by {apart:.3g} in the first impacts"
 
 
-def interleaved(runs: dict[str, Run], rounds: int) -> dict[str, NDArray[np.float64]]:
-    """ns per impact of each run, `rounds` times in turn."""
-    found = {name: np.empty(rounds) for name in runs}
-    for i in range(rounds):
-        for name, run in runs.items():
-            begin = time.perf_counter_ns()
-            count = run()
-            found[name][i] = (time.perf_counter_ns() - begin) / count
-    return found
-
-
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
     """The rows of this part, and the names of peers that were skipped."""
     skipped = [
@@ -114,7 +93,7 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
     notes = [f"C: {c.name()}, libm sincos"] if c else []
     for regime in REGIMES:
         heyoka = None if HeyokaReference.missing() else HeyokaReference(regime)
-        times = interleaved(runs_of(regime, c, heyoka), ROUNDS)
+        times = interleaved(runs_of(regime, c, heyoka), ROUNDS, time.perf_counter_ns)
         rows += rows_of(f"Γ = {regime.axial_forcing} ({regime.name})", times)
         if heyoka is not None:
             callback = heyoka.callback_ns()
@@ -133,15 +112,6 @@ def rows_of(regime: str, times: dict[str, NDArray[np.float64]]) -> list[Row]:
         "C": "scalar C, axial",
         "heyoka": "heyoka, scalar, axial",
     }
-    rows = [row(PART, f"{names[key]}, {regime}", "ns", list(t)) for key, t in times.items()]
-    ratios = (
-        ("core", "C", Aim(at_most=1.5)),
-        ("full", "C", None),
-        ("heyoka", "core", Aim(None, 20)),
-    )
-    for above, below, aim in ratios:
-        if above in times and below in times:
-            values = list(times[above] / times[below])
-            name = f"{names[above]} / {names[below]}, {regime}"
-            rows.append(row(PART, name, "×", values, aim))
-    return rows
+    pairs = (("core", "C", Aim(1.5)), ("full", "C", None), ("heyoka", "core", Aim(None, 20)))
+    ratios = [(names[a], names[b], f"{names[a]} / {names[b]}", aim) for a, b, aim in pairs]
+    return compared(PART, regime, "ns", {names[key]: t for key, t in times.items()}, ratios)

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.maps.basin_labels import (
-    label_window,
-    window_starts,
-)
+from bench.turns import elapsed
+from bouncing_disk_ros.maps.basin_labels import label_window, window_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
-from bouncing_disk_ros.resilience_studies.fatal_changes import (
-    measure as measure_attractor,
-)
+from bouncing_disk_ros.resilience_studies.fatal_changes import measure as measure_attractor
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
-from bouncing_disk_ros.resilience_studies.orbit_curves import Window
+from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, Window
 
 PART = "resilience"
 STARTS = 1000
@@ -30,18 +24,19 @@ ROUNDS = 3
 def measure() -> list[Row]:
     """The rows of this part."""
     section = NextCollisionMap(0.45, 0.5)
-    all_, curve, points = [], [], 1
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
+
+    def all_measures() -> None:
         window = label_window(section, window_starts(STARTS, -5.0), -5.0)
         for label in range(len(window.known.found)):
             measure_attractor(section, window, label, 32, np.array([10.0]), FatalRule())
-        all_.append(time.perf_counter() - begin)
-        begin = time.perf_counter()
-        found = orbit_curve(fixed_point(0.45, 0.5), "doubling", WINDOW, largest_step=0.002)
-        curve.append(time.perf_counter() - begin)
-        points = len(found.axial_forcing)
-    per = [1000.0 * seconds / points for seconds in curve]
+
+    def curve() -> Curve:
+        return orbit_curve(fixed_point(0.45, 0.5), "doubling", WINDOW, largest_step=0.002)
+
+    times = [(elapsed(all_measures), elapsed(curve)) for _ in range(ROUNDS)]
+    all_, curves = zip(*times, strict=True)
+    points = len(curve().axial_forcing)
+    per = [1000.0 * seconds / points for seconds in curves]
     return [
         row(PART, "all measures at one value, 10⁶ starts, one core", "s", all_, Aim(at_most=10.0)),
         row(PART, "1000 points of a curve, with its special points", "s", per, Aim(at_most=2.0)),

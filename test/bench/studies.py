@@ -6,10 +6,10 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from bench import cluster
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
+from bench.turns import elapsed
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study.basins.compute import Basins
@@ -48,15 +49,9 @@ def measure() -> tuple[list[Row], list[str]]:
     return [*_cores(), _memory(), _linear(), *rows], notes
 
 
-def _seconds(work: Callable[[], object]) -> float:
-    begin = time.perf_counter()
-    work()
-    return time.perf_counter() - begin
-
-
 def _stored(study: Basins, workers: int) -> float:
     with tempfile.TemporaryDirectory() as folder:
-        return _seconds(lambda: run(study, Path(folder, "r"), workers=workers))
+        return elapsed(lambda: run(study, Path(folder, "r"), workers=workers))
 
 
 @contextmanager
@@ -107,7 +102,7 @@ def labels_on_two_cores() -> list[Row]:
 
     def labelled(workers: int) -> float:
         with on_cores(workers), ThreadPoolExecutor(workers) as pool:
-            return _seconds(lambda: list(pool.map(lambda r: study.compute(r, context, None),
+            return elapsed(lambda: list(pool.map(lambda r: study.compute(r, context, None),
                                                   regions)))  # fmt: skip
 
     labelled(2)
@@ -139,8 +134,7 @@ def _linear() -> Row:
             tau, w = rng.uniform(0, 6.28, n), -rng.uniform(1.0, 2.0, n)
             axial_forcing, restitution = np.full(n, 0.45), np.full(n, 0.5)
             counts = np.zeros((n, 2), np.int64)
-            begin = time.perf_counter()
-            iterate_axial(tau, w, axial_forcing, restitution, max(1, work // n), counts)
-            times.append(time.perf_counter() - begin)
+            given = (tau, w, axial_forcing, restitution, max(1, work // n), counts)
+            times.append(elapsed(partial(iterate_axial, *given)))
         slopes.append(float(np.polyfit(np.log(works), np.log(times), 1)[0]))
     return row(PART, "exponent of time against impacts, 10⁴ to 10⁸", "1", slopes)

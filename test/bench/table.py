@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class Row(NamedTuple):
@@ -62,6 +63,25 @@ def row(part: str, name: str, unit: str, values: Sequence[float], aim: Aim | Non
         aim.text(unit) if aim else "",
         aim.met_by(median) if aim else None,
     )
+
+
+def compared(
+    part: str,
+    what: str,
+    unit: str,
+    times: Mapping[str, NDArray[np.float64]],
+    ratios: Sequence[tuple[str, str, str, Aim | None]],
+) -> list[Row]:
+    """A row for each of `times`, and for each ratio whose two are there, round by round.
+
+    A ratio: the names above and below, what it is called, and its aim.
+    """
+    rows = [row(part, f"{name}, {what}", unit, list(found)) for name, found in times.items()]
+    for above, below, name, aim in ratios:
+        if above in times and below in times:
+            quotients = list(times[above] / times[below])
+            rows.append(row(part, f"{name}, {what}", "×", quotients, aim))
+    return rows
 
 
 def machine() -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Runs that take turns: what disturbs the machine hits all alike."""
+"""How long works take: one, or several that take turns, so that what disturbs hits all alike."""
 
 from __future__ import annotations
 
@@ -12,13 +12,25 @@ Run = Callable[[], int]
 """Does its work; returns how many impacts, pixels or the like that was."""
 
 
-def interleaved(runs: dict[str, Run], rounds: int) -> dict[str, NDArray[np.float64]]:
-    """ns of the processor for each of what the runs count, `rounds` times in turn."""
+def elapsed(work: Callable[[], object]) -> float:
+    """Seconds that a work takes."""
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def interleaved(
+    runs: dict[str, Run], rounds: int, clock: Callable[[], int] | None = None
+) -> dict[str, NDArray[np.float64]]:
+    """ns for each of what the runs count, `rounds` times in turn.
+
+    By a clock, else by the processor time of the thread; of the process for JAX, which has others.
+    """
     found = {name: np.empty(rounds) for name in runs}
     for i in range(rounds):
         for name, run in runs.items():
-            clock = time.process_time_ns if name == "JAX" else time.thread_time_ns
-            begin = clock()
+            now = clock or (time.process_time_ns if name == "JAX" else time.thread_time_ns)
+            begin = now()
             count = run()
-            found[name][i] = (clock() - begin) / count
+            found[name][i] = (now() - begin) / count
     return found

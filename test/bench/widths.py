@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.basin_map import PIXELS, BasinMap
 from bench.c_reference import CLanes, CReference
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 
@@ -48,11 +48,9 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
             basin = what.startswith("basin")
             unit = "ns a pixel" if basin else "ns an impact"
             aim = Aim(1.1 if basin else 1.0)  # as with the widest vectors
-            lanes, c = np.array(times["lanes"]), np.array(times["C"])
-            rows.append(row(PART, f"lanes, {what}, {name}", unit, list(lanes)))
-            rows.append(row(PART, f"C, {what}, {name}", unit, list(c)))
-            ratio = list(lanes / c)
-            rows.append(row(PART, f"lanes / vectorised C, {what}, {name}", "×", ratio, aim))
+            both = {who: np.array(values) for who, values in times.items()}
+            ratio = ("lanes", "C", "lanes / vectorised C", aim)
+            rows += compared(PART, f"{what}, {name}", unit, both, [ratio])
     return rows, notes
 
 

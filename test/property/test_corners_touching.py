@@ -8,14 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.core.model import (
-    IMPACT_DTYPE,
-    Disk,
-    ImpactKind,
-    InitialState,
-    Motion,
-    Phase,
-)
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 
 SECOND = 10**9
@@ -177,28 +170,6 @@ def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
 
 
 # 10 --------------------------------------------------------------------------------------------
-
-
-def test_10_an_impact_comes_before_a_kick_of_its_instant() -> None:
-    """g = 2 m/s² from 1 m: the impact is at 1 s to the nanosecond, and so is the kick."""
-    disk = PIZZA._replace(gravity=2.0)
-    run = Simulation(STILL, disk, InitialState(height=1.0))
-    run.apply_impulse(SECOND, 0.25 * disk.mass, 0.0)
-    rows, _ = run.advance(SECOND)
-    assert rows["axial_impact_velocity"].tolist() == [-2.0]
-    assert rows["axial_velocity"].tolist() == [1.0]
-    assert run.sample().axial_velocity == 1.25
-
-
-def test_10_parameters_after_an_impact_of_their_instant() -> None:
-    disk = PIZZA._replace(gravity=2.0)
-    run = Simulation(STILL, disk, InitialState(height=1.0))
-    rows, _ = run.advance(SECOND)
-    run.set_disk(disk._replace(restitution=1.0))
-    assert rows["axial_velocity"].tolist() == [1.0]
-    rows, _ = run.advance(2 * SECOND)
-    assert rows["axial_impact_velocity"].tolist() == [-1.0]
-    assert rows["axial_velocity"].tolist() == [1.0]
 
 
 def test_10_an_angular_kick_in_contact_slips_and_sticks_again() -> None:

@@ -10,15 +10,12 @@ import math
 import os
 from typing import NamedTuple
 
-import numpy as np
 from hypothesis import Phase as HypothesisPhase
 from hypothesis import settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from support.offset_runs import Spliced, knots, points
 
 NS = 1_000_000_000
 
@@ -65,7 +62,6 @@ class Case(NamedTuple):
     initial: InitialState
     fades: tuple[Fade, ...] = ()
     impulses: tuple[Kick, ...] = ()
-    trajectories: tuple[Spliced, ...] = ()
 
     def start(self, report_speed: float = 0.0) -> Simulation:
         """The run at t = 0, with its inputs queued."""
@@ -75,18 +71,7 @@ class Case(NamedTuple):
             run.command([(fade.end_ns, fade.target) for fade in self.fades], crossfade_ns=duration)
         for impulse in self.impulses:
             run.apply_impulse(*impulse)
-        for one in self.trajectories:
-            run.trajectory(one.begin_ns, knots(one.axial), knots(one.angular))
         return run
-
-    @property
-    def scales(self) -> NDArray[np.float64]:
-        """Units of axial position, axial velocity, angle and angular velocity (m, m/s, rad,
-        rad/s)."""
-        omega = math.tau * self.motion.frequency
-        weight = math.pi * effective_gravity(self.disk)
-        swing = max(self.motion.angular_amplitude, 0.1)
-        return np.array([weight / omega**2, weight / omega, swing, swing * omega])
 
 
 def effective_gravity(disk: Disk) -> float:
@@ -100,18 +85,16 @@ def axial_amplitude(axial_forcing: float, frequency: float, disk: Disk) -> float
 
 
 @st.composite
-def disks(draw: st.DrawFn, restitution: st.SearchStrategy[float] | None = None) -> Disk:
+def disks(draw: st.DrawFn) -> Disk:
     """A disk with or without friction, preload and load torque."""
     mass, gravity = draw(st.floats(0.5, 2.0)), 9.81
     preload = draw(st.sampled_from([0.0, 0.0, -0.3, 1.0])) * mass * gravity
     friction = draw(st.floats(0.02, 1.0))
     radius = draw(st.floats(0.05, 0.2))
     load = draw(st.sampled_from([0.0, 0.0, -0.2, 0.2]))
-    if restitution is None:
-        restitution = st.just(0.0) | st.floats(0.01, 0.9)
     return Disk(
         mass,
-        draw(restitution),
+        draw(st.just(0.0) | st.floats(0.01, 0.9)),
         friction,
         radius,
         draw(st.floats(0.05, 0.2)),
@@ -160,40 +143,23 @@ def initial_states(draw: st.DrawFn, disk: Disk, motion: Motion) -> InitialState:
 
 
 @st.composite
-def runs(
-    draw: st.DrawFn,
-    periods: float = 3.0,
-    inputs: bool = True,
-    restitution: st.SearchStrategy[float] | None = None,
-    brake: bool = False,
-    offsets: bool = False,
-) -> Case:
-    """A run of the whole model; the inputs fall within `periods` of a motion of 1 Hz."""
-    disk = draw(disks(restitution))
+def runs(draw: st.DrawFn, brake: bool = False) -> Case:
+    """A run of the whole model at 1 Hz; the inputs fall within 3 s."""
+    disk = draw(disks())
     if brake:
         disk = draw(loaded(disk))
     motion = draw(motions(disk, 1.0))
     initial = draw(initial_states(disk, motion))
     fades: tuple[Fade, ...] = ()
     impulses: tuple[Kick, ...] = ()
-    if inputs and draw(st.booleans()):
+    if draw(st.booleans()):
         begin, duration = draw(st.floats(0.05, 0.6)), draw(st.floats(0.1, 0.6))
-        times = [round(periods * NS * t) for t in (begin, begin + duration)]
+        times = [round(3.0 * NS * t) for t in (begin, begin + duration)]
         fades = (Fade(times[0], times[1], draw(motions(disk, draw(st.floats(0.7, 1.4))))),)
-    if inputs and draw(st.booleans()):
-        inertia = disk.mass * disk.gyration_radius**2 + disk.load_inertia
+    if draw(st.booleans()):
         omega = math.tau * motion.frequency
         axial = draw(st.floats(-0.5, 0.5)) * math.pi * effective_gravity(disk) / omega
         angular = draw(st.floats(-1.0, 1.0)) * omega * motion.angular_amplitude
-        at = round(periods * NS * draw(st.floats(0.0, 0.8)))
-        impulses = (Kick(at, disk.mass * axial, inertia * angular),)
-    trajectories: tuple[Spliced, ...] = ()
-    if offsets:
-        rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-        height = 0.3 * math.pi * effective_gravity(disk) / math.tau**2
-        begin = int(rng.uniform(0.0, 0.5) * NS)
-        trajectories = tuple(
-            Spliced(at, points(rng, at, height, 1.0), points(rng, at, 0.3, 1.0))
-            for at in (begin, begin + NS // 3)
-        )
-    return Case(motion, disk, initial, fades, impulses, trajectories)
+        at = round(3.0 * NS * draw(st.floats(0.0, 0.8)))
+        impulses = (Kick(at, disk.mass * axial, disk.inertia * angular),)
+    return Case(motion, disk, initial, fades, impulses)

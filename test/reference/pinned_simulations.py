@@ -6,16 +6,7 @@ from functools import cache
 from typing import Any
 
 from support import pinned
-from support.pinned_draws import (
-    GRAVITY,
-    Draw,
-    Runs,
-    amplitude,
-    drawn_values,
-    plain,
-    seeded,
-    six,
-)
+from support.pinned_draws import GRAVITY, Draw, Runs, amplitude, drawn_values, plain, seeded, six
 
 NS = pinned.NS
 COMMANDS = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import mpmath
 import numpy as np
@@ -13,172 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, Energy, InitialState, Motion, Phase, join_rows
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_trace import trace
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.session import Session
 from reference.cases import FIXED, NS, SLOW, Case, examples, runs
 from support.replayed import replayed
-
-SETTLING, MEASURED = 400, 40
-"""Periods before means are taken, and those they are taken over."""
-TOLERANCE = 1e-10
-
-
-class Motor(NamedTuple):
-    """A disk on its period-1 orbit, and the torques that its closed forms are made of."""
-
-    motion: Motion
-    disk: Disk
-    speed: float  # V = ωΦ cos(τ_imp + θ), rad/s, positive
-    most: float  # T* = μ a_e (m g + P), N·m: what friction can give on the average
-    knee: float  # T₀ = I ω V/2π, N·m: what stops the disk within one period
-
-    @property
-    def omega(self) -> float:
-        """ω, rad/s."""
-        return math.tau * self.motion.frequency
-
-    def start(self, load: float = 0.0, brake: float = 0.0) -> Simulation:
-        """The run, from just after an impact of the orbit, turning with the platform."""
-        disk, motion = self.disk._replace(load_torque=load, brake_torque=brake), self.motion
-        g, e = disk.gravity + disk.preload / disk.mass, disk.restitution
-        tau = math.acos((1 - e) / (1 + e) / forcing(motion, disk))
-        rise = motion.axial_amplitude * self.omega * math.cos(tau)
-        leaves = rise + e * 2 * math.pi * g / (self.omega * (1 + e))
-        return Simulation(motion, disk, InitialState(0.0, leaves, self.speed, 0.0, tau))
-
-    def run(self, load: float = 0.0, brake: float = 0.0) -> tuple[float, Energy]:
-        """Mean speed and what the ledger gained in one period, both over MEASURED periods."""
-        run = self.start(load, brake)
-        found = []
-        for periods in (SETTLING, SETTLING + MEASURED):
-            run.advance(round((periods + 0.5) / self.motion.frequency * NS))  # between impacts
-            found.append((run.time_ns, run.sample().unwrapped_angle, run.energy()))
-        (t0, angle0, energy0), (t1, angle1, energy1) = found
-        gained = [(b - a) / MEASURED for a, b in zip(energy0, energy1, strict=True)]
-        return (angle1 - angle0) / ((t1 - t0) / NS), Energy(*gained)
-
-
-def forcing(motion: Motion, disk: Disk) -> float:
-    """Γ."""
-    g = disk.gravity + disk.preload / disk.mass
-    return motion.axial_amplitude * (math.tau * motion.frequency) ** 2 / (math.pi * g)
-
-
-@st.composite
-def motors(draw: st.DrawFn) -> Motor:
-    """Motors of 3 Hz to 100 kHz in the stable range of period 1; half a period is whole ns."""
-    period_ns = draw(st.sampled_from([10_000, 25_000, 10**6, 1_234_568, 333_333_334]))
-    omega = math.tau / (period_ns / NS)
-    e = draw(st.floats(0.2, 0.7))
-    mass, gravity = draw(st.floats(0.001, 2.0)), 9.81
-    preload = draw(st.sampled_from([0.0, 1.0, 30.0]))
-    radius, gyration = draw(st.floats(0.005, 0.2)), draw(st.floats(0.005, 0.2))
-    inertia = mass * gyration**2
-    disk = Disk(mass, e, draw(st.floats(0.1, 1.0)), radius, gyration, gravity, preload)
-    disk = disk._replace(load_inertia=draw(st.sampled_from([0.0, 1.0, 3.0])) * inertia)
-    g = gravity + preload / mass
-    least = (1 - e) / (1 + e)
-    # Γ₁, where the orbit doubles: its multipliers −1 and −ε² (paper, eq. 6)
-    first = math.sqrt(least**2 + (2 * (1 + e * e) / (math.pi * (1 + e) ** 2)) ** 2)
-    gamma = least + draw(st.floats(0.2, 0.8)) * (first - least)
-    tau = math.acos(least / gamma)
-    most = disk.friction * radius * mass * g
-    knee = draw(st.floats(0.1, 3.0)) * most
-    speed = knee * math.tau / ((inertia + disk.load_inertia) * omega)
-    lag = draw(st.floats(-1.2, 1.2)) - tau
-    swing = speed / (omega * math.cos(tau + lag))
-    motion = Motion(gamma * math.pi * g / omega**2, swing, omega / math.tau, lag)
-    return Motor(motion, disk, speed, most, knee)
-
-
-FIRST_DOUBLING = 0.486
-"""Γ₁ at ε = 0.5 (paper)."""
-
-
-def test_the_range_of_the_motors_ends_where_the_paper_says() -> None:
-    e = 0.5
-    least = (1 - e) / (1 + e)
-    first = math.sqrt(least**2 + (2 * (1 + e * e) / (math.pi * (1 + e) ** 2)) ** 2)
-    assert first == pytest.approx(FIRST_DOUBLING, abs=5e-4)
-
-
-@given(motor=motors(), part=st.floats(-0.9, 0.9))
-@settings(SLOW, max_examples=examples(30))
-def test_speed_falls_on_a_line_with_the_load_torque(motor: Motor, part: float) -> None:
-    """V − πT_L/(Iω) up to T*, through rest and beyond."""
-    load = part * motor.most
-    expected = motor.speed - math.pi * load / (motor.disk.inertia * motor.omega)
-    speed, gained = motor.run(load=load)
-    assert speed == pytest.approx(expected, rel=TOLERANCE, abs=TOLERANCE * motor.speed)
-    friction = gained.loss_impact_friction
-    lost = 2 * math.pi**2 * load**2 / (motor.disk.inertia * motor.omega**2)
-    scale = motor.disk.inertia * motor.speed**2
-    assert friction == pytest.approx(lost, rel=1e-8, abs=TOLERANCE * scale)
-    balance(motor, gained, load * speed / motor.motion.frequency)
-
-
-def balance(motor: Motor, gained: Energy, output: float) -> None:
-    """Work of both motions = output + loss in impacts + loss by friction, in one period."""
-    e, disk = motor.disk.restitution, motor.disk
-    g = disk.gravity + disk.preload / disk.mass
-    w = 2 * math.pi * g / (motor.omega * (1 + e))
-    impact = 0.5 * disk.mass * (1 - e * e) * w * w
-    assert gained.loss_impact_axial == pytest.approx(impact, rel=1e-8)
-    work = gained.work_axial + gained.work_angular
-    lost = impact + gained.loss_impact_friction + gained.loss_sliding
-    scale = abs(work) + impact + disk.inertia * motor.speed**2
-    assert work == pytest.approx(output + lost, abs=1e-9 * scale)
-
-
-@given(motor=motors(), part=st.floats(0.02, 4.0))
-@settings(SLOW, max_examples=examples(30))
-def test_speed_under_a_brake_has_a_knee(motor: Motor, part: float) -> None:
-    """The same line up to min(T₀, T*); beyond it I(Δα̇)²f/(2T_B), never below 0."""
-    brake = part * min(motor.knee, motor.most)
-    if part <= 1.0:
-        expected = motor.speed - math.pi * brake / (motor.disk.inertia * motor.omega)
-    else:
-        frequency = motor.motion.frequency
-        jump = min(motor.speed, motor.most / (motor.disk.inertia * frequency))
-        expected = motor.disk.inertia * jump**2 * frequency / (2.0 * brake)
-    speed, gained = motor.run(brake=brake)
-    assert speed == pytest.approx(expected, rel=1e-9)
-    assert gained.loss_brake == pytest.approx(brake * speed / motor.motion.frequency, rel=1e-9)
-    balance(motor, gained, gained.loss_brake)
-
-
-@given(motor=motors(), load=st.floats(-0.45, 0.45), brake=st.floats(0.46, 2.0))
-@settings(SLOW, max_examples=examples(30))
-def test_load_and_brake_act_together(motor: Motor, load: float, brake: float) -> None:
-    """|T_L| ≤ T_B: T_B + T_L for T_B."""
-    least = min(motor.knee, motor.most)
-    both = (load + brake) * least
-    inertia, frequency = motor.disk.inertia, motor.motion.frequency
-    if both <= least:
-        expected = motor.speed - math.pi * both / (inertia * motor.omega)
-    else:
-        jump = min(motor.speed, motor.most / (inertia * frequency))
-        expected = inertia * jump**2 * frequency / (2.0 * both)
-    speed, _ = motor.run(load * least, brake * least)
-    assert speed == pytest.approx(expected, rel=1e-9)
-
-
-@given(motor=motors(), beyond=st.floats(1.05, 3.0))
-@settings(SLOW, max_examples=examples(30))
-def test_a_load_beyond_what_friction_gives_runs_away(motor: Motor, beyond: float) -> None:
-    """Only T_L − T_B > T* does: a brake alone never turns the disk backwards."""
-    run = motor.start(load=beyond * motor.most)
-    run.advance(round(2000 / motor.motion.frequency * NS))
-    first = run.sample().angular_velocity
-    run.advance(round(4000 / motor.motion.frequency * NS))
-    assert run.sample().angular_velocity < first < motor.speed
-    held = motor.start(load=beyond * motor.most, brake=beyond * motor.most)
-    held.advance(round(4000 / motor.motion.frequency * NS))
-    assert held.sample().angular_velocity >= 0.0
-
 
 # --- contact: held, let go ------------------------------------------------------------------------
 PRESSED = Disk(0.25, 0.5, 0.6, 0.12, 0.1, 9.81)

@@ -111,23 +111,6 @@ def assert_sums(found: Chattered, exact: Chatter, motion: Motion, body: Disk, sp
     )
 
 
-def test_momentum_and_the_geometric_series() -> None:
-    """On a resting platform the geometric series is exact: T = 2u/(g(1 − ε)), ΣF̂ = m u (1 +
-    ε)/(1 − ε)."""
-    body, u = disk(0.5), 1e-3
-    gravity = body.gravity + body.preload / body.mass
-    found = chattered(
-        kicked(Motion(0.0, 0.0, 1.0, 0.0), body, 0.0, 0.0, u), 2 * u / (gravity * 0.5)
-    )
-    few = 4 * ROUNDINGS * EPS
-    assert found.rows["time"][-1] == pytest.approx(2 * u / (gravity * 0.5), rel=few)
-    impulse = math.fsum(found.rows["axial_impulse"])
-    assert impulse == pytest.approx(body.mass * u * 1.5 / 0.5, rel=few)
-    # by momentum: the impulses carry the weight for T, and ẋ falls from u to 0
-    momentum = body.mass * (gravity * found.rows["time"][-1] - u)
-    assert impulse == pytest.approx(momentum, rel=few)
-
-
 @pytest.mark.parametrize("load", [-0.4, 0.4])
 @pytest.mark.parametrize("restitution", [0.1, 0.7])
 def test_chatter_against_a_load_torque(restitution: float, load: float) -> None:

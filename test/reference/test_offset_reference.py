@@ -6,11 +6,9 @@ platform there is at most 1e-12 of the length of the model, πg/ω², and most a
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from reference.cases import FIRST, examples
-from reference.many_flights import ManyFlights, axial_run
+from reference.cases import examples
 from reference.offset_flights import Checked, flights
 from support.offset_runs import SECOND, random_run
 
@@ -38,21 +36,3 @@ def test_impacts_are_first_roots_and_the_energy_is_booked(block: int) -> None:
             assert check.missed(flight) is None, (run, flight)
             count += 1
     assert count > 5 * number
-
-
-@pytest.mark.parametrize("first", range(FIRST, FIRST + examples(60, 45_000), 60))
-def test_no_impact_is_missed_by_a_second_method(first: int) -> None:
-    """A million flights in `make soak`. With one impact gone it finds the gap."""
-    many, without = ManyFlights(), ManyFlights()
-    for seed in range(first, first + 60):
-        run = axial_run(seed)
-        rows, behind = run.start().advance(int(4 / run.motion.frequency * SECOND), 200_000)
-        assert not behind
-        many.add(run, rows)
-        singles = np.flatnonzero(rows["kind"] == 0)
-        if len(singles) > 4 and run.disk.restitution > 0.0:
-            without.add(run, np.delete(rows, singles[2]))
-    assert len(many) > 8 * 60
-    assert many.missed() == []
-    missed = {run.initial for run, _, _ in without.missed()}
-    assert len(missed) > 20

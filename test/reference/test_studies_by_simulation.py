@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from reference.cases import examples
+from support import studied
 from support.coverage import in_soak
-from support.study_attacks import ATTACKS
+from support.studied_branches import attack_basin_shares, attack_bifurcation
+from support.studied_lines import attack_curves, attack_manifolds
+from support.studied_motor import attack_motor
 
-DRAWS = {"bifurcation": 2, "motor": 2}
+ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
+    "basins": studied.attack_basins,
+    "resilience": studied.attack_resilience,
+    "parameter_map": studied.attack_parameter_map,
+    "toss_map": studied.attack_toss_map,
+    "toss_paths": studied.attack_toss_paths,
+    "basin_shares": attack_basin_shares,
+    "bifurcation": attack_bifurcation,
+    "motor": attack_motor,
+    "manifolds": attack_manifolds,
+    "curves": attack_curves,
+}
+"""Study -> what differs at one draw of its options, nothing if all agrees."""
+DRAWS = {"bifurcation": 2, "motor": 6, "toss_map": 3}
 """So many (else 1) of each, for they take up to a second of CPU."""
 STUDIES = [
     (name, seed)

@@ -51,16 +51,23 @@ class Seen(NamedTuple):
     whole: bool  # False: its events ran out
 
 
-def seen(given: Mapping[str, float], start: Start, periods: int) -> Seen:
-    """Run from just before an impact; given: axial_forcing, restitution and the two of rotation."""
+def simulated(given: Mapping[str, float], start: Start) -> Simulation:
+    """The simulator just before an impact; ω = 1, πg = 1, Φ = 1, a_e = a_g = 1: Γ_T = 1/μ.
+
+    given: axial_forcing, restitution and the two of rotation, where friction acts.
+    """
     forcing = given["axial_forcing"]
-    # ω = 1, πg = 1, Φ = 1, a_e = a_g = 1: Γ_T = 1/μ
     friction = 1.0 / given.get("angular_forcing", math.inf)
-    one = Simulation(
+    return Simulation(
         Motion(forcing, 1.0, 1.0 / math.tau, given.get("phase_lag", 0.0)),
         Disk(1.0, given["restitution"], friction, 1.0, 1.0, 1.0 / math.pi),
         InitialState(0.0, start.w + forcing * math.cos(start.tau), start.speed, 0.0, start.tau),
     )
+
+
+def seen(given: Mapping[str, float], start: Start, periods: int) -> Seen:
+    """Run from just before an impact for so many periods."""
+    one = simulated(given, start)
     rows, angles = [], [0.0]
     budget, whole = EVENTS, True
     for k in range(1, periods + 1):
@@ -306,12 +313,7 @@ def _fatal(result: xr.Dataset, slot: int, own: Known, platform: Options) -> list
             continue
         parts = np.array([0.3, 0.6, 0.9]) * min(size, 1.0)
         for impulse in parts.tolist():
-            one = Simulation(
-                Motion(platform["axial_forcing"], 0.0, 1.0 / math.tau, 0.0),
-                Disk(1.0, platform["restitution"], 0.0, 1.0, 1.0, 1.0 / math.pi),
-                InitialState(0.0, float(own.points[0, 1] + platform["axial_forcing"]
-                             * math.cos(own.points[0, 0])), 0.0, 0.0, float(own.points[0, 0])),
-            )  # fmt: skip
+            one = simulated(platform, Start(*own.points[0].tolist()))
             one.apply_impulse(round(0.5 * own.cycles * PERIOD_NS), sense * impulse, 0.0)
             rows, behind = one.advance(round(330.0 * PERIOD_NS), EVENTS)
             single = rows[rows["kind"] == ImpactKind.IMPACT]

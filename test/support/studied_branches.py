@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase
-from bouncing_disk_ros.core.simulation import Simulation
-from support.studied import NEAR, ON, PERIOD_NS, Options, Start, computed
+from bouncing_disk_ros.core.model import ImpactKind, Phase
+from support.studied import NEAR, ON, PERIOD_NS, Options, Start, computed, simulated
 
 MOST = 20_000
 """Events of one run."""
@@ -38,17 +37,6 @@ def wide_rotation(rng: np.random.Generator) -> Options:
                 "angular_forcing": float(10.0 ** rng.uniform(-1.0, 2.0))}  # fmt: skip
     return {"phase_lag": float(rng.uniform(-1e3, 1e3)),
             "angular_forcing": float(10.0 ** rng.uniform(-9.0, 12.0))}  # fmt: skip
-
-
-def simulated(given: Mapping[str, float], start: Start) -> Simulation:
-    """The simulator just before an impact; ω = 1, πg = 1, Φ = 1, a_e = a_g = 1: Γ_T = 1/μ."""
-    forcing = given["axial_forcing"]
-    return Simulation(
-        Motion(forcing, 1.0, 1.0 / math.tau, given.get("phase_lag", 0.0)),
-        Disk(1.0, given["restitution"], 1.0 / given.get("angular_forcing", math.inf), 1.0, 1.0,
-             1.0 / math.pi),
-        InitialState(0.0, start.w + forcing * math.cos(start.tau), start.speed, 0.0, start.tau),
-    )  # fmt: skip
 
 
 class Impacts(NamedTuple):

@@ -11,34 +11,15 @@ from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
-    "angles",
-    "animation",
-    "colours",
-    "early_signals",
-    "environment",
-    "errors",
-    "executables",
-    "figure_style",
-    "folders",
-    "help_text",
-    "impact_layout",
-    "kernel_cache",
-    "limits",
-    "parameters",
-    "safe_path",
-    "parsing",
-    "regular_file",
-    "side_window",
-    "sliders",
-    "topics",
-    "units",
-}
+    "angles", "animation", "colours", "early_signals", "environment", "errors",
+    "executables", "figure_style", "folders", "help_text", "impact_layout", "kernel_cache",
+    "limits", "parameters", "safe_path", "parsing", "regular_file", "side_window", "sliders",
+    "topics", "units",
+}  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
     "bag": {"bag"},
@@ -97,16 +78,8 @@ LIBRARIES = {
 }  # fmt: skip
 #: modules of the standard library that the core, which knows no clock, log or file, may not use
 NOT_IN_CORE = {
-    "time",
-    "datetime",
-    "logging",
-    "os",
-    "pathlib",
-    "io",
-    "random",
-    "threading",
-    "socket",
-}
+    "time", "datetime", "logging", "os", "pathlib", "io", "random", "threading", "socket",
+}  # fmt: skip
 
 #: what the core and controllers may use of libraries of numbers: nothing whose last digits are the
 #: library's choice
@@ -256,23 +229,8 @@ def test_controllers_take_no_powers_of_variables() -> None:
     for file in (f for f in FILES if is_a_controller(f)):
         powers = [node for node in ast.walk(parsed(file)) if isinstance(node, ast.BinOp)]
         bases = {ast.unparse(node.left) for node in powers if isinstance(node.op, ast.Pow)}
-        assert {base for base in bases if not base.replace(".", "").isdigit()} == set(), identify(
-            file
-        )
-
-
-def test_constants_of_the_kernels_cannot_be_confused() -> None:
-    """No name stands for two offsets: what is imported from the wrong table fails at import."""
-    homes: dict[str, list[str]] = {}
-    for file in FILES:
-        if package(file) in {"maps", "motor_study"} and has_kernels(file):
-            for node in parsed(file).body:
-                targets = node.targets if isinstance(node, ast.Assign) else []
-                for name in (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)):
-                    if name.id.isupper() and not name.id.startswith("_"):
-                        homes.setdefault(name.id, []).append(identify(file))
-    assert {name: files for name, files in homes.items() if len(files) > 1} == {}
-    assert len(homes) > 80
+        variables = {base for base in bases if not base.replace(".", "").isdigit()}
+        assert variables == set(), identify(file)
 
 
 def names_of(file: Path) -> set[str]:
@@ -288,15 +246,11 @@ def names_of(file: Path) -> set[str]:
     return names
 
 
-@pytest.mark.parametrize(("name", "path"), LINKS)
-def test_a_link_of_the_page_leads_to_what_it_names(name: str, path: str) -> None:
-    if not path.endswith(name):
-        assert name in names_of(ROOT / path)
-    assert (ROOT / path).is_file()
-
-
-def test_the_page_has_links_and_a_short_life_of_a_command() -> None:
+def test_links_of_the_page_lead_to_what_they_name() -> None:
     assert len(LINKS) > 35
+    for name, path in LINKS:
+        assert path.endswith(name) or name in names_of(ROOT / path), name
+        assert (ROOT / path).is_file()
     life = PAGE.split("## The life of a command")[1].split("\n## ")[0]
     assert len(life.strip().splitlines()) <= 40
 
@@ -311,12 +265,9 @@ def test_arrows_of_the_diagram_are_allowed_imports() -> None:
     assert packages == folders
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_functions_of_the_model_page_exist(name: str) -> None:
-    module, function = name.split(".")
-    homes = [file for file in FILES if file.stem == module]
-    assert any(function in names_of(file) for file in homes)
-
-
-def test_the_model_page_names_many_functions() -> None:
+def test_functions_of_the_model_page_exist() -> None:
     assert len(FUNCTIONS) > 40
+    for named in FUNCTIONS:
+        module, name = named.split(".")
+        homes = [file for file in FILES if file.stem == module]
+        assert any(name in names_of(file) for file in homes), named

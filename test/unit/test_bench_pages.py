@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
 from bench.history import LAST, changes
 from bench.page import PAGE, with_table
 from bench.table import Aim, Row, row
@@ -16,35 +14,19 @@ def ratio(name: str, value: float, part: str = "lanes") -> Row:
     return row(part, name, "×", [0.99 * value, value, 1.01 * value])
 
 
-@pytest.fixture
-def last(tmp_path: Path) -> Path:
-    file = tmp_path / "results.json"
-    rows = [
-        ratio("same", 2.0),
-        ratio("other", 2.0),
-        ratio("gone", 2.0),
-        row("lanes", "gone time", "s", [1.0]),
-    ]
-    file.write_text(json.dumps({"rows": [r._asdict() for r in rows]}))
-    return file
-
-
-def test_changed_vanished_and_new_ratios_are_told(last: Path) -> None:
+def test_ratios_are_told_beside_those_of_the_last_version(tmp_path: Path) -> None:
+    last = tmp_path / "results.json"
+    assert changes([], last) == ["no results of a last version (results.json)"]
+    before = [ratio("same", 2.0), ratio("other", 2.0), ratio("gone", 2.0)]
+    rows = [*before, row("lanes", "gone time", "s", [1.0])]
+    last.write_text(json.dumps({"rows": [r._asdict() for r in rows]}))
+    assert changes(before, last) == ["no ratio has left the spread of the last version"]
     now = [ratio("same", 2.01), ratio("other", 3.0), ratio("new", 1.0), ratio("same", 9.0, "C")]
     assert changes(now, last) == [
         "changed since the last version: lanes: other: 2 → 3",
         "no longer measured: lanes: gone",
         "new since the last version: 2 ratios",
     ]
-
-
-def test_nothing_changed(last: Path) -> None:
-    now = [ratio("same", 2.0), ratio("other", 2.0), ratio("gone", 2.0)]
-    assert changes(now, last) == ["no ratio has left the spread of the last version"]
-
-
-def test_without_a_last_version(tmp_path: Path) -> None:
-    assert changes([], tmp_path / "results.json") == ["no results of a last version (results.json)"]
 
 
 def test_the_page_has_the_rows_with_an_aim() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -93,19 +93,6 @@ def test_prepare_ends_with_one_line_and_code_2(
 # a domain of one's own
 
 
-@pytest.fixture
-def free() -> Iterator[Callable[[], int]]:
-    """Find a free domain, which stays reserved until the end of the test."""
-    with ExitStack() as stack:
-
-        def find() -> int:
-            domain, reservation = environment.free_domain()
-            stack.enter_context(reservation)
-            return domain
-
-        yield find
-
-
 def test_a_domain_with_a_participant_is_not_free() -> None:
     domain, reservation = environment.free_domain()
     reservation.close()
@@ -118,30 +105,16 @@ def test_a_domain_with_a_participant_is_not_free() -> None:
     assert environment.domain_is_free(domain)
 
 
-def test_a_domain_is_given_to_one_at_a_time(free: Callable[[], int]) -> None:
+def test_a_domain_is_given_to_one_at_a_time(ros_domain: int) -> None:
     """Also before the first participant is there, which alone can be seen."""
-    domains = [free() for _ in range(20)]
-    assert len(set(domains)) == 20
-
-
-def test_the_domain_of_a_session_of_tests_is_not_free(ros_domain: int) -> None:
-    """Whether or not a node of the tests is there at this moment."""
-    assert environment.reserved(ros_domain) is None
-
-
-@pytest.fixture
-def private(clean: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
-    """Private domains are held no longer than the test."""
-    kept: list[socket.socket] = []
-    clean.setattr(environment, "_reservations", kept)
-    yield clean
-    for reservation in kept:
-        reservation.close()
-
-
-def test_a_private_domain_stays_reserved(private: pytest.MonkeyPatch) -> None:
-    environment.use_private_domain()
-    assert environment.reserved(int(os.environ["ROS_DOMAIN_ID"])) is None
+    with ExitStack() as stack:
+        domains = []
+        for _ in range(20):
+            domain, reservation = environment.free_domain()
+            stack.enter_context(reservation)
+            domains.append(domain)
+        assert len(set(domains)) == 20
+    assert environment.reserved(ros_domain) is None, "that of the session of tests"
 
 
 def test_no_free_domain_is_told(clean: pytest.MonkeyPatch) -> None:
@@ -150,13 +123,18 @@ def test_no_free_domain_is_told(clean: pytest.MonkeyPatch) -> None:
         environment.free_domain()
 
 
-def test_private_domain_is_on_this_machine_and_says_how_to_join(
-    private: pytest.MonkeyPatch,
+def test_private_domain_is_on_this_machine_stays_reserved_and_says_how_to_join(
+    clean: pytest.MonkeyPatch,
 ) -> None:
+    kept: list[socket.socket] = []
+    clean.setattr(environment, "_reservations", kept)
     line = environment.use_private_domain()
     domain = os.environ["ROS_DOMAIN_ID"]
     assert 1 <= int(domain) <= 101
     assert line == f"export ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"
+    assert environment.reserved(int(domain)) is None
+    for reservation in kept:
+        reservation.close()
 
 
 def test_private_domain_keeps_what_the_user_has_set(clean: pytest.MonkeyPatch) -> None:

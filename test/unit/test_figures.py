@@ -8,11 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-
-from bouncing_disk_ros.maps.bifurcation_diagram import follow
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = ROOT / "tools"
@@ -64,15 +60,3 @@ def test_agrees_means_rounds_to_what_is_printed(
     row = module._row(module.Number("x", paper, ours, "m", "because"))
     assert ("agrees" in row) is verdict
     assert ("because" in row) is not verdict
-
-
-def test_the_largest_mean_speed_is_that_of_a_cusp(tool: Any) -> None:
-    """Beside Γ₂ the mean speed of the attractor followed is lower: not a value of some grid."""
-    place, speed = sys.modules["paper_figures"]._largest_mean_speed()
-    assert place == pytest.approx(0.5306641709, abs=1e-9)
-    section = NextCollisionMap(place, 0.5, 0.0, 100.0)
-    beside = np.array([place - 2e-5, place + 2e-5])
-    branch = follow(section, "axial_forcing", beside, settling=200_000, measured=2000)
-    below, above = branch.mean_speed[:, 0]
-    assert 0.0 < speed - below < 1e-4
-    assert 0.0 < speed - above < 1e-2

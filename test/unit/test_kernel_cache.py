@@ -11,7 +11,6 @@ import sys
 import time
 from pathlib import Path
 
-import numba
 import pytest
 
 from bouncing_disk_ros import kernel_cache
@@ -51,11 +50,10 @@ def test_without_home_kernels_are_cached_in_a_private_temporary_folder(
 def test_a_temporary_folder_that_others_prepared_is_not_trusted(
     no_home: pytest.MonkeyPatch, tmp_path: Path, kind: str
 ) -> None:
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir(mode=0o700)
     place = private(tmp_path)
     if kind == "link":
-        place.symlink_to(elsewhere)
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        place.symlink_to(tmp_path / "elsewhere")
     elif kind == "file":
         place.touch(mode=0o700)
     else:
@@ -167,22 +165,6 @@ def test_only_kernels_of_other_versions_that_are_long_unused_are_removed(
     os.utime(others[1], (earlier, earlier))
     kernel_cache.forget_unused(own)
     assert not others[1].exists()
-
-
-def increased(number: int) -> int:
-    return number + 1
-
-
-def test_kernels_that_are_removed_while_a_process_runs_are_compiled_again(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """That of a process which runs longer than old kernels are kept."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "kernels"))
-    before, after = (numba.njit(cache=True)(increased) for _ in range(2))
-    assert before(1) == 2
-    shutil.rmtree(tmp_path / "kernels")
-    assert after(1) == 2
-    assert list((tmp_path / "kernels").rglob("*.nbc"))
 
 
 def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:

@@ -144,13 +144,11 @@ def test_arguments_become_parameters_of_their_types(describe: Describe) -> None:
 def test_rviz_gets_transforms_from_the_simulator_unless_others_publish_them(
     describe: Describe,
 ) -> None:
-    assert parameters_of(describe(rviz="true")["simulator"])["publish_tf"] is True
-    assert "publish_tf" not in parameters_of(
-        describe(rviz="true", robot_state_publisher="true")["simulator"]
-    )
-    assert (
-        parameters_of(describe(rviz="true", publish_tf="false")["simulator"])["publish_tf"] is False
-    )
+    for given, publishes in (
+        ({}, True), ({"robot_state_publisher": "true"}, None), ({"publish_tf": "false"}, False),
+    ):  # fmt: skip
+        simulator = describe(rviz="true", **given)["simulator"]
+        assert parameters_of(simulator).get("publish_tf") is publishes
 
 
 def test_viewers_start_only_when_asked_for_and_before_the_simulator(describe: Describe) -> None:
@@ -179,11 +177,6 @@ def test_a_prefix_is_in_all_frames(describe: Describe) -> None:
     view.unlink()
 
 
-def test_a_place_needs_a_prefix(describe: Describe) -> None:
-    with pytest.raises(ValueError, match="x, y and z need a frame_prefix"):
-        describe(x="1")
-
-
 def test_the_end_of_a_simulator_ends_its_own_viewers_and_nothing_else(describe: Describe) -> None:
     nodes = describe(rviz="true", frame_prefix="first/")
     simulator = nodes.pop("simulator")
@@ -193,13 +186,8 @@ def test_the_end_of_a_simulator_ends_its_own_viewers_and_nothing_else(describe: 
     Path(nodes["rviz2"].arguments[1]).unlink()
     (action,) = describe(rviz="true", shutdown_on_exit="true")["simulator"].on_exit
     assert action.kind == "Shutdown"
-
-
-def test_a_simulator_that_is_started_again_ends_nothing(describe: Describe) -> None:
-    node = describe(rviz="true", shutdown_on_exit="true", respawn="true")["simulator"]
-    assert node.respawn is True
-    assert node.respawn_delay > 0.0
-    assert node.on_exit is None
+    again = describe(rviz="true", shutdown_on_exit="true", respawn="true")["simulator"]
+    assert (again.respawn, again.on_exit) == (True, None)
 
 
 def test_two_disks_differ_in_all_that_must_not_be_shared(fakes: None) -> None:
@@ -221,31 +209,21 @@ def test_two_disks_differ_in_all_that_must_not_be_shared(fakes: None) -> None:
         assert f"Reference Frame: {prefix}next_collision" in text
 
 
-def model() -> ET.Element:
-    return ET.parse(ROOT / "urdf" / "bouncing_disk.urdf").getroot()
-
-
-def test_urdf_moves_by_the_joints_of_joint_states() -> None:
-    moving = {j.attrib["name"]: j for j in model().iter("joint") if j.get("type") != "fixed"}
-    assert sorted(moving) == sorted(topics.JOINT_NAMES)
-    for name, joint in moving.items():
-        axis = joint.find("axis")
-        assert axis is not None
-        assert axis.get("xyz") == "0 0 1"
-        assert joint.get("type") == ("prismatic" if name.endswith("_axial") else "continuous")
-
-
-def test_urdf_is_a_tree_from_the_world_with_the_frames_of_the_topics() -> None:
-    links = [link.attrib["name"] for link in model().iter("link")]
-    parents = {}
-    for joint in model().iter("joint"):
-        parent, child = joint.find("parent"), joint.find("child")
-        assert parent is not None
-        assert child is not None
-        parents[child.attrib["link"]] = parent.attrib["link"]
+def test_urdf_is_a_tree_from_the_world_that_moves_by_the_joints_of_joint_states() -> None:
+    model = ET.parse(ROOT / "urdf" / "bouncing_disk.urdf").getroot()
+    links = [link.attrib["name"] for link in model.iter("link")]
+    parents, moving = {}, set()
+    for joint in model.iter("joint"):
+        found = {part.tag: part for part in joint}
+        parents[found["child"].attrib["link"]] = found["parent"].attrib["link"]
+        if joint.get("type") != "fixed":
+            name = joint.attrib["name"]
+            moving.add(name)
+            assert found["axis"].get("xyz") == "0 0 1"
+            assert joint.get("type") == ("prismatic" if name.endswith("_axial") else "continuous")
+    assert moving == set(topics.JOINT_NAMES)
     assert sorted(links) == sorted([topics.WORLD_FRAME, *parents])
-    assert set(parents.values()) <= set(links)
-    assert {"platform", "disk", topics.IMPACT_FRAME} <= set(links)
+    assert {"platform", "disk", topics.IMPACT_FRAME, *parents.values()} <= set(links)
 
 
 def test_rviz_shows_the_topics_that_exist() -> None:
@@ -313,13 +291,14 @@ def test_what_concerns_both_nodes_reaches_the_juggler_too(
     }
 
 
-@pytest.mark.parametrize("name", ["restitution_error", "delay", "jitter", "real_time_factor"])
-def test_an_argument_of_a_wrong_type_is_named(juggler: Callable[..., Any], name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name}: got 'fast', allowed: a number"):
-        juggler(**{name: "fast"})
-
-
-@pytest.mark.parametrize("name", ["real_time_factor", "x", "z"])
-def test_so_it_is_for_the_simulator(describe: Describe, name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name}: got 'far', allowed: a number"):
-        describe(**{name: "far"})
+def test_an_argument_that_does_not_fit_is_named(
+    juggler: Callable[..., Any], describe: Describe
+) -> None:
+    juggling = ("restitution_error", "delay", "jitter", "real_time_factor")
+    cases = [(juggler, name) for name in juggling]
+    cases += [(describe, name) for name in ("real_time_factor", "x", "z")]
+    for make, name in cases:
+        with pytest.raises(ValueError, match=f"{name}: got 'fast', allowed: a number"):
+            make(**{name: "fast"})
+    with pytest.raises(ValueError, match="x, y and z need a frame_prefix"):
+        describe(x="1")

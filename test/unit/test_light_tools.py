@@ -50,12 +50,6 @@ def test_help_waits_for_no_slow_import_and_fits_a_terminal_of_any_encoding() -> 
     assert all(f"usage: {name}" in done.stdout for name in EXECUTABLES)
 
 
-def test_so_it_does_under_python_m() -> None:
-    command = [sys.executable, "-m", "bouncing_disk_ros", "motor", "--help"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=ASCII)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 def test_a_compilation_is_announced_once_and_loading_is_none(tmp_path: Path) -> None:
     code = (
         "from bouncing_disk_ros.kernel_cache import announce_compilation\n"

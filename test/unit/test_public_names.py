@@ -295,19 +295,6 @@ def test_axes_are_called_by_their_parameter() -> None:
     assert float(shares.sel(axial_forcing=0.4)["axial_forcing"]) == 0.4
 
 
-def test_attractors_have_period_cycles_and_kind() -> None:
-    result = bouncing_disk_ros.basins(axial_forcing=0.48, width=40, height=40)
-    for name in ("attractor_kind", "attractor_period", "attractor_cycles", "attractor_name"):
-        assert name in result.coords
-    periodic = result["attractor_kind"] == "periodic"
-    assert (result["attractor_period"].values[periodic] >= 1).all()
-    assert (result["attractor_period"].values[~periodic] == 0).all()
-    known = dict(
-        zip(result["attractor_name"].values, result["attractor_cycles"].values, strict=True)
-    )
-    assert known["period-1"] == 1
-
-
 def test_a_notebook_shows_a_figure_without_pyplot() -> None:
     result = bouncing_disk_ros.basins(**SMALL)
     picture = plots.basins_picture(result)
@@ -332,14 +319,6 @@ def test_a_result_is_drawn_as_its_command_draws_it(tmp_path: Path) -> None:
         assert shown[0] == shown[1]
 
 
-def test_a_diagram_is_drawn_from_its_result_alone() -> None:
-    short: dict[str, Any] = {"settling": 10, "measured": 20, "kept": 5, "doublings": 1}
-    result = run_study("bifurcation", restitution=0.3, begin=0.55, end=0.7, count=4, **short)
-    assert result is not None
-    (figure,) = bouncing_disk_ros.figures(result).values()
-    assert "ε = 0.3" in figure.get_suptitle()
-
-
 def test_what_is_no_result_of_a_study_is_not_drawn() -> None:
     with pytest.raises(InputError, match="result: got 'Dataset without the name of a study'"):
         bouncing_disk_ros.figures(xr.Dataset())
@@ -353,11 +332,3 @@ def test_a_result_is_opened_from_its_store_and_from_the_folder_of_a_command(tmp_
         assert study.open_result(path)["label"].shape == (12, 16)
     with pytest.raises(InputError, match=f"path: got '{tmp_path}', allowed: the output folder"):
         study.open_result(tmp_path)
-
-
-def test_a_study_says_which_parameters_it_takes() -> None:
-    text = str(bouncing_disk_ros.motor.__doc__)
-    assert "- `preload_torque`" not in text
-    assert "- `load_torque` (0.0 N·m): " in text
-    assert "`workers`" in text
-    assert text.index(">>>") < text.index("`workers`")

@@ -40,15 +40,13 @@ def test_where_the_package_lies_in_it_it_is_searched_last(search: pytest.MonkeyP
     assert os.environ["PYTHONSAFEPATH"] == ""
 
 
-@pytest.mark.parametrize("argv", [["script.py"], ["-c"], []])
-def test_outside_of_python_m_nothing_changes(search: pytest.MonkeyPatch, argv: list[str]) -> None:
-    search.setattr(sys, "argv", argv)
-    before = list(sys.path)
-    leave_current_folder_out()
-    assert sys.path == before
-
-
-def test_a_path_that_is_safe_already_stays(search: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    search.setattr(sys, "path", ["/usr/lib/python3", str(tmp_path)])
-    leave_current_folder_out()
-    assert sys.path == ["/usr/lib/python3", str(tmp_path)]
+def test_outside_of_python_m_and_where_it_is_safe_already_nothing_changes(
+    search: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    safe = ["/usr/lib/python3", str(tmp_path)]
+    cases = [(argv, list(sys.path)) for argv in (["script.py"], ["-c"], [])]
+    for argv, path in (*cases, (["-m"], safe)):
+        search.setattr(sys, "argv", argv)
+        search.setattr(sys, "path", list(path))
+        leave_current_folder_out()
+        assert sys.path == path

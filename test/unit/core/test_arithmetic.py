@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 
 import mpmath
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,14 +22,6 @@ def test_sine_and_cosine_are_good_to_two_ulp_of_one(x: float) -> None:
     with mpmath.workdps(40):
         assert abs(s - mpmath.sin(x)) < 2e-16
         assert abs(c - mpmath.cos(x)) < 2e-16
-
-
-@pytest.mark.parametrize("k", range(-9, 10))
-def test_sine_and_cosine_beside_multiples_of_a_quarter_turn(k: int) -> None:
-    for x in (math.nextafter(k * math.pi / 4, -99), k * math.pi / 4, k * math.pi / 4 + 1e-9):
-        s, c = arithmetic.sincos(x)
-        assert s == pytest.approx(math.sin(x), abs=2e-16)
-        assert c == pytest.approx(math.cos(x), abs=2e-16)
 
 
 @given(st.floats(1e-12, 0.78))
@@ -52,29 +42,7 @@ def test_two_sum_and_two_product_lose_nothing(a: float, b: float) -> None:
         assert Fraction(p) + Fraction(e) == Fraction(a) * Fraction(b)
 
 
-@given(st.floats(1e-3, 1e9), st.floats(1e-3, 1e9))
-def test_pair_quotient_has_twice_the_digits(a: float, b: float) -> None:
-    h, low = arithmetic.pair_quotient(a, 0.0, b)
-    exact = Fraction(a) / Fraction(b)
-    assert abs(Fraction(h) + Fraction(low) - exact) <= exact * Fraction(2) ** -100
-
-
-@given(st.floats(0, 1))
-def test_arcsine_inverts_the_sine(c: float) -> None:
-    x = arithmetic.arcsine(c)
-    assert 0 <= x <= math.pi / 2
-    assert math.sin(x) == pytest.approx(c, abs=2e-16)
-
-
 @given(st.floats(0, 1))
 def test_arccosine_inverts_the_cosine(c: float) -> None:
     """To two ulp of π/2, also where the cosine hardly changes."""
     assert float(abs(arithmetic.arccosine(c) - mpmath.acos(c))) <= 2.0**-51
-
-
-@pytest.mark.parametrize(
-    ("x", "expected"),
-    [(-1e-300, 0.0), (math.tau, 0.0), (7.0, 7.0 - math.tau), (-1.0, math.tau - 1.0), (1.0, 1.0)],
-)
-def test_wrapped_stays_below_one_turn(x: float, expected: float) -> None:
-    assert arithmetic.wrapped(x) == expected

@@ -13,21 +13,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bouncing_disk_ros.core import flight as flight_kernels
-from bouncing_disk_ros.core import platform as bounds_kernels
 from bouncing_disk_ros.core import platform as platform_kernels
 from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
-from bouncing_disk_ros.core.model import (
-    Disk,
-    InitialState,
-    Motion,
-    Phase,
-    SimulationError,
-)
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase, SimulationError
 from bouncing_disk_ros.core.next_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.simulation import Simulation
 from support.kernels import Kernels, from_python
 
-bounds = Kernels(bounds_kernels)
 flight = Kernels(flight_kernels)
 platform = Kernels(platform_kernels)
 sincos = from_python(sincos_kernel)
@@ -174,20 +166,6 @@ def test_a_fade_over_many_decades_is_stepped_in_bounded_calls(
             break
 
 
-def test_one_search_ends_after_its_steps() -> None:
-    """Next to no weight over a long fade: the search stops, and says how far it came."""
-    motion = platform.fade(
-        Motion(0.01, 0.5, 0.01, 0.0), Motion(0.01, 0.5, 4e4, 0.0), 0, 100 * SECOND, 0, 0.0
-    )[0]
-    s, c = sincos(0.0)
-    jet = platform.axial_jet(motion, s, c, 0.0)
-    # held up by next to no weight, above the platform's middle but below its top
-    launch = flight.Launch(0.0, s, c, 1e-9, 0.005, 0.0)
-    d, w, steps = flight.search_impact(motion, launch, jet, 0.0, math.inf)
-    assert steps <= flight.SEARCH_STEPS
-    assert w < 0.0 or (w == 1.0 and d > 0.0)
-
-
 @pytest.mark.parametrize("budget", [1, 3, 50, 1_000_000])
 def test_waypoints_do_not_depend_on_the_budget_or_the_ticks(budget: int) -> None:
     def result(max_events: int, ticks: int) -> tuple[bytes, str]:
@@ -227,7 +205,7 @@ def test_bounds_of_a_panel_hold(start: Any, target: Any, duration: float, part: 
     end_ns = max(1, round(duration * 1e9))
     motion = platform.fade(Motion(*start), Motion(*target), 0, end_ns, 0, 1.0)[0]
     d = part * float(motion["duration"])
-    over = bounds.bounds_from(motion, 0.0, d)
+    over = platform.bounds_from(motion, 0.0, d)
     until = min(over.until, float(motion["duration"]))
     for t in np.linspace(d, max(until, d), 30):
         tau = 1.0 + platform.phase_advance(motion, 0.0, float(t))
@@ -273,6 +251,9 @@ def edited(path: str, value: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("path", "value"),
     [
+        ("format", 0),
+        ("format", None),
+        ("format", "2"),
         ("engine/books", [[0.0] * 8]),
         ("engine/books", [[0.0] * 10, [0.0] * 10]),
         ("engine/books", []),
@@ -322,16 +303,21 @@ def edited(path: str, value: Any) -> dict[str, Any]:
     ],
 )
 def test_a_checkpoint_that_does_not_fit_is_refused(path: str, value: Any) -> None:
-    with pytest.raises(ValueError, match="checkpoint") as refused:
+    words = "allowed 1" if path == "format" else "checkpoint"
+    with pytest.raises(ValueError, match=words) as refused:
         Simulation.restore(edited(path, value))
     assert len(str(refused.value)) < 300
 
 
-@pytest.mark.parametrize("name", ["start", "engine", "kicks", "time_ns"])
-def test_a_checkpoint_without_a_part_is_refused(name: str) -> None:
-    snapshot = edited("motion_index", 1)
-    del snapshot[name]
-    with pytest.raises(ValueError, match=f"checkpoint without {name}"):
+@pytest.mark.parametrize("path", ["start", "engine", "kicks", "time_ns", "engine/state/gap"])
+def test_a_checkpoint_without_a_part_is_refused(path: str) -> None:
+    snapshot: Any = edited("motion_index", 1)
+    *folders, name = path.split("/")
+    place = snapshot
+    for folder in folders:
+        place = place[folder]
+    del place[name]
+    with pytest.raises(ValueError, match=name):
         Simulation.restore(snapshot)
 
 

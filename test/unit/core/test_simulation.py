@@ -53,14 +53,6 @@ def test_a_kick_in_the_past_is_refused() -> None:
         sim.apply_impulse(1, 0.1, 0.0)
 
 
-def test_an_impulse_down_in_contact_is_an_impact_with_its_speed() -> None:
-    sim = Simulation(Motion(0.0, 0.0, 1.0, 0.0), DISK, InitialState())
-    sim.apply_impulse(0, -0.3, 0.0)
-    rows, _ = sim.advance(1)
-    assert rows["axial_impact_velocity"][0] == -1.0
-    assert rows["axial_impulse"][0] == pytest.approx(0.3 * 1.5, rel=1e-15)
-
-
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_row_beyond_the_range_of_float32_is_finite(sign: float) -> None:
     slippery = DISK._replace(friction=0.0)
@@ -91,38 +83,6 @@ def test_a_disk_that_returns_after_ten_thousand_years_ends_no_run(amplitude: flo
     rows, behind = sim.advance(100 * SECOND)
     assert (len(rows), behind) == (0, False)
     assert sim.sample().axial_position == pytest.approx(1e10 + 1.5e14, rel=1e-7)
-
-
-def test_reset_goes_back_but_time_cycles_and_index_go_on() -> None:
-    sim = run()
-    before = sim.advance(SECOND)[0]
-    sim.reset()
-    sample = sim.sample()
-    assert sample.time_ns == SECOND
-    assert sample.forcing_phase == InitialState().forcing_phase
-    assert sample.phase in (Phase.STICKING, Phase.SLIDING)
-    after = sim.advance(2 * SECOND)[0]
-    assert after["index"][0] == before["index"][-1] + 1
-    rows = np.concatenate([before, after])
-    keys = list(zip(rows["cycles"], rows["forcing_phase"], strict=True))
-    assert keys == sorted(keys)
-    first = run().advance(SECOND)[0]
-    np.testing.assert_allclose(
-        after["axial_impact_velocity"], first["axial_impact_velocity"], rtol=1e-9
-    )
-
-
-@pytest.mark.parametrize("format_", [0, None, "2"])
-def test_a_snapshot_of_another_format_is_refused(format_: object) -> None:
-    with pytest.raises(ValueError, match="allowed 1"):
-        Simulation.restore({**run().snapshot(), "format": format_})
-
-
-def test_a_snapshot_with_a_missing_field_is_refused() -> None:
-    snapshot = run().snapshot()
-    del snapshot["engine"]["state"]["gap"]
-    with pytest.raises(ValueError, match="gap"):
-        Simulation.restore(snapshot)
 
 
 def test_a_bounce_too_short_to_have_a_duration_keeps_the_energy_ledger() -> None:

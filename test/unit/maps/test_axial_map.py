@@ -1,106 +1,15 @@
-"""The next-collision map is the stepper in other units: the same bits; and what flights pass by."""
+"""What a flight of the next-collision map passes by, and impacts before a chatter."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion
-from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.maps.axial_flights import clearance_of, impacts_before_contact
-from bouncing_disk_ros.maps.axial_map import (
-    MAP_CONTACT,
-    MAP_IMPACT,
-    MAP_REST,
-    ORBIT_DELAY,
-    ORBIT_KIND,
-    ORBIT_TAU,
-    ORBIT_W,
-    axial_orbit,
-)
-
-UNIT = 1.0 / math.tau  # Hz: ω = 1, to the bit
-
-
-def orbit(tau: float, w: float, forcing: float, restitution: float, n: int) -> NDArray[np.float64]:
-    out = np.full((n, 4), np.nan)
-    return out[: axial_orbit(tau, w, forcing, restitution, n, out)]
-
-
-def simulated(tau: float, w: float, forcing: float, restitution: float, seconds: int) -> Any:
-    """Rows of the stepper from an impact at t = 0, in the map's units."""
-    motion = Motion(forcing, 0.0, UNIT, 0.0)
-    disk = Disk(1.0, restitution, 0.0, 1.0, 1.0, 1.0 / math.pi)
-    start = InitialState(0.0, forcing * math.cos(tau) + w, 0.0, 0.0, tau)
-    return Simulation(motion, disk, start).advance(seconds * 10**9, 5000)[0]
-
-
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.8, 0.95, 1.0])
-def test_each_step_has_the_bits_of_the_stepper(restitution: float) -> None:
-    """From each row of a run, one step of the map gives the next row."""
-    rng = np.random.default_rng([20, int(100 * restitution)])
-    contacts = compared = 0
-    for k in range(12):
-        forcing = rng.uniform(0.25, 1.2) if k % 2 else rng.uniform(0.319, 0.33)
-        tau, w = rng.uniform(0, math.tau), -rng.uniform(0, 5 if k % 2 else 0.3)
-        rows = simulated(tau, w, forcing, restitution, 150)
-        single = np.flatnonzero(rows["kind"] == ImpactKind.IMPACT)
-        for i, j in itertools.pairwise(single):
-            phase, speed = rows["forcing_phase"][i], rows["axial_impact_velocity"][i]
-            step = orbit(phase, speed, forcing, restitution, 1)[0]
-            assert step[ORBIT_TAU] == rows["forcing_phase"][j]
-            assert step[ORBIT_W] == rows["axial_impact_velocity"][j]
-            turns = rows["cycles"][j] - rows["cycles"][i]
-            # the difference of phases has a rounding, and so has the sum of ride and flight
-            elapsed = step[ORBIT_TAU] - phase + math.tau * turns
-            assert step[ORBIT_DELAY] == pytest.approx(elapsed, rel=1e-15, abs=4e-15)
-            if restitution > 0.0:
-                assert step[ORBIT_KIND] == (MAP_CONTACT if j > i + 1 else MAP_IMPACT)
-            contacts += int(step[ORBIT_KIND] == MAP_CONTACT)
-            compared += 1
-    assert compared > 60
-    assert (contacts > 1) == (restitution < 1.0)
-
-
-def test_contact_lasts_for_good_below_1_over_pi() -> None:
-    steps = orbit(1.0, -2.0, 0.999 / math.pi, 0.5, 1000)
-    assert 10 < len(steps) < 100
-    assert steps[-1, ORBIT_KIND] == MAP_REST
-    assert np.isnan(steps[-1, [ORBIT_TAU, ORBIT_W]]).all()
-    assert math.isinf(steps[-1, ORBIT_DELAY])
-    assert (steps[:-1, ORBIT_KIND] == MAP_IMPACT).all()
-
-
-def test_after_contact_every_start_is_the_same() -> None:
-    """The ride forgets where it began: the launch is at sin τ_sep = 1/(πΓ) (eq. 3)."""
-    forcing = 0.37
-    steps = orbit(0.3, -2.0, forcing, 0.2, 200)
-    after = steps[steps[:, ORBIT_KIND] == MAP_CONTACT]
-    assert len(after) > 3
-    assert len(np.unique(after[:, ORBIT_TAU])) == len(np.unique(after[:, ORBIT_W])) == 1
-    sep, tau, w = math.asin(1 / math.pi / forcing), after[0, ORBIT_TAU], after[0, ORBIT_W]
-    d = tau - sep
-    fallen = forcing * (math.cos(sep) * d - math.sin(tau) + math.sin(sep)) - d * d / math.tau
-    assert fallen == pytest.approx(0.0, abs=1e-15)
-    slope = forcing * (math.cos(sep) - math.cos(tau)) - d / math.pi
-    assert w == pytest.approx(slope, abs=1e-15)
-
-
-def test_an_impact_without_bounce_where_the_platform_falls_away_is_a_launch() -> None:
-    """ε = 0 and τ in (τ_sep, π − τ_sep): no contact, and the flight begins at the impact."""
-    forcing, tau = 1.0, 1.6
-    step = orbit(tau, -1.0, forcing, 0.0, 1)[0]
-    assert step[ORBIT_KIND] == MAP_IMPACT
-    d = step[ORBIT_DELAY]
-    rise = math.sin(tau + d) - math.sin(tau) - math.cos(tau) * d
-    assert forcing * rise + d * d / math.tau == pytest.approx(0.0, abs=1e-14)
+from bouncing_disk_ros.maps.axial_map import MAP_IMPACT, ORBIT_DELAY, ORBIT_KIND, axial_orbit
 
 
 @given(tau=st.floats(0, 6.28), w=st.floats(-6, -0.05), forcing=st.floats(0.33, 2.0))
@@ -122,10 +31,6 @@ def test_the_least_gap_is_that_of_a_fine_sampling(tau: float, w: float, forcing:
         assert dips.min() - near - 1e-12 <= least <= dips.min() + 1e-12
     else:  # at most a dip flatter than the samples can see
         assert least > -1e-12
-
-
-def test_a_weak_platform_gives_no_dips() -> None:
-    assert clearance_of(1.0, -1.0, 3.0, 0.3, 0.5) == math.inf
 
 
 def test_impacts_before_a_chatter_are_counted() -> None:

@@ -20,8 +20,6 @@ from bouncing_disk_ros.maps.basin_labels import (
 )
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
-SEED = 44
-
 
 def attractors(axial_forcing: float, restitution: float = 0.5) -> Attractors:
     starts = [(float(t), float(w)) for w in -np.linspace(0.1, 4.9, 12)
@@ -51,23 +49,6 @@ def test_shares_of_the_paper(axial_forcing: float, paper: float) -> None:
     assert abs(share.fraction - paper) < 0.001
     assert share.uncertainty < 2e-4
     assert not (labels == UNRESOLVED).any()
-
-
-@pytest.mark.parametrize("axial_forcing", [0.45, 0.55])
-def test_labels_do_not_depend_on_order_or_cutting(axial_forcing: float) -> None:
-    found = attractors(axial_forcing)
-    tau, w = plane(20, 20)
-    section = NextCollisionMap(axial_forcing, 0.5)
-    whole = label_starts(found, section, tau, w)
-    order = np.random.default_rng(SEED).permutation(len(tau))
-    mixed = label_starts(
-        found, NextCollisionMap(axial_forcing, 0.5), tau[order].copy(), w[order].copy()
-    )
-    assert np.array_equal(whole.label[order], mixed.label)
-    assert np.array_equal(whole.impacts[order], mixed.impacts)
-    parts = [label_starts(found, section, tau[i : i + 7].copy(),
-                          w[i : i + 7].copy()).label for i in range(0, len(tau), 7)]  # fmt: skip
-    assert np.array_equal(whole.label, np.concatenate(parts))
 
 
 def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:

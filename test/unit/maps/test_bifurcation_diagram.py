@@ -10,13 +10,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import bifurcation_diagram
-from bouncing_disk_ros.maps.bifurcation_diagram import (
-    AXES,
-    Branch,
-    begin,
-    follow,
-    from_starts,
-)
+from bouncing_disk_ros.maps.bifurcation_diagram import Branch, begin, follow, from_starts
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import periodic_orbit
 from bouncing_disk_ros.maps.scales import stability_limit
@@ -122,21 +116,6 @@ def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) 
     assert not whole.contact[0].any()  # at rest
     assert np.isnan(whole.contacts[0]).all()
     assert whole.contact[1].any()
-
-
-@pytest.mark.parametrize("axis", AXES)
-def test_every_parameter_can_be_followed(axis: str) -> None:
-    section = NextCollisionMap(0.45, 0.5, -0.3, 20.0)
-    values = {
-        "axial_forcing": [0.44, 0.45], "restitution": [0.5, 0.51], "phase_lag": [-0.3, 0.2],
-        "angular_forcing": [20.0, 10.0],
-    }[axis]  # fmt: skip
-    branch = follow(section, axis, np.array(values), measured=100, kept=10)
-    assert (branch.lyapunov_exponent < 0.0).all()
-    if axis == "phase_lag":
-        phase = math.acos(1 / 3 / 0.45)
-        expected = np.cos(phase + np.array(values))
-        np.testing.assert_allclose(branch.mean_speed[:, 0], expected, atol=1e-10)
 
 
 def test_faults_are_said() -> None:

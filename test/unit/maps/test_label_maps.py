@@ -12,15 +12,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import label_maps
-from bouncing_disk_ros.maps.basin_labels import (
-    shares,
-    unresolved_fraction,
-)
-from bouncing_disk_ros.maps.label_maps import (
-    basin_entropy,
-    box_dimension,
-    uncertainty_exponent,
-)
+from bouncing_disk_ros.maps.basin_labels import shares, unresolved_fraction
+from bouncing_disk_ros.maps.label_maps import basin_entropy, box_dimension, uncertainty_exponent
 
 CANTOR = math.log(2.0) / math.log(3.0)
 
@@ -28,15 +21,6 @@ CANTOR = math.log(2.0) / math.log(3.0)
 def disc(n: int) -> NDArray[np.int64]:
     y, x = np.mgrid[0:n, 0:n] / n - 0.5
     return (x * x + y * y < 0.16).astype(np.int64)
-
-
-def test_one_basin_has_no_boundary() -> None:
-    labels = np.zeros((64, 64), np.int64)
-    entropy = basin_entropy(labels)
-    assert entropy.basin == 0.0
-    assert math.isnan(entropy.boundary)
-    assert math.isnan(uncertainty_exponent(labels).exponent)
-    assert math.isnan(box_dimension(labels).exponent)
 
 
 def test_smooth_boundary() -> None:

@@ -53,18 +53,32 @@ def motors(draw: st.DrawFn) -> tuple[Motion, Disk]:
 def test_speed_under_a_load_is_a_straight_line_up_to_the_limit_of_friction(
     motor: tuple[Motion, Disk], part: float
 ) -> None:
+    """With the powers and the efficiency of a load against the rotor."""
     motion, disk = motor
-    loads = [part * motor_curves.friction_limit(disk) * sign for sign in (1.0, -1.0)]
+    torque, speed = part * motor_curves.friction_limit(disk), motor_curves.no_load_speed(*motor)
+    loads = [math.copysign(torque, sign * speed) for sign in (1.0, -1.0)]
     disks = [disk._replace(load_torque=load) for load in loads]
     found = measure([(motion, one) for one in disks], Run())
     assert found.kind.tolist() == [BOUNCES] * 2
     expected = [motor_curves.mean_speed(motion, one) for one in disks]
-    top = abs(motor_curves.no_load_speed(motion, disk))
+    top, momentum = abs(speed), disk.inertia * motion.frequency
     np.testing.assert_allclose(found.mean_speed, expected, rtol=RELATIVE, atol=RELATIVE * top)
-    line = motor_curves.no_load_speed(motion, disk) - np.array(loads) / (
-        2 * disk.inertia * motion.frequency
-    )
+    line = speed - np.array(loads) / (2 * momentum)
     np.testing.assert_allclose(expected, line, rtol=1e-12, atol=1e-12 * top)
+    orbit = period_one(motion, disk)
+    assert orbit is not None
+    output = torque * (top - 0.5 * torque / momentum)
+    lost = (1.0 - disk.restitution**2) * orbit.axial_impact_velocity**2
+    impacts, friction = 0.5 * disk.mass * lost * motion.frequency, 0.5 * torque**2 / momentum
+    scale = impacts + friction
+    power = float(found.output_power[0])
+    assert power == pytest.approx(output, abs=1e-10 * scale + 1e-9 * abs(output))
+    assert float(found.impact_loss[0]) == pytest.approx(impacts, rel=1e-9)
+    assert float(found.impact_friction_loss[0]) == pytest.approx(friction, rel=1e-9)
+    if output > 1e-3 * scale:
+        assert float(found.efficiency[0]) == pytest.approx(output / (output + scale), rel=1e-9)
+    elif output < 0.0:
+        assert math.isnan(found.efficiency[0])
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -90,32 +104,6 @@ def test_speed_under_a_brake_has_its_knee(
     assert float(found.mean_speed[0]) == pytest.approx(expected, rel=RELATIVE)
     assert found.kind[0] == BOUNCES
     assert found.output_power[0] >= 0.0 if abs(load) == 0.0 else True
-
-
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(motors(), st.floats(0.05, 0.9))
-def test_powers_and_efficiency(motor: tuple[Motion, Disk], part: float) -> None:
-    motion, disk = motor
-    speed = motor_curves.no_load_speed(motion, disk)
-    loaded = disk._replace(
-        load_torque=math.copysign(part * motor_curves.friction_limit(disk), speed)
-    )
-    found = measure([(motion, loaded)], Run())
-    orbit, momentum = period_one(motion, disk), disk.inertia * motion.frequency
-    assert orbit is not None
-    torque = part * motor_curves.friction_limit(disk)
-    output = torque * (abs(speed) - 0.5 * torque / momentum)
-    lost = (1.0 - disk.restitution**2) * orbit.axial_impact_velocity**2
-    impacts, friction = 0.5 * disk.mass * lost * motion.frequency, 0.5 * torque**2 / momentum
-    scale = impacts + friction
-    power = float(found.output_power[0])
-    assert power == pytest.approx(output, abs=1e-10 * scale + 1e-9 * abs(output))
-    assert float(found.impact_loss[0]) == pytest.approx(impacts, rel=1e-9)
-    assert float(found.impact_friction_loss[0]) == pytest.approx(friction, rel=1e-9)
-    if output > 1e-3 * scale:
-        assert float(found.efficiency[0]) == pytest.approx(output / (output + scale), rel=1e-9)
-    elif output < 0.0:
-        assert math.isnan(found.efficiency[0])
 
 
 def test_the_energy_that_goes_in_comes_out() -> None:

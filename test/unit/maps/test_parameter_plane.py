@@ -6,15 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps import parameter_plane
-from bouncing_disk_ros.maps.attractor_search import LONGEST, find_attractors
-from bouncing_disk_ros.maps.attractors import SAME, AttractorKind
-from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind
 from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.parameter_plane import (
@@ -94,21 +90,6 @@ def test_an_orbit_of_one_impact_in_two_cycles() -> None:
     found = settle_states(parameters, states, 2000, 2 * KEPT)
     assert (found.kind[0], found.period[0], found.cycles[0]) == (PERIODIC, 1, 2)
     assert found.mean_speed[0] == pytest.approx(orbit.mean_speed, abs=1e-9)
-
-
-@given(period=st.integers(1, LONGEST + 10), seed=st.integers(0, 99), off=st.sampled_from([0, 1, 3]))
-def test_a_repetition_is_the_least_and_within_the_tolerance(
-    period: int, seed: int, off: int
-) -> None:
-    rng = np.random.default_rng(seed)
-    rows = np.zeros((1, KEPT, 6))
-    one = rng.uniform(0.1, 1.0, (period, 3)) * np.array([math.tau, -2.0, 1.0])
-    for column, k in zip((ORBIT_TAU, ORBIT_W, ORBIT_DELAY), range(3), strict=True):
-        rows[0, :, column] = np.resize(one[:, k], KEPT)
-    rows[0, ::2, ORBIT_TAU] = (rows[0, ::2, ORBIT_TAU] + off * SAME / 2.0) % math.tau
-    found = parameter_plane._repetition(rows)[0]
-    repeats = period if off < 2 or period % 2 == 0 else 2 * period
-    assert found == (repeats if repeats <= LONGEST else 0)
 
 
 def test_starts() -> None:

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
-from bouncing_disk_ros.maps.scales import stability_limit
+from bouncing_disk_ros.maps.scales import period_one, separation_phase, stability_limit
 
 
 @pytest.mark.parametrize(
@@ -115,3 +116,30 @@ def test_a_speed_that_roundings_hide_is_not_known() -> None:
     assert math.isnan(orbit.angular_multiplier)
     known = find_attractors(orbit.map, [(0.7, -1.3)]).found
     assert all(math.isnan(settled_speed(one, orbit.map)) for one in known)
+
+
+DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
+
+
+def motion(axial_forcing: float) -> Motion:
+    return Motion(axial_forcing * math.pi * DISK.gravity / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
+
+
+def test_orbit_and_separation_are_where_the_paper_has_them() -> None:
+    still = Motion(0.0, 0.0, 3.0, 0.0)
+    assert period_one(still, DISK) is None
+    assert period_one(still, DISK._replace(restitution=1.0)) is None
+    assert stability_limit(0.5) == pytest.approx(0.486003, abs=5e-7)  # paper: 0.486
+    assert period_one(motion(0.333), DISK) is None
+    assert period_one(motion(0.334), DISK) is not None
+    assert period_one(motion(0.485), DISK).stable  # type: ignore[union-attr]
+    assert not period_one(motion(0.487), DISK).stable  # type: ignore[union-attr]
+    orbit = period_one(motion(stability_limit(0.5)), DISK)
+    assert orbit is not None
+    assert -orbit.forcing_phase / math.pi == pytest.approx(-0.26, abs=0.005)
+    assert separation_phase(motion(0.3), DISK) is None
+    moving = motion(0.45)
+    phase = separation_phase(moving, DISK)
+    assert phase is not None
+    falls = moving.axial_amplitude * (6 * math.pi) ** 2 * math.sin(phase)
+    assert falls == pytest.approx(10.0, rel=1e-12)

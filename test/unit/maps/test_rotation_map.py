@@ -14,7 +14,6 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.maps import axial_map
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
-    MAP_REST,
     ORBIT_DELAY,
     ORBIT_KIND,
     ORBIT_TAU,
@@ -104,16 +103,6 @@ def test_without_friction_the_speed_stays_and_the_rest_is_the_axial_map() -> Non
     out = np.zeros((500, 4))
     axial_map.axial_orbit(1.0, -2.0, 0.55, 0.5, 500, out)
     assert (out == steps[:, :4]).all()
-
-
-def test_a_disk_at_rest_is_launched_where_the_platform_lets_go() -> None:
-    forcing = 0.4
-    step = orbit((1.5 * math.pi, 0.0, 0.0), (forcing, 0.5, 0.0, 1e-10), 1)[0]
-    assert step[ORBIT_KIND] == MAP_CONTACT
-    sep = math.asin(1 / math.pi / forcing)
-    assert step[ORBIT_SPEED] == pytest.approx(math.cos(sep), abs=1e-7)  # sticks, but for 1e-9 rad
-    below = orbit((1.5 * math.pi, 0.0, 0.0), (0.3, 0.5, 0.0, 0.01), 5)
-    assert below[:, ORBIT_KIND].tolist() == [MAP_REST]
 
 
 Array = NDArray[np.float64]

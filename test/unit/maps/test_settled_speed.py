@@ -13,11 +13,7 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind
 from bouncing_disk_ros.maps.mean_speed import best_lag, repeated_speed, settled_speeds
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.rotation_map import (
-    MEAN_PER_TIME,
-    MEASURED,
-    measure_attractor,
-)
+from bouncing_disk_ros.maps.rotation_map import MEAN_PER_TIME, MEASURED, measure_attractor
 
 STARTS = [(x, -y) for x in np.linspace(0.0, 6.0, 6) for y in (0.3, 1.3, 2.9)]
 FORCINGS = (1e-3, 1.0, 100.0, 1e5, 1e12)
@@ -55,25 +51,6 @@ def test_other_orbits_agree_with_many_impacts(axial_forcing: float) -> None:
         measure_attractor(np.array(start), *given, 20 * impacts if not chaotic else 500, impacts,
                           np.empty((1, 6)), results)  # fmt: skip
         assert speed == pytest.approx(results[MEAN_PER_TIME], abs=0.03 if chaotic else 1e-9)
-
-
-def test_the_speed_that_repeats_is_where_iteration_ends() -> None:
-    """Of impacts as they are, each changes the speed to its own by as much as friction can."""
-    rng = np.random.default_rng(4)
-    for _ in range(20):
-        n = int(rng.integers(1, 6))
-        own, most = rng.uniform(-1.0, 1.0, n), rng.uniform(0.02, 0.5, n)
-
-        def repetition(speed: float, own: np.ndarray = own, most: np.ndarray = most) -> float:
-            for one, size in zip(own.tolist(), most.tolist(), strict=True):
-                speed = min(max(one, speed - size), speed + size)
-            return speed
-
-        for start in (-3.0, 0.0, 0.4):
-            speed = start
-            for _ in range(500):
-                speed = repetition(speed)
-            assert repeated_speed(repetition, start) == pytest.approx(speed, abs=1e-12)
 
 
 def test_frictions_that_cancel_keep_the_speed_of_the_start() -> None:

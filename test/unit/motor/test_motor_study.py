@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros.maps import motor_curves
-from bouncing_disk_ros.motor_study import compute as motor_module
 from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
 from bouncing_disk_ros.motor_study.options import DEFINITION
 from bouncing_disk_ros.parameters import Value
@@ -75,24 +74,6 @@ def test_a_load_that_turns_the_rotor_back_has_no_part_in_the_best_phase_lag() ->
     found = derived(result, "load", "phase_lag", lambda _: np.zeros(0))
     assert found["best_phase_lag"].values.tolist() == [-0.7, -0.7]
     assert found["best_speed"].values.tolist() == [60.0, 10.0]
-
-
-@pytest.mark.parametrize("axis", sorted(motor_module.AXES))
-def test_every_axis_can_be_mapped(tmp_path: Path, axis: str) -> None:
-    default = float(DEFINITION.options[axis].default)
-    ends = {"x_begin": 0.97 * default, "x_end": 1.02 * default} if default else {"x_end": 0.01}
-    if default < 0.0:
-        ends = {"x_begin": 1.02 * default, "x_end": 0.97 * default}
-    other: dict[str, Value] = {}
-    if axis == "preload":
-        other = {"y_axis": "load_torque", "y_begin": 0.0, "y_end": 0.005}
-    given: dict[str, Value] = {"y_begin": 22.0, "y_end": 23.0, **ends, **other}
-    _, found = result_of(tmp_path, x_axis=axis, x_count=2, y_count=2, **given)
-    assert set(found["mean_speed"].dims) == {
-        axis,
-        "preload" if axis != "preload" else "load_torque",
-    }
-    assert (found["kind"].values == 0).all()
 
 
 def test_stall_is_where_the_speed_is_0_or_friction_gives_way() -> None:

@@ -18,11 +18,7 @@ from bouncing_disk_ros.resilience_studies.curve_family import (
     contact_curves,
     curve_family,
 )
-from bouncing_disk_ros.resilience_studies.orbit_branch import (
-    add_curves,
-    orbit_curve,
-    orbit_curves,
-)
+from bouncing_disk_ros.resilience_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
 from bouncing_disk_ros.resilience_studies.orbit_curves import (
     Curve,
     CurveKind,

@@ -1,10 +1,12 @@
-"""Studies in chunks: results do not depend on the cutting; interrupted work goes on."""
+"""Studies in chunks: cutting changes nothing, interrupted work goes on, what waits is bounded."""
 
 from __future__ import annotations
 
 import os
 import sys
+from concurrent.futures import Executor, Future
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -20,12 +22,14 @@ from bouncing_disk_ros.study import (
     Study,
     export,
     export_tables,
+    open_result,
     run,
     store,
 )
 from bouncing_disk_ros.study.command import run_study
 from bouncing_disk_ros.study.definition import definition_of
-from bouncing_disk_ros.study.runner import NICENESS
+from bouncing_disk_ros.study.runner import FIRST_BATCH, NICENESS, PREFETCH, Pipeline, compute_region
+from bouncing_disk_ros.study.store import Store, exclusive_lock, token_of
 from support.studies import VALUES, Products, Sums
 
 
@@ -84,15 +88,11 @@ def test_interrupted_run_goes_on_without_computing_twice(tmp_path: Path, kind: t
     regions = [number for number in Products.computed if number >= 0]
     assert sorted(regions) == list(range(seen[-1].total))
     assert Products.computed.count(-1) == 1, "the context is computed once"
+    Products.computed.clear()
+    whole(run(kind(VALUES), path))
+    assert Products.computed == [], "a finished run is only read"
     at_once = whole(run(kind(VALUES), tmp_path / "other.zarr"))
     assert np.array_equal(result["product"], at_once["product"])
-
-
-def test_finished_run_is_only_read(tmp_path: Path) -> None:
-    run(Products(VALUES), tmp_path / "r.zarr")
-    Products.computed.clear()
-    whole(run(Products(VALUES), tmp_path / "r.zarr"))
-    assert Products.computed == []
 
 
 def test_error_in_a_region_is_raised_and_the_rest_is_kept(tmp_path: Path) -> None:
@@ -134,8 +134,12 @@ def test_workers_come_after_the_threads_of_a_simulator(tmp_path: Path) -> None:
 
 
 def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
-    """While one run is at work; neither its end nor the refusal leaves a trace."""
+    """While one run is at work; neither its end nor the refusal leaves a trace.
+
+    The lock of a dead process is void, though its file is still there.
+    """
     path = tmp_path / "r.zarr"
+    (tmp_path / ".r.zarr.lock").touch()
 
     def again(_: Progress) -> None:
         with pytest.raises(InputError, match="a result that no other run is writing"):
@@ -145,24 +149,15 @@ def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["r.zarr"]
 
 
-def test_run_goes_on_where_one_was_killed(tmp_path: Path) -> None:
-    """The lock of a dead process is void, though its file is still there."""
-    (tmp_path / ".r.zarr.lock").touch()
-    whole(run(Products(VALUES), tmp_path / "r.zarr"))
-
-
-def test_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
+def test_where_nothing_may_be_written_nothing_is(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="output"):
+        run(Products(VALUES), tmp_path / "file" / "r.zarr")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")
     with pytest.raises(InputError, match="It holds other data"):
         run(Products(VALUES), tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "keep"
-
-
-def test_output_that_cannot_be_written(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="output"):
-        run(Products(VALUES), tmp_path / "file" / "r.zarr")
 
 
 @pytest.mark.parametrize("large", [8, 2**25])
@@ -239,3 +234,68 @@ def test_scheduler_that_does_not_answer_is_one_line(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match="scheduler: got 'nonsense'"):
         run(Products(VALUES), tmp_path / "r.zarr", scheduler="nonsense")
+
+
+# --- regions on their way -------------------------------------------------------------------------
+MANY: dict[str, Any] = {**VALUES, "rows": 40, "columns": 40, "length": 4}  # 100 regions
+
+
+class AtOnce(Executor):
+    """Does the work when it is given; the most that was on its way at any time is kept."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def piled_up(tmp_path: Path, *, sends_back: bool, workers: int) -> tuple[int, Store]:
+    """The most regions that were on their way, and the store."""
+    study = Products(MANY)
+    store = Store(tmp_path / "r.zarr", study)
+    context = study.context()
+
+    def work(region: Region) -> Arrays | None:
+        arrays = study.compute(region, context, None)
+        if sends_back:
+            return arrays
+        store.put(region, arrays)
+        return None
+
+    pipeline, missing, most = Pipeline(work, store, AtOnce(), workers), study.regions(), 0
+    while True:
+        pipeline.submit(missing)
+        if pipeline.empty:
+            return most, store
+        most = max(most, len(pipeline._at_work))
+        for region in pipeline.collect():
+            store.mark(region)
+
+
+def test_results_sent_back_do_not_pile_up_and_workers_that_store_are_kept_busy(
+    tmp_path: Path,
+) -> None:
+    expected = 0.5 * np.multiply.outer(np.arange(40.0), np.arange(40.0))
+    for sends_back, workers, limit in (
+        (True, 1, PREFETCH), (True, 100, FIRST_BATCH), (False, 100, 2 * FIRST_BATCH),
+    ):  # fmt: skip
+        folder = tmp_path / f"{sends_back}{workers}"
+        most, store = piled_up(folder, sends_back=sends_back, workers=workers)
+        assert most == limit
+        assert store.regions_done == 100
+        assert np.array_equal(open_result(store.path)["product"], expected)
+
+
+def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
+    study, path = Products(VALUES), tmp_path / "r.zarr"
+    region = next(study.regions())
+    with exclusive_lock(path) as token:
+        store = Store(path, study)
+        given = (study, study.context(), str(path))
+        assert token_of(str(path)) == token
+        sent_back = compute_region(*given, "of another run", region)
+        assert sent_back is not None
+        assert np.isnan(store.read(region)["product"]).all()
+        assert compute_region(*given, token, region) is None
+        assert np.array_equal(store.read(region)["product"], sent_back["product"])
+    assert token_of(str(path)) == ""

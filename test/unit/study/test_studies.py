@@ -12,14 +12,11 @@ import xarray as xr
 
 from bouncing_disk_ros.juggling import compute as juggling_module
 from bouncing_disk_ros.juggling.options import lines as juggling_lines
-from bouncing_disk_ros.maps.attractor_search import find_attractors
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares.compute import CLASSES
 from bouncing_disk_ros.study.basin_shares.options import lines as share_lines
 from bouncing_disk_ros.study.basins import compute as basins_module
-from bouncing_disk_ros.study.basins.compute import from_arrays, to_arrays
 from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.bifurcation import compute as bifurcation_module
 from bouncing_disk_ros.study.bifurcation.compute import branch_of
@@ -63,17 +60,6 @@ def test_loops_do_not_depend_on_how_they_are_cut(
     assert float(whole["offset_used"].max()) <= 0.3
     assert float(whole["offset_used"][0].max()) == 0.0
     assert any("period-2" in line for line in juggling_lines(whole))
-
-
-def test_basins_after_the_impact_are_those_before_it(tmp_path: Path) -> None:
-    size = {"axial_forcing": 0.45, "width": 20, "height": 20}
-    before = result_of(tmp_path / "a", "basins", **size)
-    # −u = ε w_A: the window shrinks by the restitution
-    after = result_of(tmp_path / "b", "basins", **size, velocity="after", velocity_begin=-2.5)
-    np.testing.assert_array_equal(before["label"].values, after["label"].values)
-    np.testing.assert_allclose(
-        after["point_velocity"].values, 0.5 * before["point_velocity"].values, rtol=1e-12
-    )
 
 
 SPEEDS: dict[str, Value] = {
@@ -126,15 +112,6 @@ def test_no_result_depends_on_how_it_is_cut(
         np.testing.assert_array_equal(whole[field].values, cut[field].values)
 
 
-def test_speeds_of_starts_follow_equation_4_where_they_go_to_period_1(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "basins", **SPEEDS)
-    assert found["mean_speed"].shape == (2, 24, 24)
-    names = found["attractor_name"].values.tolist()
-    mine = found["label"].values == names.index("period-1")
-    expected = math.cos(math.acos(1.0 / 3.0 / 0.45) + 0.2)
-    np.testing.assert_allclose(found["mean_speed"].values[:, mine], expected, rtol=1e-9)
-
-
 def test_starts_that_come_to_rest_have_no_speed(tmp_path: Path) -> None:
     given: dict[str, Value] = {
         "axial_forcing": 0.25, "restitution": 0.7, "width": 20, "height": 20,
@@ -154,18 +131,6 @@ def test_the_best_lag_does_not_depend_on_how_slow_friction_is(tmp_path: Path) ->
                       count=2, samples=4)  # fmt: skip
     np.testing.assert_allclose(found["best_speed"].values, 1.0, rtol=1e-12)
     np.testing.assert_allclose(found["best_phase_lag"].values, -math.acos(1.0 / 1.35), atol=1e-7)
-
-
-def test_attractors_survive_storing() -> None:
-    starts = [(x, -y) for x in np.linspace(0.0, 6.0, 8) for y in np.linspace(0.2, 4.8, 8)]
-    found = find_attractors(NextCollisionMap(0.45, 0.5), starts)
-    again = from_arrays(to_arrays(found))
-    assert again.after_contact == found.after_contact
-    for first, second in zip(found.found, again.found, strict=True):
-        assert (first.kind, first.cycles, first.multiplier) == (
-            second.kind, second.cycles, second.multiplier
-        )  # fmt: skip
-        np.testing.assert_array_equal(first.velocities, second.velocities)
 
 
 def test_a_diagram_has_the_first_doubling_of_the_closed_form(tmp_path: Path) -> None:
@@ -226,13 +191,6 @@ def test_starts_show_what_coexists(tmp_path: Path) -> None:
     assert branch.forcing_phase.shape == (6, 7, 20)
 
 
-def test_following_does_not_know_of_starts() -> None:
-    """A store of before they came is one of the same study."""
-    study = named("bifurcation")
-    assert study.sequential
-    assert not {"starts", "velocity_begin"} & set(study.parameters)
-
-
 def test_a_map_of_parameters_shows_the_cascade(tmp_path: Path) -> None:
     whole = result_of(tmp_path, "parameter_map", **PLANE)
     assert whole["period"].dims == ("restitution", "axial_forcing")
@@ -244,25 +202,6 @@ def test_a_map_of_parameters_shows_the_cascade(tmp_path: Path) -> None:
     period_1 = line["axial_forcing"].values[3:6]
     speeds = 0.5 / 1.5 / period_1  # eq. 4 at θ = 0: cos τ
     np.testing.assert_allclose(line["mean_speed"].values[3:6], speeds, rtol=1e-9)
-
-
-def test_a_map_over_other_parameters(tmp_path: Path) -> None:
-    """The axial part depends on neither; the speed of the period-1 orbit on the lag alone."""
-    found = result_of(
-        tmp_path, "parameter_map", x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=5,
-        y_axis="angular_forcing", y_begin=1.0, y_end=20.0, y_count=2, settling=2000, measured=256,
-        start="given", initial_phase=0.7, initial_velocity=-1.3,
-    )  # fmt: skip
-    assert (found["period"] == 1).all()
-    phase = math.acos(1.0 / 3.0 / 0.45)
-    expected = np.cos(phase + found["phase_lag"].values)
-    np.testing.assert_allclose(found["mean_speed"].values, [expected, expected], rtol=0, atol=1e-9)
-
-
-def test_a_diagram_without_doublings_in_reach_has_none(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "bifurcation", along="phase_lag", begin=-1.0, end=1.0, count=3,
-                      settling=300, measured=10, kept=5)  # fmt: skip
-    assert found["doubling"].size == found["feigenbaum_ratio"].size == 0
 
 
 def test_shares_of_a_value_add_up_and_name_the_best_lag(tmp_path: Path) -> None:
@@ -303,15 +242,6 @@ def test_a_toss_that_turns_without_the_platform_has_no_largest_speed_ratio(tmp_p
     found = result_of(tmp_path, "toss_map", phase_lag_count=4, amplitude_angle_count=3,
                       load_torque=0.001)  # fmt: skip
     assert list(found["extreme_measure"].values) == ["airborne_speed", "efficiency"]
-
-
-def test_paths_are_closed(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "toss_paths", phase_lags="0 -0.25pi",
-                      amplitude_angles="0.25pi 0.25pi", points=33)  # fmt: skip
-    for name in ("arc", "axial_position"):
-        values = found[name].values
-        np.testing.assert_allclose(values[:, 0], values[:, -1], atol=1e-14)
-    assert found["phase_lag"].values.tolist() == [0.0, -0.25 * math.pi]
 
 
 @pytest.mark.parametrize("begin", [0.3, 0.39, 0.45])

@@ -11,23 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.figure_style import in_pi
-from bouncing_disk_ros.maps.tosses import (
-    Extreme,
-    ridge,
-    toss,
-    toss_paths,
-    toss_trajectory,
-)
+from bouncing_disk_ros.maps.tosses import Extreme, ridge, toss, toss_paths, toss_trajectory
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_map.compute import TossMap
 from bouncing_disk_ros.study.toss_map.picture import maps_figure
-from bouncing_disk_ros.study.toss_paths.picture import (
-    paths_figure,
-    toss_title,
-    trajectories_figure,
-)
+from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title, trajectories_figure
 
 ANGLES = (math.pi / 8, math.pi / 4, 3 * math.pi / 8, math.pi / 2)
 FASTEST = Extreme("airborne_speed", 0.0, 0.2456 * math.pi, 27.18, 0.99, 0.344)
@@ -97,13 +87,6 @@ def test_maps(tmp_path: Path) -> None:
     assert any("never leaves" in text.get_text() for text in ratio.texts)
     assert efficiency.get_xlim() == (-0.5, 1.5)
     saved(figure, tmp_path)
-
-
-def test_maps_without_marks() -> None:
-    lags, angles = np.linspace(0.0, 1.0, 11), np.linspace(0.2, 1.0, 9)
-    figure = maps_figure(lags, angles, toss(lags[:, None], angles))
-    assert all(axes.get_legend() is None for axes in figure.axes)
-    figure.draw_without_rendering()
 
 
 @pytest.mark.parametrize("given", [{"friction": 0.0}, {"initial_angular_velocity": -30.0}])

@@ -18,9 +18,6 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.lanes.lane_table import LANES
-from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
@@ -153,38 +150,6 @@ def test_what_is_measured_is_what_the_rows_show(settling: int) -> None:
     assert compared > 150
 
 
-def orbit_at(forcing: float, impacts: int) -> PeriodicOrbit:
-    """The attractor of so many impacts that grew out of period 1, ε = 0.5."""
-    section = NextCollisionMap(forcing, 0.5)
-    near = MapState(math.acos(1.0 / 3.0 / forcing) + 1e-3, -4.0 / 3.0)
-    return periodic_orbit(section, section.iterate(near, 20_000), impacts)
-
-
-def beside(orbit: PeriodicOrbit, n: int = 3) -> tuple[Floats, Floats]:
-    """n starts near an orbit."""
-    state = (*orbit.map.checked(orbit.state), 1.0, 0.0)
-    states = np.tile(state, (n, 1))
-    states[:, 0] += 1e-6 * np.arange(n)
-    section = orbit.map
-    return states, np.tile([section.axial_forcing, section.restitution, -0.7, 50.0], (n, 1))
-
-
-def test_the_exponent_of_period_1_is_its_multiplier_in_closed_form() -> None:
-    forcing, e = 0.475, 0.5
-    phase, w = math.acos(1.0 / 3.0 / forcing), -2.0 / (1.0 + e)
-    # d = 2π: ∂τ₁/∂τ = 1 + 2πΓ sin τ/w, ∂w₁/∂w = −ε(1 − 2πh''/w), h'' = Γ sin τ − 1/π
-    bend = forcing * math.sin(phase) - 1.0 / math.pi
-    trace = 1.0 + math.tau * forcing * math.sin(phase) / w - e * (1.0 - math.tau * bend / w)
-    assert abs(trace) > 2.0 * e, "the multipliers are real"
-    larger = 0.5 * (abs(trace) + math.sqrt(trace**2 - 4.0 * e * e))
-    found = carried(beside(orbit_at(forcing, 1)), 2000, 3000)
-    # each of the impacts adds some roundings; the vector has turned into the eigenvector
-    np.testing.assert_allclose(found.results[:, LYAPUNOV], math.log(larger), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(
-        found.results[:, MEAN_PER_TIME], math.cos(phase - 0.7), rtol=0, atol=1e-13
-    )
-
-
 def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
     states = np.array(
         [
@@ -214,18 +179,3 @@ def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:
     assert lost[3] == -math.inf
     assert found.results[3, CONTACT_COUNT] == 0.0
     assert math.isfinite(lost[4])
-
-
-def test_trajectories_know_nothing_of_each_other() -> None:
-    """The same bits in any order, in any company, on any number of threads."""
-    n = 20 * LANES + 7
-    start = starts(n, 56)
-    whole = carried(start, 15, 20, 6)
-    order = np.random.default_rng(57).permutation(n)[: LANES + 9]
-    part = carried((start[0][order], start[1][order]), 15, 20, 6)
-    shared = carried(start, 15, 20, 6, workers=3)
-    for k in range(3):
-        np.testing.assert_array_equal(whole[k][order], part[k])
-        np.testing.assert_array_equal(whole[k], shared[k])
-    alone = carried((start[0][5:6], start[1][5:6]), 15, 20, 6)
-    np.testing.assert_array_equal(alone.results[0], whole.results[5])
