@@ -87,20 +87,6 @@ def test_friction_without_noise_is_exact(friction: float) -> None:
     assert found.impacts == np.sum(slips & (rows["count"] == 1))
 
 
-def test_preload_and_load_torque_change_nothing() -> None:
-    result = simulate(
-        60.0,
-        axial_amplitude=0.1,
-        angular_amplitude=1.0,
-        friction=0.1,
-        preload=0.5,
-        load_torque=0.01,
-    )
-    disk = Disk(*(float(result.parameters[name]) for name in Disk._fields))
-    assert restitution_of(result.impacts, mass=disk.mass).value == pytest.approx(0.5, abs=1e-14)
-    assert friction_of(result.impacts, disk).value == pytest.approx(0.1, abs=1e-14)
-
-
 @pytest.mark.parametrize(
     ("restitution", "noise"),
     [(0.0, 0.1), (0.5, 1e-3), *in_soak((0.0, 1e-3), (0.5, 0.1), (1.0, 1e-3), (1.0, 0.1))],

@@ -81,13 +81,6 @@ def test_theory_is_drawn_where_the_points_end() -> None:
     assert levels == pytest.approx([6 * math.pi * 1.4531049057854113, math.acos(20.0 / 27.0)])
 
 
-def test_speeds_are_drawn_over_time() -> None:
-    record = first_toss()
-    _, speeds, _, _ = run_picture(record, "t").axes
-    disk = next(line for line in speeds.lines if line.get_label() == "disk α̇")
-    assert points(disk).tolist() == [[s.time, s.angular_velocity] for s in record.states]
-
-
 def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
     figure = run_picture(RunRecord(disk_of_the_preset()), "empty")
     save_picture(figure, tmp_path / "empty.svg")

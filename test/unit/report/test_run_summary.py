@@ -52,10 +52,7 @@ def test_summary_of_a_period_one_run() -> None:
     assert summary.lateness == (2e-5, 2e-4, 1e-3)
     assert summary.residual == 2e-16
     assert (summary.lost, summary.inputs) == (0, 1)
-
-
-def test_its_lines() -> None:
-    text = "\n".join(lines(summary_of(a_run())))
+    text = "\n".join(lines(summary))
     assert "orbit found               period-1: τ_imp 0.736624 rad (theory 0.736624)" in text
     assert "rotor speed               27.390382 rad/s" in text
     assert "p50 0.02 ms, p99 0.20 ms, largest 1.00 ms" in text

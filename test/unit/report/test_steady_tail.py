@@ -12,9 +12,7 @@ from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.rotor_speed import (
     Transient,
     TransientKind,
-    angle_of_means,
     mean_in_flight,
-    mean_of_angle,
     tail_begin,
 )
 from bouncing_disk_ros.report.spans import Segment
@@ -71,17 +69,3 @@ def test_between_impacts_a_load_takes_speed_on_a_line() -> None:
     assert math.isnan(mean_in_flight(rows, DISK)), "a row was lost"
     rows["index"][3], rows["axial_velocity"][1] = 3.0, 0.0
     assert math.isnan(mean_in_flight(rows, DISK)), "the second impact led into contact"
-
-
-def test_means_are_angle_over_time() -> None:
-    times = np.arange(0.0, 10.0, 0.1)
-    angles = 2.0 * times + 0.3 * np.sin(math.tau * times / 0.7)
-    whole = mean_of_angle(times, angles, 7.0, 0.7)
-    assert whole.value == pytest.approx(2.0, abs=1e-9)
-    assert whole.end - whole.begin == pytest.approx(4 * 0.7)
-    other = mean_of_angle(times, angles, 7.0, 0.0)
-    assert other.value == pytest.approx((angles[99] - angles[70]) / 2.9)
-    assert math.isnan(mean_of_angle(times[:1], angles[:1], 0.0, 0.0).value)
-    # each mean is since the message before; one is missing at 3 s
-    at, turned = angle_of_means(np.array([1.0, 2.0, 4.0, 5.0, 6.0]), np.array([9, 9, 9, 2.0, 4.0]))
-    assert (at.tolist(), turned.tolist()) == ([4.0, 5.0, 6.0], [0.0, 2.0, 6.0])
