@@ -146,17 +146,12 @@ def test_a_sample_becomes_four_joints() -> None:
     }
 
 
-def test_no_force_is_shown_without_a_sign() -> None:
-    msg = c.fill_joint_state(
-        c.new_joint_state(), SAMPLE._replace(axial_force=0.0, friction_torque=0.0), 0
-    )
-    assert [math.copysign(1.0, effort) for effort in msg.effort] == [1.0] * 4
-
-
-def test_a_reused_message_equals_a_new_one() -> None:
+def test_a_reused_message_equals_a_new_one_and_no_force_has_a_sign() -> None:
     reused = c.fill_joint_state(c.new_joint_state(), SAMPLE, 1)
-    later = SAMPLE._replace(time_ns=2 * NS, gap=0.0, axial_position=0.1, turns=-3)
-    assert c.fill_joint_state(reused, later, 2) == c.fill_joint_state(c.new_joint_state(), later, 2)
+    later = SAMPLE._replace(time_ns=2 * NS, gap=0.0, axial_force=0.0, friction_torque=0.0)
+    msg = c.fill_joint_state(reused, later, 2)
+    assert msg == c.fill_joint_state(c.new_joint_state(), later, 2)
+    assert [math.copysign(1.0, effort) for effort in msg.effort] == [1.0] * 4
 
 
 def test_joints_of_other_lengths_are_refused() -> None:
