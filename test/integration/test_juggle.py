@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.core.model import InitialState
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
@@ -28,23 +28,73 @@ from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.testing import SteppedSimulator
 from support.coverage import in_soak
 from support.in_process import ends
-from support.juggle_loops import (
-    DISK,
-    FREQUENCY,
-    GRAVITY,
-    REPORTED,
-    Make,
-    juggler_of,
-    motion_of,
-    overrides_of,
-    run_both,
-)
+
+FREQUENCY, GRAVITY = 3.0, 9.81
+REPORTED = float(TABLE["chatter_report_speed"].default)
+DISK = Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
+Make = Callable[..., SteppedSimulator]
+
 
 ROOT = Path(__file__).resolve().parents[2]
 PERIODS = 20
+
+
+def motion_of(forcing: float) -> Motion:
+    """A motion up and down with a Γ, for gravity GRAVITY."""
+    return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
+
+
+def overrides_of(values: Mapping[str, Any]) -> list[Parameter]:
+    """Parameters as a node takes them."""
+    return [Parameter(name, value=value) for name, value in values.items()]
+
+
+def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:
+    """The node, with some parameters, once it knows the motion of a simulator."""
+    overrides = overrides_of({"gravity": GRAVITY, "lead": 0.0, **values})
+    node = JuggleNode(OPTIONS, context=simulator.context, parameter_overrides=overrides)
+    simulator.add_node(node)
+    simulator.wait_for_subscriber("disk/impacts")
+    simulator.spin_until(lambda: node.status != "waiting for platform/motion")
+    return node
+
+
+def run_both(
+    make: Make, forcing: float, strategy: str, sensor: Sensor, *, periods: int = 20,
+    start: InitialState | None = None, error: float = 0.0,
+) -> tuple[Any, Any, str]:  # fmt: skip
+    """Rows of the loop through ROS, the record of the loop in one process, the node's status.
+
+    By default from rest. `error`: of the restitution that the controllers believe, a part of it.
+    """
+    motion, state = motion_of(forcing), start or InitialState()
+    thrown: dict[str, Any] = {}
+    if start is not None:
+        thrown = {"initial_with_platform": False, "initial_axial_velocity": start.axial_velocity}
+    simulator = make(
+        **motion._asdict(), **DISK._asdict(), initial_forcing_phase=state.forcing_phase, **thrown
+    )
+    rows: list[Any] = []
+    believed = DISK.restitution * (1.0 + error)
+    node = juggler_of(
+        simulator, strategy=strategy, delay=sensor.delay, jitter=sensor.jitter,
+        missed=sensor.missed, seed=sensor.seed, restitution=believed,
+    )  # fmt: skip
+    node.create_subscription(
+        PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
+    )
+    simulator.run(periods / FREQUENCY)
+    juggler = Juggler(strategy, motion, DISK, restitution=believed, phase=state.forcing_phase)
+    simulation = Simulation(motion, DISK, state, chatter_report_speed=REPORTED)
+    own = period_one_points(forcing, believed) if strategy == "none" else None  # it never learns
+    record = run_loop(simulation, juggler, periods=periods, sensor=sensor, orbit=own)
+    simulator.close_node(node)
+    return np.concatenate(rows), record, node.status
 
 
 @pytest.fixture

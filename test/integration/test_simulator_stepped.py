@@ -17,7 +17,6 @@ from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
-from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run.time_map import MARGIN_NS
@@ -71,21 +70,6 @@ def step(run: Any) -> None:
     run.step()
     while run._step_until is not None:
         run.tick(0)
-
-
-def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) -> None:
-    simulator = make(frequency=1e-6, step_periods=1_000_000)  # thirty thousand years
-    run = simulator.node.run
-    assert run is not None
-    assert "under way" in run.step()
-    reached = run.session.time_ns
-    run.tick(0)
-    assert run.session.time_ns > reached  # it goes on in the ticks
-    simulator.apply_impulse(0.01)  # and takes inputs meanwhile
-    run.pause(True)
-    reached = run.session.time_ns
-    run.tick(0)
-    assert run.session.time_ns == reached
 
 
 def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
@@ -310,18 +294,6 @@ def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.Monk
     assert [time_ns - NS for time_ns in times[-4:]] == [0, NS // 100, NS // 50, 3 * NS // 100]
 
 
-def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:
-    simulator = make()
-    changes = [Parameter("friction", value=0.1), Parameter("restitution", value=7.0)]
-    assert not simulator.node.set_parameters_atomically(changes).successful
-    assert simulator.node.get_parameter("friction").value == 0.6
-    changes = [
-        Parameter("initial_with_platform", value=False),
-        Parameter("initial_axial_velocity", value=1.0),
-    ]
-    assert simulator.node.set_parameters_atomically(changes).successful
-
-
 def test_a_parameter_beside_a_preset_wins(make: Make) -> None:
     simulator = make(preset="pizza_multiple_toss", restitution=0.25)
     assert simulator.node.get_parameter("restitution").value == 0.25
@@ -360,23 +332,6 @@ def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:
     assert simulator.time == 0.0
     assert node.trigger_shutdown() == SUCCESS
     assert node.finished
-
-
-def test_a_second_clock_is_refused(make: Make) -> None:
-    """Also after a reset, and after a new run of the first one."""
-    first = make(publish_clock=True)
-    assert first.node.run is not None
-    for change in (first.node.run.reset, first.node.restart):
-        change()
-        with pytest.raises(InputError, match="publish_clock: got True, allowed: false: /clock has"):
-            SimulatorNode(
-                "second",
-                context=first.context,
-                use_global_arguments=False,
-                parameter_overrides=[Parameter("publish_clock", value=True)],
-            )
-        assert first.node.outputs is not None
-        assert not first.node.outputs.clock_is_lost()
 
 
 def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:
