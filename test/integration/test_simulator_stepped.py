@@ -180,18 +180,27 @@ def test_an_angle_can_be_given_as_a_part_of_pi(make: Make) -> None:
     assert simulator.node.get_parameter("phase_lag").value == math.pi
 
 
-def test_parameters_that_act_at_the_next_reset_say_so(make: Make) -> None:
-    simulator = make()
-    changes = [
-        Parameter("initial_height", value=0.5),
-        Parameter("frequency", value=5.0),
-        Parameter("restitution", value=0.25),
-    ]
-    result = simulator.node.set_parameters_atomically(changes)
+def test_parameters_act_at_once_or_at_the_next_reset_and_say_so(make: Make) -> None:
+    simulator = make(preset="pizza_multiple_toss", friction=0.25)
+    node = simulator.node
+    assert node.get_parameter("friction").value == 0.25  # beside a preset
+    assert node.get_parameter("gravity").value == 10.0
+    values = {"initial_height": 0.5, "frequency": 5.0, "restitution": 0.25, "preload": 1.0}
+    result = node.set_parameters_atomically([Parameter(k, value=v) for k, v in values.items()])
     assert result.successful
     assert result.reason == "initial_height, frequency act at the next ~/reset"
     assert simulator.motion.frequency == 3.0
-    assert set_one(simulator, "initial_height", -1.0)[1].startswith("initial_height: got -1.0")
+    assert node.run is not None
+    disk = node.run.session.simulation.disk
+    assert (disk.restitution, disk.preload) == (0.25, 1.0)
+    assert set_one(simulator, "restitution", 1) == (True, "")
+    assert node.get_parameter("restitution").value == 1.0
+    assert set_one(simulator, "chatter_report_speed", 0.5)[0]
+    assert node.run.session.simulation.chatter_report_speed == 0.5
+    for name in ("friction", "mass", "preset"):
+        result = node.set_parameters_atomically([Parameter(name)])
+        assert result.reason.endswith("It cannot be deleted.")
+        assert node.has_parameter(name)
 
 
 def test_ranges_suit_sliders_and_refuse_nothing_that_is_allowed(make: Make) -> None:
@@ -262,28 +271,6 @@ def test_what_ros2_param_dump_writes_ros2_param_load_reads(
     assert {name: node.get_parameter(name).value for name in names} == before
 
 
-def test_a_parameter_cannot_be_deleted(make: Make) -> None:
-    simulator = make()
-    for name in ("friction", "mass", "preset"):
-        result = simulator.node.set_parameters_atomically([Parameter(name)])
-        assert result.reason.endswith("It cannot be deleted.")
-        assert simulator.node.has_parameter(name)
-
-
-def test_parameters_act_where_they_are_set(make: Make) -> None:
-    simulator = make()
-    simulator.advance(0.5)
-    for name, value in (("restitution", 0.25), ("preload", 1.0), ("load_torque", 0.01)):
-        assert set_one(simulator, name, value) == (True, "")
-    assert simulator.node.run is not None
-    disk = simulator.node.run.session.simulation.disk
-    assert (disk.restitution, disk.preload, disk.load_torque) == (0.25, 1.0, 0.01)
-    assert set_one(simulator, "restitution", 1) == (True, "")
-    assert simulator.node.get_parameter("restitution").value == 1.0
-    assert set_one(simulator, "chatter_report_speed", 0.5)[0]
-    assert simulator.node.run.session.simulation.chatter_report_speed == 0.5
-
-
 def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     times: list[int] = []
     monkeypatch.setattr(Outputs, "sample", lambda _, sample: times.append(sample.time_ns))
@@ -292,12 +279,6 @@ def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.Monk
     assert set_one(simulator, "state_rate", 100.0) == (True, "")
     simulator.advance(0.03)
     assert [time_ns - NS for time_ns in times[-4:]] == [0, NS // 100, NS // 50, 3 * NS // 100]
-
-
-def test_a_parameter_beside_a_preset_wins(make: Make) -> None:
-    simulator = make(preset="pizza_multiple_toss", restitution=0.25)
-    assert simulator.node.get_parameter("restitution").value == 0.25
-    assert simulator.node.get_parameter("gravity").value == 10.0
 
 
 # --- lifecycle ------------------------------------------------------------------------------------
