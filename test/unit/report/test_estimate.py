@@ -19,6 +19,7 @@ from bouncing_disk_ros.report.estimate import (
     platform_velocities,
     restitution_of,
 )
+from bouncing_disk_ros.run.session import motion_of
 from support.coverage import covers, in_soak
 
 Rows = NDArray[np.void]
@@ -42,8 +43,8 @@ def run(restitution: float = 0.5, friction: float = 0.15, amplitude: float = 0.0
         initial_height=0.3 if restitution == 1.0 else 0.0,
     )
     values = result.parameters
-    disk = Disk(*(float(values[name]) for name in Disk._fields))
-    return Run(result.impacts, disk, Motion(*(float(values[name]) for name in Motion._fields)))
+    disk = Disk.of(values)
+    return Run(result.impacts, disk, motion_of(values))
 
 
 def by_velocities(rows: Rows, motion: Motion) -> Estimate:

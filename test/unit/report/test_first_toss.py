@@ -17,6 +17,7 @@ from bouncing_disk_ros.maps.scales import period_one
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import Programme, load_programme
+from bouncing_disk_ros.run.session import motion_of
 
 REST = Motion(0.0, 0.0, 3.0, 0.0)
 NS = 1e9
@@ -41,8 +42,8 @@ def final_orbit(
 def disk_and_motion() -> tuple[Disk, Motion]:
     values = parameters.complete(load_preset("pizza_multiple_toss"))
     return (
-        Disk(*(float(values[name]) for name in Disk._fields)),
-        Motion(*(float(values[name]) for name in Motion._fields)),
+        Disk.of(values),
+        motion_of(values),
     )
 
 
@@ -102,7 +103,7 @@ def test_the_whole_file_works_from_any_orbit_before_it() -> None:
     align = file().align
     assert align is not None
     single = load_preset("pizza_single_toss")
-    wild = Motion(*(float(single[name]) for name in Motion._fields))
+    wild = motion_of(single)
     for before in (final, wild, wild._replace(axial_amplitude=0.1)):
         simulation = Simulation(before, disk, InitialState())
         begin = round(4.0 * NS)

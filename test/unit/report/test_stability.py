@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import simulate
-from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.axial_map import MAP_IMPACT, axial_orbit
 from bouncing_disk_ros.maps.map_tangent import log_growth
 from bouncing_disk_ros.report import stability
 from bouncing_disk_ros.report.stability import Path, chaos_of, cycle_near, path_of
+from bouncing_disk_ros.run.session import motion_of as motion_in
 from support.map_rows import DISK, map_rows, motion_of
 
 
@@ -26,8 +27,8 @@ def step(tau: float, w: float, axial_forcing: float, restitution: float) -> tupl
 
 def test_rows_of_the_simulator_follow_the_map_until_a_kick() -> None:
     result = simulate(40.0, preset="pizza_multiple_toss", impulses=[(20.1, 0.02, 0.0)])
-    disk = Disk(*(float(result.parameters[name]) for name in Disk._fields))
-    motion = Motion(*(float(result.parameters[name]) for name in Motion._fields))
+    disk = Disk.of(result.parameters)
+    motion = motion_in(result.parameters)
     rows = result.impacts
     assert len(path_of(rows, motion, disk).tau) == np.sum(rows["time"] > 20.1)
     assert len(path_of(rows[rows["time"] < 20.0], motion, disk).tau) == np.sum(rows["time"] < 20.0)

@@ -13,6 +13,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import period_one
 from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind, transient_of
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import Result
 from support.coverage import covers, in_soak
 
@@ -136,8 +137,8 @@ def test_slip_at_every_impact_is_linear(load_torque: float) -> None:
         load_torque=load_torque,
     )  # fmt: skip
     values = result.parameters
-    disk = Disk(*(float(values[name]) for name in Disk._fields))
-    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    disk = Disk.of(values)
+    motion = motion_of(values)
     rate = disk.friction * disk.friction_radius * disk.gravity / disk.gyration_radius**2
     rate -= load_torque / (disk.mass * disk.gyration_radius**2)
     found = transient_of(result.impacts["time"], result.impacts["angular_velocity"])
