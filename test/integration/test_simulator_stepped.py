@@ -65,13 +65,6 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
     assert again.tobytes() == peer.rows.tobytes()
 
 
-def step(run: Any) -> None:
-    """A step to its end, also where it goes on in the ticks."""
-    run.step()
-    while run._step_until is not None:
-        run.tick(0)
-
-
 def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
     simulator = make(frequency=0.1, axial_amplitude=1e-9, real_time_factor=1.0)
     run = simulator.node.run
