@@ -25,23 +25,6 @@ def test_a_recorded_run_is_proved(start: Starter, tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*_report.*"))
 
 
-def test_without_the_library_one_line_says_so(start: Starter, tmp_path: Path) -> None:
-    folder = period_one_bag(tmp_path / "run", 1.0)
-    report = start.command([sys.executable, "-c", _WITHOUT, str(folder), "--prove"])
-    assert report.wait(WAIT) == 2
-    assert len(report.stderr.splitlines()) == 1
-    assert "pip install python-flint" in report.stderr
-
-
-_WITHOUT = """
-import importlib.util, sys
-from bouncing_disk_ros.nodes import bag_report
-there = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *more: None if name == "flint" else there(name, *more)
-sys.exit(bag_report.main())
-"""
-
-
 def test_an_interrupted_proof_sums_up(start: Starter, tmp_path: Path) -> None:
     folder = period_one_bag(tmp_path / "run", 6.0)
     report = start.command([sys.executable, "-c", _SLOW, str(folder), "--prove"])

@@ -15,11 +15,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-from bouncing_disk_ros.ros.serialized import trajectory_from_bytes
 from bouncing_disk_ros.run import control
-from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
@@ -95,10 +92,6 @@ def test_run_to_impact_says_when_there_is_none(make: Make) -> None:
 
 
 # --- trajectories over ROS ------------------------------------------------------------------------
-def trajectory(*points: TrajectoryPoint, **fields: Any) -> TrajectoryRequest:
-    return TrajectoryRequest(**{"names": ("platform_axial",), "points": points, **fields})
-
-
 def test_a_trajectory_is_followed_recorded_shown_and_replayed(make: Make) -> None:
     simulator = make(axial_amplitude=0.0, angular_amplitude=0.0, publish_clock=True)
     assert simulator.node.run is not None
@@ -120,60 +113,6 @@ def test_a_trajectory_is_followed_recorded_shown_and_replayed(make: Make) -> Non
         peer.close()
     _, again = replayed(json.loads(json.dumps(records)), simulator.node.run.session.time_ns)
     assert again.sample() == simulator.state
-
-
-#: besides those of support.wrong_commands: what limits and the offset before decide
-WRONG_TRAJECTORIES = [
-    (trajectory(TrajectoryPoint((0.0,), (), (0.0,), after_ns=1)), "without velocities"),
-    (trajectory(TrajectoryPoint((0.0,), after_ns=0)), "a later point too"),
-    (trajectory(TrajectoryPoint((0.6,), (0.0,), after_ns=10**9)), "offset_limit"),
-    (trajectory(TrajectoryPoint((0.4,), (0.0,), after_ns=10**8)), "offset_speed_limit"),
-    (trajectory(TrajectoryPoint((0.1,), after_ns=10**9)), "a jump of the velocity"),
-    (trajectory(TrajectoryPoint((0.1,), (0.5,), after_ns=10**9)), "a jump of the velocity"),
-    (
-        trajectory(
-            TrajectoryPoint((0.0,), after_ns=10**8),
-            TrajectoryPoint((0.0,), (0.0,), after_ns=10**9),
-        ),
-        "same kinds of values",
-    ),
-]
-
-
-def test_a_wrong_trajectory_is_refused_in_one_line(make: Make) -> None:
-    limits = {"offset_limit": 0.5, "offset_speed_limit": 2.0, "offset_acceleration_limit": 200.0}
-    simulator = make(**limits)
-    simulator.advance(2.0)
-    before = state_digest(simulator.node)
-    for request, said in WRONG_TRAJECTORIES:
-        assert not simulator.node.commands.trajectory(request)
-        refusal = simulator.node.last_refusal
-        assert isinstance(refusal, InputError)
-        assert said in refusal.line
-        assert "\n" not in refusal.line
-    assert state_digest(simulator.node) == before
-
-
-def test_knots_ahead_are_limited(make: Make) -> None:
-    simulator = make()
-    now = simulator.node.get_clock().now().nanoseconds + 3600 * 10**9
-    points = [TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1001)]
-    accepted = 0
-    for k in range(20):
-        accepted += simulator.node.commands.trajectory(
-            trajectory(*points, stamp_ns=now + k * 10**12)  # far apart, however slow this loop is
-        )
-    assert accepted == 9  # of a thousand knots and a hold each
-    refusal = simulator.node.last_refusal
-    assert refusal is not None
-    assert "10000" in refusal.line
-    assert simulator.node.commands.trajectory(trajectory())
-    assert simulator.node.commands.trajectory(trajectory(*points, stamp_ns=now))
-
-
-def test_bytes_of_a_huge_message_are_refused_unread() -> None:
-    with pytest.raises(InputError, match="bytes"):
-        trajectory_from_bytes("platform/joint_trajectory", b"\x00\x01\x00\x00" + bytes(200_000))
 
 
 # --- lockstep -------------------------------------------------------------------------------------

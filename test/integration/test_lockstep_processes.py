@@ -22,7 +22,7 @@ from support.ros_peer import Peer
 ROOT = Path(__file__).resolve().parents[2]
 KILLED = str(ROOT / "test" / "support" / "killed_controller.py")
 EDGES = ("before the input", "before the answer", "after the answer")
-"""Where a controller may be killed at a gate."""
+"""Where a controller may be killed at a gate: all of them in test/soak/test_lockstep_runs.py."""
 GATES = 12
 VALUES = {"lockstep": "tick", "state_rate": 50.0}
 
@@ -92,18 +92,6 @@ def test_whoever_ends_and_is_started_again_changes_nothing(
         assert end_of(again) == expected
     finally:
         again.close()
-
-
-@pytest.mark.soak
-def test_a_controller_killed_at_each_edge_and_started_again_changes_nothing(
-    start: Starter, page: str, loop: Loop, expected: str
-) -> None:
-    for k, edge in enumerate(EDGES):
-        process = killed(start, page, edge, 3 * k)
-        loop.spin_until(lambda: not process.running)  # noqa: B023
-        assert process.wait() == -9, process.output
-    start.command([sys.executable, "-P", page, "1"])
-    assert end_of(loop) == expected
 
 
 @pytest.mark.soak

@@ -60,13 +60,15 @@ def make_wheel(folder: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_wheel_holds_every_module(wheel: zipfile.ZipFile) -> None:
+def test_the_wheel_holds_modules_shared_files_entry_points_and_the_version(
+    wheel: zipfile.ZipFile,
+) -> None:
+    import bouncing_disk_ros
+
+    names = wheel.namelist()
     tree = {str(path.relative_to(ROOT)) for path in (ROOT / "bouncing_disk_ros").rglob("*.py")}
-    found = {name for name in wheel.namelist() if name.startswith("bouncing_disk_ros/")}
+    found = {name for name in names if name.startswith("bouncing_disk_ros/")}
     assert found == tree | {"bouncing_disk_ros/py.typed"}
-
-
-def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
     share = "share/bouncing_disk_ros/"
     wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
     for folder in ("config", "examples", "launch", "urdf", "rviz"):
@@ -74,23 +76,14 @@ def test_wheel_holds_every_shared_file(wheel: zipfile.ZipFile) -> None:
         files = [path for path in files if "__pycache__" not in path.parts]
         assert files, f"{folder} is empty"
         wanted |= {share + str(path.relative_to(ROOT)) for path in files}
-    found = {name.partition(".data/data/")[2] for name in wheel.namelist() if ".data/" in name}
-    assert found == wanted
-
-
-def test_wheel_names_the_executables_and_the_pytest_plugin(wheel: zipfile.ZipFile) -> None:
-    (name,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
+    assert {name.partition(".data/data/")[2] for name in names if ".data/" in name} == wanted
+    (points,) = (name for name in names if name.endswith("entry_points.txt"))
     table = ConfigParser()
-    table.read_string(wheel.read(name).decode())
+    table.read_string(wheel.read(points).decode())
     assert dict(table["console_scripts"]) == {name: entry_point(name) for name in EXECUTABLES}
     assert dict(table["pytest11"]) == {"bouncing_disk_ros": "bouncing_disk_ros.testing"}
-
-
-def test_wheel_has_the_version_of_the_manifest(wheel: zipfile.ZipFile) -> None:
-    import bouncing_disk_ros
-
-    (name,) = [name for name in wheel.namelist() if name.endswith("/METADATA")]
-    assert f"\nVersion: {bouncing_disk_ros.__version__}\n" in wheel.read(name).decode()
+    (about,) = (name for name in names if name.endswith("/METADATA"))
+    assert f"\nVersion: {bouncing_disk_ros.__version__}\n" in wheel.read(about).decode()
 
 
 @pytest.mark.interop  # 20 s

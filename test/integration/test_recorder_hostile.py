@@ -134,25 +134,17 @@ def test_answers_of_nodes_are_validated(start: Starter, talker: Talker, tmp_path
     process = recorder(start, tmp_path / "run", f"presets:={named}")
     liars = [
         Liar(talker, "unknown_type", ["a"], [ParameterValue(type=99)]),
-        Liar(talker, "too_few", ["a", "b"], [value("x")]),
-        Liar(talker, "too_long", ["a"], [value("x" * 200_000)]),
         Liar(talker, "too_many", [f"n{i}" for i in range(10_000)], []),
         Liar(talker, "reads_a_secret", ["preset"], [value(str(secret))]),
-        Liar(talker, "reads_up", ["preset"], [value("../../../../etc/passwd")]),
-        Liar(talker, "reads_zeros", ["preset"], [value("/dev/zero")]),
         Liar(talker, "honest", ["preset"], [value("swum")]),
         Liar(talker, "named", ["b", "preset"], [value("x"), value(str(named))]),
     ]
     lines = {
         "unknown_type": "the parameters of /unknown_type are not attached: .*unexpected parameter",
-        "too_few": "the parameters of /too_few are not attached: .*got '1 values', allowed: 2",
-        "too_long": "the parameters of /too_long are not attached: .*at most 100000 bytes",
         "too_many": "the parameters of /too_many are not attached: .*got '10000 of them'",
         "reads_a_secret": "preset '.*secret.yaml': its values are attached, its file is not",
-        "reads_up": "preset '../../../../etc/passwd': its values are",
-        "reads_zeros": "preset '/dev/zero': its values are attached",
     }
-    talker.spin_until(lambda: all(liar.asked for liar in liars if liar is not liars[3]))
+    talker.spin_until(lambda: all(liar.asked for liar in liars if liar is not liars[1]))
     for line in lines.values():
         process.wait_for(line)
     process.wait_for("subscribed to /disk/inputs")
@@ -165,7 +157,7 @@ def test_answers_of_nodes_are_validated(start: Starter, talker: Talker, tmp_path
     assert attached["preset/named.yaml"] == named.read_bytes()
     assert not any(b"1234" in content for content in attached.values())
     parameters = {name for name in attached if name.startswith("parameters/")}
-    kept = ("reads_a_secret", "reads_up", "reads_zeros", "honest", "named")
+    kept = ("reads_a_secret", "honest", "named")
     assert parameters == {f"parameters/{name}.yaml" for name in kept}
     honest = yaml.safe_load(attached["parameters/honest.yaml"])
     assert honest == {"/honest": {"ros__parameters": {"preset": "swum"}}}

@@ -13,10 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from rcl_interfaces.srv import DescribeParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.conversions import ns_to_time
@@ -85,21 +83,6 @@ def test_a_kick_acts_at_its_stamp(live: LiveSimulators, peer: Peer) -> None:
     assert all(speed == 0.0 for since, speed in speeds.items() if since < 0)
     after = [speed for since, speed in speeds.items() if since > 0]
     assert after == pytest.approx([0.01 / inertia] * len(after), rel=1e-14)
-
-
-def test_an_empty_programme_cancels_what_is_pending(live: LiveSimulators, peer: Peer) -> None:
-    live(peer)
-    peer.settle()
-    peer.command((1000.0, {"frequency": 9.0}))
-    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 1)
-    peer.command((1000.0, {"axial_amplitude": 0.01}))  # inherits the pending frequency
-    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 2)
-    peer.publish("platform/command", JointTrajectory())
-    peer.spin_until(lambda: len([r for r in peer.records if r["kind"] == "motion"]) == 3)
-    points = [record["points"] for record in peer.records if record["kind"] == "motion"]
-    assert points[1][0][1][2] == 9.0
-    assert points[2] == []
-    assert msg_to_motion(peer.latest("platform/motion")).target.frequency == 3.0
 
 
 def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
@@ -211,23 +194,6 @@ def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
     assert late.records[0]["kind"] == "snapshot"
     late.spin_until(lambda: late.phases == ["paused"])
     late.close()
-
-
-def test_parameters_are_described_set_and_refused(live: LiveSimulators, peer: Peer) -> None:
-    live(peer, restitution=1, preset="pizza_multiple_toss")
-    peer.settle()
-    request = DescribeParameters.Request(names=["restitution"])
-    (descriptor,) = peer.call(DescribeParameters, "describe_parameters", request).descriptors
-    assert "coefficient of restitution" in descriptor.description
-    assert descriptor.floating_point_range[0].to_value == 1.0
-    result = peer.set_parameters(restitution=1.5)
-    assert not result.successful
-    assert result.reason == "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"
-    assert peer.set_parameters(restitution=0.25).successful
-    record = peer.wait_for_record("parameters")
-    assert record["values"] == {"restitution": 0.25}
-    assert record["disk"]["gravity"] == 10.0
-    assert "no change while it runs" in peer.set_parameters(mass=2.0).reason
 
 
 def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:

@@ -17,7 +17,6 @@ from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.outputs import Outputs
-from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run.time_map import MARGIN_NS
@@ -64,28 +63,6 @@ def test_inputs_and_impacts_heard_over_ros_replay_bit_for_bit(make: Make, peer: 
     peer.spin_until(lambda: len(peer.rows) == total and len(peer.records) == session.accepted + 1)
     again = replayed(peer.records, session.time_ns)[0]
     assert again.tobytes() == peer.rows.tobytes()
-
-
-def step(run: Any) -> None:
-    """A step to its end, also where it goes on in the ticks."""
-    run.step()
-    while run._step_until is not None:
-        run.tick(0)
-
-
-def test_a_long_step_is_answered_before_its_end_and_a_pause_ends_it(make: Make) -> None:
-    simulator = make(frequency=1e-6, step_periods=1_000_000)  # thirty thousand years
-    run = simulator.node.run
-    assert run is not None
-    assert "under way" in run.step()
-    reached = run.session.time_ns
-    run.tick(0)
-    assert run.session.time_ns > reached  # it goes on in the ticks
-    simulator.apply_impulse(0.01)  # and takes inputs meanwhile
-    run.pause(True)
-    reached = run.session.time_ns
-    run.tick(0)
-    assert run.session.time_ns == reached
 
 
 def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
@@ -196,18 +173,27 @@ def test_an_angle_can_be_given_as_a_part_of_pi(make: Make) -> None:
     assert simulator.node.get_parameter("phase_lag").value == math.pi
 
 
-def test_parameters_that_act_at_the_next_reset_say_so(make: Make) -> None:
-    simulator = make()
-    changes = [
-        Parameter("initial_height", value=0.5),
-        Parameter("frequency", value=5.0),
-        Parameter("restitution", value=0.25),
-    ]
-    result = simulator.node.set_parameters_atomically(changes)
+def test_parameters_act_at_once_or_at_the_next_reset_and_say_so(make: Make) -> None:
+    simulator = make(preset="pizza_multiple_toss", friction=0.25)
+    node = simulator.node
+    assert node.get_parameter("friction").value == 0.25  # beside a preset
+    assert node.get_parameter("gravity").value == 10.0
+    values = {"initial_height": 0.5, "frequency": 5.0, "restitution": 0.25, "preload": 1.0}
+    result = node.set_parameters_atomically([Parameter(k, value=v) for k, v in values.items()])
     assert result.successful
     assert result.reason == "initial_height, frequency act at the next ~/reset"
     assert simulator.motion.frequency == 3.0
-    assert set_one(simulator, "initial_height", -1.0)[1].startswith("initial_height: got -1.0")
+    assert node.run is not None
+    disk = node.run.session.simulation.disk
+    assert (disk.restitution, disk.preload) == (0.25, 1.0)
+    assert set_one(simulator, "restitution", 1) == (True, "")
+    assert node.get_parameter("restitution").value == 1.0
+    assert set_one(simulator, "chatter_report_speed", 0.5)[0]
+    assert node.run.session.simulation.chatter_report_speed == 0.5
+    for name in ("friction", "mass", "preset"):
+        result = node.set_parameters_atomically([Parameter(name)])
+        assert result.reason.endswith("It cannot be deleted.")
+        assert node.has_parameter(name)
 
 
 def test_ranges_suit_sliders_and_refuse_nothing_that_is_allowed(make: Make) -> None:
@@ -278,28 +264,6 @@ def test_what_ros2_param_dump_writes_ros2_param_load_reads(
     assert {name: node.get_parameter(name).value for name in names} == before
 
 
-def test_a_parameter_cannot_be_deleted(make: Make) -> None:
-    simulator = make()
-    for name in ("friction", "mass", "preset"):
-        result = simulator.node.set_parameters_atomically([Parameter(name)])
-        assert result.reason.endswith("It cannot be deleted.")
-        assert simulator.node.has_parameter(name)
-
-
-def test_parameters_act_where_they_are_set(make: Make) -> None:
-    simulator = make()
-    simulator.advance(0.5)
-    for name, value in (("restitution", 0.25), ("preload", 1.0), ("load_torque", 0.01)):
-        assert set_one(simulator, name, value) == (True, "")
-    assert simulator.node.run is not None
-    disk = simulator.node.run.session.simulation.disk
-    assert (disk.restitution, disk.preload, disk.load_torque) == (0.25, 1.0, 0.01)
-    assert set_one(simulator, "restitution", 1) == (True, "")
-    assert simulator.node.get_parameter("restitution").value == 1.0
-    assert set_one(simulator, "chatter_report_speed", 0.5)[0]
-    assert simulator.node.run.session.simulation.chatter_report_speed == 0.5
-
-
 def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     times: list[int] = []
     monkeypatch.setattr(Outputs, "sample", lambda _, sample: times.append(sample.time_ns))
@@ -308,24 +272,6 @@ def test_a_new_rate_of_samples_acts_at_once(make: Make, monkeypatch: pytest.Monk
     assert set_one(simulator, "state_rate", 100.0) == (True, "")
     simulator.advance(0.03)
     assert [time_ns - NS for time_ns in times[-4:]] == [0, NS // 100, NS // 50, 3 * NS // 100]
-
-
-def test_several_parameters_are_set_together_or_not_at_all(make: Make) -> None:
-    simulator = make()
-    changes = [Parameter("friction", value=0.1), Parameter("restitution", value=7.0)]
-    assert not simulator.node.set_parameters_atomically(changes).successful
-    assert simulator.node.get_parameter("friction").value == 0.6
-    changes = [
-        Parameter("initial_with_platform", value=False),
-        Parameter("initial_axial_velocity", value=1.0),
-    ]
-    assert simulator.node.set_parameters_atomically(changes).successful
-
-
-def test_a_parameter_beside_a_preset_wins(make: Make) -> None:
-    simulator = make(preset="pizza_multiple_toss", restitution=0.25)
-    assert simulator.node.get_parameter("restitution").value == 0.25
-    assert simulator.node.get_parameter("gravity").value == 10.0
 
 
 # --- lifecycle ------------------------------------------------------------------------------------
@@ -360,23 +306,6 @@ def test_deactivate_holds_and_cleanup_discards(make: Make) -> None:
     assert simulator.time == 0.0
     assert node.trigger_shutdown() == SUCCESS
     assert node.finished
-
-
-def test_a_second_clock_is_refused(make: Make) -> None:
-    """Also after a reset, and after a new run of the first one."""
-    first = make(publish_clock=True)
-    assert first.node.run is not None
-    for change in (first.node.run.reset, first.node.restart):
-        change()
-        with pytest.raises(InputError, match="publish_clock: got True, allowed: false: /clock has"):
-            SimulatorNode(
-                "second",
-                context=first.context,
-                use_global_arguments=False,
-                parameter_overrides=[Parameter("publish_clock", value=True)],
-            )
-        assert first.node.outputs is not None
-        assert not first.node.outputs.clock_is_lost()
 
 
 def test_ticks_begin_just_after_samples_are_due(make: Make) -> None:

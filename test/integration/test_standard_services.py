@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Coroutine
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -20,19 +20,15 @@ from bouncing_disk_ros.testing import SteppedSimulator
 from support.standard_types import (
     TYPES,
     Answer,
-    EntitiesAnswer,
-    EntitiesRequest,
-    EntityAnswer,
-    FeaturesAnswer,
+    EntityState,
     Goal,
     OldSetEntityRequest,
     ResetRequest,
     Result,
     SetEntityRequest,
-    SetStateAnswer,
     SimulationState,
     SimulatorFeatures,
-    StateAnswer,
+    entities_request,
 )
 
 Make = Callable[..., tuple[SteppedSimulator, StandardServices]]
@@ -51,12 +47,19 @@ def make(make: Callable[..., SteppedSimulator]) -> Make:
 
 def set_state(services: StandardServices, state: int) -> Result:
     request = SimpleNamespace(state=SimulationState(state))
-    result: Result = services.set_state(request, SetStateAnswer()).result
+    result: Result = services.set_state(request, Answer()).result
     return result
 
 
 def state_of(services: StandardServices) -> int:
-    return int(services.get_state(None, StateAnswer()).state.state)
+    return int(services.get_state(None, Answer(state=SimulationState())).state.state)
+
+
+def entity_of(services: StandardServices, name: str) -> EntityState:
+    """The state of the disk or the platform."""
+    answer = Answer(state=EntityState())
+    state: EntityState = services.get_entity_state(SimpleNamespace(entity=name), answer).state
+    return state
 
 
 def finish(services: StandardServices, work: Coroutine[Any, Any, Any], tick: Any) -> Any:
@@ -73,7 +76,7 @@ def finish(services: StandardServices, work: Coroutine[Any, Any, Any], tick: Any
 
 def test_features_are_known_ones(make: Make) -> None:
     _, services = make()
-    features = services.get_features(None, FeaturesAnswer()).features
+    features = services.get_features(None, Answer(features=SimulatorFeatures())).features
     assert features.features == [getattr(SimulatorFeatures, name) for name in FEATURES]
     assert SimulatorFeatures.SIMULATION_RESET_TIME in features.features
     assert "platform" in features.custom_info
@@ -86,14 +89,14 @@ def test_play_pause_and_stop(make: Make) -> None:
     assert set_state(services, SimulationState.STATE_PLAYING).result == Result.RESULT_OK
     assert state_of(services) == SimulationState.STATE_PLAYING
     again = set_state(services, SimulationState.STATE_PLAYING)
-    assert again.result == SetStateAnswer.ALREADY_IN_TARGET_STATE
+    assert again.result == Answer.ALREADY_IN_TARGET_STATE
     assert set_state(services, SimulationState.STATE_PAUSED).result == Result.RESULT_OK
     simulator.command(frequency=5.0)
     assert set_state(services, SimulationState.STATE_STOPPED).result == Result.RESULT_OK
     assert state_of(services) == SimulationState.STATE_STOPPED
     assert simulator.motion.frequency == 3.0
     stopped = set_state(services, SimulationState.STATE_STOPPED)
-    assert stopped.result == SetStateAnswer.ALREADY_IN_TARGET_STATE
+    assert stopped.result == Answer.ALREADY_IN_TARGET_STATE
     assert set_state(services, SimulationState.STATE_PAUSED).result == Result.RESULT_OK
     assert state_of(services) == SimulationState.STATE_PAUSED
 
@@ -112,7 +115,7 @@ def test_what_cannot_be_set_or_reset_says_so(make: Make) -> None:
     unknown = SetEntityRequest("table", set_twist=True)
     for answer in (
         services.set_entity_state(unknown, Answer()),
-        services.get_entity_state(unknown, EntityAnswer()),
+        services.get_entity_state(unknown, Answer(state=EntityState())),
     ):
         assert answer.result.result == Result.RESULT_NOT_FOUND
         assert "disk and platform" in answer.result.error_message
@@ -128,7 +131,7 @@ def test_an_inactive_node_is_in_the_wrong_state(make: Make) -> None:
     assert services.step(steps, Answer()).result.result == wrong
     assert services.reset(ResetRequest(), Answer()).result.result == wrong
     disk = SimpleNamespace(entity="disk")
-    assert services.get_entity_state(disk, EntityAnswer()).result.result == wrong
+    assert services.get_entity_state(disk, Answer(state=EntityState())).result.result == wrong
 
 
 def test_a_reset_of_everything_begins_a_new_run(make: Make) -> None:
@@ -208,14 +211,13 @@ def test_the_state_of_the_entities(make: Make) -> None:
     simulator, services = make(initial_height=0.5, initial_angle=1.0, initial_angular_velocity=2.0)
     simulator.advance(0.125)
     sample = simulator.state
-    disk = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    disk = entity_of(services, "disk")
     assert disk.pose.position.z == sample.axial_position
     assert 2 * math.atan2(disk.pose.orientation.z, disk.pose.orientation.w) == pytest.approx(1.25)
     assert (disk.twist.linear.z, disk.twist.angular.z) == (sample.axial_velocity, 2.0)
     assert disk.acceleration.linear.z == pytest.approx(-9.80665, rel=1e-12)
     assert disk.header.frame_id == "world"
-    entity = SimpleNamespace(entity="platform")
-    platform = services.get_entity_state(entity, EntityAnswer()).state
+    platform = entity_of(services, "platform")
     assert platform.pose.position.z == sample.platform_position
     assert platform.twist.angular.z == sample.platform_angular_velocity
 
@@ -223,7 +225,7 @@ def test_the_state_of_the_entities(make: Make) -> None:
 def test_a_disk_at_rest_moves_as_the_platform_does(make: Make) -> None:
     simulator, services = make(axial_amplitude=0.001)
     simulator.advance(0.1)
-    disk = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    disk = entity_of(services, "disk")
     omega = 6 * math.pi
     assert disk.acceleration.linear.z == pytest.approx(
         -(omega**2) * simulator.state.platform_position, rel=1e-9
@@ -248,7 +250,7 @@ def test_the_older_version_sets_the_twist_and_no_other_pose(make: Make) -> None:
     """Its request has no flags: a pose left out, or the present one, is not set."""
     simulator, services = make(initial_height=0.5)
     simulator.advance(0.125)
-    present = services.get_entity_state(SimpleNamespace(entity="disk"), EntityAnswer()).state
+    present = entity_of(services, "disk")
     request = OldSetEntityRequest("disk")
     for pose in (request.state.pose, present.pose):
         request.state.pose = pose
@@ -265,7 +267,7 @@ def test_the_older_version_sets_the_twist_and_no_other_pose(make: Make) -> None:
 def test_frames_have_their_prefix_and_others_are_refused(make: Make, kind: type[Any]) -> None:
     _, services = make(frame_prefix="left/", world_frame="map")
     for entity in ("disk", "platform"):
-        state = services.get_entity_state(SimpleNamespace(entity=entity), EntityAnswer()).state
+        state = entity_of(services, entity)
         assert state.header.frame_id == "left/map"
     request = kind("disk")
     request.set_twist = True
@@ -283,9 +285,9 @@ def test_frames_have_their_prefix_and_others_are_refused(make: Make, kind: type[
 def test_entities_are_listed_by_their_names(make: Make) -> None:
     _, services = make()
 
-    def listed(name: str = "", **filters: Any) -> EntitiesAnswer:
-        answer: EntitiesAnswer = services.get_entities(
-            EntitiesRequest(name, **filters), EntitiesAnswer()
+    def listed(name: str = "", **filters: Any) -> Answer:
+        answer: Answer = services.get_entities(
+            entities_request(name, **filters), Answer(entities=[])
         )
         return answer
 
@@ -312,12 +314,3 @@ def test_without_the_package_nothing_changes(make: Make, monkeypatch: pytest.Mon
     simulator, _ = make()
     names = {service.srv_name for service in simulator.node.services}
     assert not {name for name in names if "simulation" in name or "entity" in name}
-
-
-def test_with_the_package_its_modules_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    for kind in ("", ".msg", ".srv", ".action"):
-        name = f"simulation_interfaces{kind}"
-        monkeypatch.setitem(sys.modules, name, ModuleType(name))
-    types = installed_types()
-    assert types is not None
-    assert types.srv.__name__ == "simulation_interfaces.srv"

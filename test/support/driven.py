@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, join_rows
+from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
@@ -37,6 +39,20 @@ def wild_input(session: Session, rng: random.Random) -> None:
             session.set_paused(not session.paused)
         case 6:
             session.reset() if rng.random() < 0.3 else session.snapshot()
+
+
+def wild_splice(session: Session, rng: random.Random) -> Splice:
+    """An offset trajectory of one joint or both, now or later; now and then a cancellation."""
+    begin = session.input_ns + rng.choice([0, rng.randrange(10**9)])
+    lanes: list[tuple[Knot, ...] | None] = []
+    for scale in (0.02, 0.3):
+        at, knots = begin, []
+        for _ in range(rng.randrange(4)):
+            at += rng.randrange(10**7, 3 * 10**8)
+            state = OffsetState(rng.gauss(0, scale), rng.gauss(0, scale))
+            knots.append(Knot(at, state, rng.choice(DEGREES)))
+        lanes.append(None if rng.random() < 0.3 else tuple(knots))
+    return Splice(begin, lanes[0], lanes[1])
 
 
 class Driven:
@@ -65,12 +81,17 @@ class Driven:
                 self.sent += 1
                 self.rows.append((self.sent, rows[first : first + 3]))
 
-    def drive(self, seed: int, inputs_: int = 40) -> Driven:
-        """A wild but seeded sequence of inputs of every kind, with uneven advances between them."""
+    def drive(self, seed: int, inputs_: int = 40, trajectories: float = 0.0) -> Driven:
+        """A wild but seeded sequence of inputs of every kind, with uneven advances between them.
+
+        `trajectories`: in which part of the turns an offset trajectory comes besides.
+        """
         rng = random.Random(seed)
         for _ in range(inputs_):
             self.advance(rng.choice([0.0, 1e-9, 0.001, rng.uniform(0.0, 0.3)]))
             wild_input(self.session, rng)
+            if trajectories and rng.random() < trajectories:
+                self.session.trajectory(wild_splice(self.session, rng))
             self.flush()
         self.session.set_paused(False)
         self.advance(1.0)

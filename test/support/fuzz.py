@@ -15,7 +15,7 @@ import shutil
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import CodeType, FrameType, TracebackType
 from typing import Any, NamedTuple
@@ -39,7 +39,6 @@ _METADATA = """rosbag2_bagfile_information:
   message_count: 3
 """
 Arc = tuple[CodeType, int, int]
-Edit = Callable[[bytearray], None]
 
 
 class Damaged(NamedTuple):

@@ -16,13 +16,15 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from bouncing_disk_ros import bag, parameters
-from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.core.model import Disk, join_rows
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.run.health import Health, Reading, Status
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import TOPICS
 
@@ -193,6 +195,17 @@ class RecordedRun:
         self._writer.add_topic(name, TOPICS[topic].type, [bag.OfferedQos()])
         shown = number if self._is_numbered else 0
         self._writer.write(name, data, received_ns + 1_000_000, at, shown)
+
+
+def listened(result: Result) -> RunRecord:
+    """What a listener keeps of a simulated run: its disk, impacts, samples and speeds."""
+    record = RunRecord(Disk.of(result.parameters), chunks=[result.impacts])
+    for sample in result.samples:
+        time = float(sample["time_ns"]) / NS
+        names = ("axial_position", "platform_position", "angular_velocity")
+        record.states.append(State(time, *(float(sample[name]) for name in names)))
+        record.speeds.append((time, float(sample["angular_velocity"])))
+    return record
 
 
 def _status(name: str, row: Status) -> DiagnosticStatus:

@@ -13,42 +13,27 @@ from std_msgs.msg import Header
 
 
 class Result:
-    RESULT_FEATURE_UNSUPPORTED = 0
-    RESULT_OK = 1
-    RESULT_NOT_FOUND = 2
-    RESULT_INCORRECT_STATE = 3
-    RESULT_OPERATION_FAILED = 4
+    RESULT_FEATURE_UNSUPPORTED, RESULT_OK, RESULT_NOT_FOUND = 0, 1, 2
+    RESULT_INCORRECT_STATE, RESULT_OPERATION_FAILED = 3, 4
 
     def __init__(self) -> None:
         self.result, self.error_message = 0, ""
 
 
 class SimulationState:
-    STATE_STOPPED = 0
-    STATE_PLAYING = 1
-    STATE_PAUSED = 2
-    STATE_QUITTING = 3
-    STATE_NO_WORLD = 4
-    STATE_LOADING_WORLD = 5
+    STATE_STOPPED, STATE_PLAYING, STATE_PAUSED, STATE_QUITTING = 0, 1, 2, 3
+    STATE_NO_WORLD, STATE_LOADING_WORLD = 4, 5
 
     def __init__(self, state: int = 0) -> None:
         self.state = state
 
 
 class SimulatorFeatures:
-    SPAWNING = 0
-    ENTITY_STATE_GETTING = 10
-    ENTITY_STATE_SETTING = 11
-    SIMULATION_RESET = 20
-    SIMULATION_RESET_TIME = 21
-    SIMULATION_RESET_STATE = 22
+    SPAWNING, ENTITY_STATE_GETTING, ENTITY_STATE_SETTING = 0, 10, 11
+    SIMULATION_RESET, SIMULATION_RESET_TIME, SIMULATION_RESET_STATE = 20, 21, 22
     SIMULATION_RESET_SPAWNED = 23
-    SIMULATION_STATE_GETTING = 24
-    SIMULATION_STATE_SETTING = 25
-    SIMULATION_STATE_PAUSE = 26
-    STEP_SIMULATION_SINGLE = 31
-    STEP_SIMULATION_MULTIPLE = 32
-    STEP_SIMULATION_ACTION = 33
+    SIMULATION_STATE_GETTING, SIMULATION_STATE_SETTING, SIMULATION_STATE_PAUSE = 24, 25, 26
+    STEP_SIMULATION_SINGLE, STEP_SIMULATION_MULTIPLE, STEP_SIMULATION_ACTION = 31, 32, 33
 
     def __init__(self) -> None:
         self.features: list[int] = []
@@ -61,65 +46,22 @@ class EntityState:
         self.header, self.pose, self.twist, self.acceleration = Header(), Pose(), Twist(), Accel()
 
 
-class Answer:
-    """A response with a result and nothing else."""
+class Answer(SimpleNamespace):
+    """A response of any service, with the constants of SetSimulationState_Response."""
 
-    def __init__(self) -> None:
-        self.result = Result()
+    ALREADY_IN_TARGET_STATE, STATE_TRANSITION_ERROR = 101, 102
 
-
-class StateAnswer(Answer):
-    """GetSimulationState_Response."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.state = SimulationState()
-
-
-class SetStateAnswer(Answer):
-    """SetSimulationState_Response."""
-
-    ALREADY_IN_TARGET_STATE = 101
-    STATE_TRANSITION_ERROR = 102
-    INCORRECT_TRANSITION = 103
-
-
-class EntityAnswer(Answer):
-    """GetEntityState_Response."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.state = EntityState()
-
-
-class FeaturesAnswer:
-    """GetSimulatorFeatures_Response, which has no result."""
-
-    def __init__(self) -> None:
-        self.features = SimulatorFeatures()
+    def __init__(self, **fields: Any) -> None:
+        super().__init__(result=Result(), **fields)
 
 
 class ResetRequest:
     """ResetSimulation_Request."""
 
-    SCOPE_DEFAULT = 0
-    SCOPE_TIME = 1
-    SCOPE_STATE = 2
-    SCOPE_SPAWNED = 4
-    SCOPE_ALL = 255
+    SCOPE_DEFAULT, SCOPE_TIME, SCOPE_STATE, SCOPE_SPAWNED, SCOPE_ALL = 0, 1, 2, 4, 255
 
     def __init__(self, scope: int = 0) -> None:
         self.scope = scope
-
-
-class SetEntityRequest:
-    """SetEntityState_Request."""
-
-    def __init__(self, entity: str, **flags: bool) -> None:
-        self.entity, self.state = entity, EntityState()
-        self.set_pose = flags.get("set_pose", False)
-        self.set_twist = flags.get("set_twist", False)
-        self.set_acceleration = flags.get("set_acceleration", False)
 
 
 class OldSetEntityRequest:
@@ -129,31 +71,24 @@ class OldSetEntityRequest:
         self.entity, self.state = entity, EntityState()
 
 
-class EntitiesRequest:
+class SetEntityRequest(OldSetEntityRequest):
+    """SetEntityState_Request."""
+
+    def __init__(self, entity: str, **flags: bool) -> None:
+        super().__init__(entity)
+        self.set_pose = flags.get("set_pose", False)
+        self.set_twist = flags.get("set_twist", False)
+        self.set_acceleration = flags.get("set_acceleration", False)
+
+
+def entities_request(name: str = "", **filters: Any) -> Any:
     """GetEntities_Request."""
-
-    def __init__(self, name: str = "", **filters: Any) -> None:
-        self.filters = SimpleNamespace(
-            filter=name,
-            categories=filters.get("categories", []),
-            tags=SimpleNamespace(tags=filters.get("tags", []), filter_mode=0),
-            bounds=SimpleNamespace(type=filters.get("bounds", 0), points=[]),
-        )
-
-
-class EntitiesAnswer(Answer):
-    """GetEntities_Response."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.entities: list[str] = []
-
-
-class Feedback:
-    """SimulateSteps_Feedback."""
-
-    def __init__(self, completed_steps: int = 0, remaining_steps: int = 0) -> None:
-        self.completed_steps, self.remaining_steps = completed_steps, remaining_steps
+    tags = SimpleNamespace(tags=filters.get("tags", []), filter_mode=0)
+    bounds = SimpleNamespace(type=filters.get("bounds", 0), points=[])
+    categories = filters.get("categories", [])
+    return SimpleNamespace(
+        filters=SimpleNamespace(filter=name, categories=categories, tags=tags, bounds=bounds)
+    )
 
 
 class Goal:
@@ -164,18 +99,12 @@ class Goal:
         self.is_cancel_requested = False
         self.feedback: list[tuple[int, int]] = []
         self.ends: list[str] = []
+        self.succeed = lambda: self.ends.append("succeeded")
+        self.canceled = lambda: self.ends.append("cancelled")
+        self.abort = lambda: self.ends.append("aborted")
 
-    def publish_feedback(self, feedback: Feedback) -> None:
+    def publish_feedback(self, feedback: Any) -> None:
         self.feedback.append((feedback.completed_steps, feedback.remaining_steps))
-
-    def succeed(self) -> None:
-        self.ends.append("succeeded")
-
-    def canceled(self) -> None:
-        self.ends.append("cancelled")
-
-    def abort(self) -> None:
-        self.ends.append("aborted")
 
 
 TYPES: Any = SimpleNamespace(
@@ -183,5 +112,5 @@ TYPES: Any = SimpleNamespace(
         Result=Result, SimulationState=SimulationState, SimulatorFeatures=SimulatorFeatures
     ),
     srv=SimpleNamespace(),  # requests and responses are made by the tests
-    action=SimpleNamespace(SimulateSteps=SimpleNamespace(Result=Answer, Feedback=Feedback)),
+    action=SimpleNamespace(SimulateSteps=SimpleNamespace(Result=Answer, Feedback=SimpleNamespace)),
 )

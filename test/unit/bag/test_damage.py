@@ -295,43 +295,29 @@ def test_files_of_other_writers_are_read_and_mended(
     assert report.saved > (0 if chunked else 50) or chunked
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    (tmp_path / "bag").mkdir()
-    return tmp_path / "bag"
+def test_what_is_no_bag_of_ours_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    folder = tmp_path / "bag"
+    folder.mkdir()
 
+    def refused(path: Path, said: str) -> None:
+        with pytest.raises(InputError, match=said):
+            bag.open(path)
 
-def test_other_storages_are_refused_with_the_converting_command(folder: Path) -> None:
+    refused(folder / "nothing", "There is no file or folder of that name")
+    refused(folder, "It holds no .mcap file")
     (folder / "bag_0.db3").write_bytes(b"SQLite")
-    with pytest.raises(InputError, match=r"got 'bag_0.db3'.*ros2 bag convert -i .*bag -o out.yaml"):
-        bag.open(folder)
-    yaml = (
+    refused(folder, r"got 'bag_0.db3'.*ros2 bag convert -i .*bag -o out.yaml")
+    (folder / "metadata.yaml").write_text(
         "rosbag2_bagfile_information: {storage_identifier: sqlite3, relative_file_paths: [a.db3]}"
     )
-    (folder / "metadata.yaml").write_text(yaml)
-    with pytest.raises(InputError, match=r"bag storage: got 'sqlite3', allowed: mcap"):
-        bag.open(folder)
+    refused(folder, "bag storage: got 'sqlite3', allowed: mcap")
     (folder / "run.bag").write_bytes(b"#ROSBAG V2.0")
-    with pytest.raises(InputError, match="rosbags-convert"):
-        bag.open(folder / "run.bag")
-
-
-def test_what_is_no_bag_is_refused(folder: Path) -> None:
-    with pytest.raises(InputError, match=r"It holds no .mcap file"):
-        bag.open(folder)
-    with pytest.raises(InputError, match=r"There is no file or folder of that name"):
-        bag.open(folder / "nothing")
-    (folder / "a.mcap").write_bytes(b"")
-    with pytest.raises(InputError, match=r"a readable .mcap file"):
-        bag.open(folder)
-
-
-def test_a_bag_of_a_newer_format_is_refused(tmp_path: Path) -> None:
+    refused(folder / "run.bag", "rosbags-convert")
+    refused(put(tmp_path / "empty", b""), "a readable .mcap file")
     with bag.Writer(tmp_path / "run", notes={"format": "99"}) as writer:
         writer.add_topic("/a", "std_msgs/msg/String")
         writer.write("/a", b"\0\1\0\0\2\0\0\0a\0", START_NS)
-    with pytest.raises(InputError, match=r"bag format: got 99, allowed: 1 to 1.*update"):
-        bag.open(tmp_path / "run")
+    refused(tmp_path / "run", r"bag format: got 99, allowed: 1 to 1.*update")
 
 
 def test_a_file_that_metadata_yaml_does_not_name_is_read_and_told(

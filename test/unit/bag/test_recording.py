@@ -146,35 +146,32 @@ def test_a_full_disk_is_told_while_a_chunk_waits(
     assert "No space left on device" in str(recording.error)
 
 
-def test_no_file_holds_a_head_alone(tmp_path: Path) -> None:
-    """However small the size is, and whatever is attached later."""
-    sent = list(messages(200))
-    with bag.Writer(tmp_path / "run", bag.Options(chunk_size=100, max_size=1)) as writer:
+def written(folder: Path, options: bag.Options, attached: int = 0) -> list[Path]:
+    """The files of a bag of 230 messages, all of which are read again."""
+    sent = list(messages(230))
+    with bag.Writer(folder, options) as writer:
         for topic, kind in TYPES.items():
             writer.add_topic(topic, kind)
-        writer.attach("large", "text/plain", bytes(10_000))
+        if attached:
+            writer.attach("large", "text/plain", bytes(attached))
         for row in sent:
             writer.write(row.topic, row.data, *row[1:4])
-    sizes = [file.stat().st_size for file in (tmp_path / "run").glob("*.mcap")]
-    assert 1 <= len(sizes) <= 10
-    with bag.open(tmp_path / "run") as run:
+    with bag.open(folder) as run:
         assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]
+    return sorted(folder.glob("*.mcap"))
+
+
+def test_no_file_holds_a_head_alone(tmp_path: Path) -> None:
+    """However small the size is, and whatever is attached later."""
+    options = bag.Options(chunk_size=100, max_size=1)
+    assert 1 <= len(written(tmp_path / "run", options, attached=10_000)) <= 10
 
 
 def test_a_large_index_is_closed_with_its_file(tmp_path: Path) -> None:
-    sent = list(messages(230))
-    options = bag.Options(chunk_size=500, max_chunks=10)
-    with bag.Writer(tmp_path / "run", options) as writer:
-        for topic, kind in TYPES.items():
-            writer.add_topic(topic, kind)
-        for row in sent:
-            writer.write(row.topic, row.data, *row[1:4])
-    files = sorted((tmp_path / "run").glob("*.mcap"))
+    files = written(tmp_path / "run", bag.Options(chunk_size=500, max_chunks=10))
     assert len(files) > 5
     for file in files:
         with file.open("rb") as stream:
             summary = make_reader(stream).get_summary()
         assert summary is not None
         assert len(summary.chunk_indexes) <= 10
-    with bag.open(tmp_path / "run") as run:
-        assert [tuple(row) for row in run.messages()] == [tuple(row) for row in sent]

@@ -26,7 +26,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
     plant_settings,
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
-from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, run_loop
+from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
 from support.juggle_loops import watched
 
 FREQUENCY, GRAVITY = 3.0, 9.81
@@ -107,8 +107,6 @@ def test_the_kernels_impacts_are_those_of_the_simulation(strategy: str) -> None:
     simulation = Simulation(motion, disk, state)
     first = juggler.on_impact(HeardImpact(0.0, velocity * SPEED), 0)  # the kernel hears of it too
     if first is not None:
-        from bouncing_disk_ros.juggling.simulated_loop import knots_of
-
         simulation.trajectory(first.begin_ns, axial=knots_of(first))
     found = run_loop(simulation, juggler, periods=12.0).rows[:5]
     np.testing.assert_allclose(phase + OMEGA * found["time"], rows[:, 0], rtol=0.0, atol=1e-9)
@@ -149,8 +147,6 @@ def test_deadbeat_reaches_the_orbit_in_two_impacts(forcing: float) -> None:
         motion, disk = motion_of(forcing), disk_of()
         juggler = Juggler("deadbeat", motion, disk, phase=phase)
         simulation = Simulation(motion, disk, after_impact(phase, 1.05))
-        from bouncing_disk_ros.juggling.simulated_loop import knots_of
-
         answer = juggler.on_impact(HeardImpact(0.0, 1.05 * SPEED), 0)
         assert answer is not None
         simulation.trajectory(answer.begin_ns, axial=knots_of(answer))
@@ -221,8 +217,6 @@ def test_limits_are_never_exceeded(
     )
     motion = motion_of(forcing)
     replay = Simulation(motion, disk_of(), start)
-    from bouncing_disk_ros.juggling.simulated_loop import knots_of
-
     for command in record.commands:
         replay.advance(command.begin_ns)
         replay.trajectory(command.begin_ns, axial=knots_of(command))

@@ -152,23 +152,6 @@ def test_a_refuted_event_is_told(
     assert text.splitlines()[-1] == f"refuted: {rows_of(text)['all'][2] - 10} more"
 
 
-def test_an_interrupted_proof_says_how_far_it_came(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    left = iter(range(10))
-
-    def interrupted(_: object) -> Verdict:
-        if next(left, None) is None:
-            raise KeyboardInterrupt
-        return Verdict(Outcome.PROVED)
-
-    monkeypatch.setattr(proof, "prove", interrupted)
-    assert prove(folder) == ExitCode.INTERRUPTED
-    text = capsys.readouterr().out
-    assert text.startswith("interrupted: proof of ")
-    assert rows_of(text)["all"] == [10, 0, 0, 0]
-
-
 def test_without_the_library_one_line_says_what_to_do(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -100,38 +99,6 @@ def test_an_impact_at_another_time_speed_or_phase_is_refuted(
         verdict = prove(wrong(event))
         assert verdict.outcome is Outcome.REFUTED, (event, verdict)
         assert reason in verdict.reason
-
-
-def test_an_impact_that_comes_after_one_that_was_missed_is_refuted() -> None:
-    """The flight would go on below the platform, and cross it again and again."""
-    for event in bounces(10):
-        roots = _later_crossings(event)
-        for d, w in roots:
-            assert prove(_moved(event, d, w)).outcome is Outcome.REFUTED
-
-
-def _moved(event: Event, d: float, w: float) -> Event:
-    made = landing_after(d, w, event.before, event.motion)
-    return made._replace(disk=event.disk)
-
-
-def _later_crossings(event: Event) -> list[tuple[float, float]]:
-    """Times at which the gap, continued below zero, falls through zero again, and its slope."""
-    state, motion = event.before, event.motion
-    omega = math.tau * motion.f
-
-    def gap(t: float) -> float:
-        bracket = math.sin(state.tau + omega * t) - math.sin(state.tau)
-        bracket -= omega * t * math.cos(state.tau)
-        return state.gap + state.u * t - event.disk.g * t * t / 2 - motion.a * bracket
-
-    step = 1e-3 / motion.f
-    times = [event.delay + k * step for k in range(1, 4000)]
-    found = []
-    for a, b in itertools.pairwise(times):
-        if gap(a) > 0.0 > gap(b):
-            found.append((0.5 * (a + b), -1.0))
-    return found
 
 
 @pytest.mark.parametrize(

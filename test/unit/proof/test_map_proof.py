@@ -15,8 +15,6 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import (
 from bouncing_disk_ros.proof.exact_records import Outcome
 from support.map_proof import Collision, MapKind, prove_collision
 
-PERIOD_ONE = 0.4, 0.5  # Γ, ε
-
 
 def steps(n: int, seed: int = 1) -> list[Collision]:
     """One step each from random impacts."""
@@ -32,17 +30,6 @@ def steps(n: int, seed: int = 1) -> list[Collision]:
         Collision(*row)._replace(kind=MapKind(kind))
         for row, kind in zip(table.tolist(), kinds.tolist(), strict=True)
     ]
-
-
-def test_the_orbit_of_period_one_is_proved() -> None:
-    """cos τ = (1 − ε)/((1 + ε)Γ), w = −2/(1 + ε), every 2π."""
-    axial_forcing, restitution = PERIOD_ONE
-    tau = math.acos((1.0 - restitution) / ((1.0 + restitution) * axial_forcing))
-    w = -2.0 / (1.0 + restitution)
-    collision = Collision(tau, w, axial_forcing, restitution, tau, w)
-    assert prove_collision(collision).outcome is Outcome.PROVED
-    other = collision._replace(next_tau=tau + 1e-13)
-    assert prove_collision(other).outcome is Outcome.REFUTED
 
 
 @pytest.mark.parametrize("field", ["next_tau", "next_w"])

@@ -14,22 +14,16 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.core.offset import CUBIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.read_run import (
     BagRun,
     EveryNth,
     Losses,
-    Newest,
     ReadOptions,
     RunOrder,
     Sign,
     in_order_of_sending,
 )
-from bouncing_disk_ros.report.report_text import tables
-from bouncing_disk_ros.report.run_report import report_of
-from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, RecordedRun, period_one_bag
 
 
@@ -72,25 +66,6 @@ def test_a_bag_gives_what_was_simulated(tmp_path: Path) -> None:
     assert (source.namespace, source.run, source.runs) == ("/", 1, 1)
 
 
-def test_restitution_is_right_where_an_offset_moves_the_platform(tmp_path: Path) -> None:
-    def back_and_forth(session: Session) -> None:
-        knots = tuple(
-            Knot(session.time_ns + k * NS // 7, OffsetState(0.02 * (-1) ** k, 0.1), CUBIC)
-            for k in range(1, 30)
-        )
-        session.trajectory(Splice(session.time_ns, knots, None))
-
-    with bag.Writer(tmp_path / "run") as writer:
-        made = RecordedRun(writer, restitution=0.45, preset="pizza_multiple_toss")
-        made.run(8.0, {1.0: back_and_forth})
-    run = read(tmp_path / "run")
-    report = report_of(run.record, run.source)
-    assert report.restitution.value == pytest.approx(0.45, abs=1e-9)
-    assert report.restitution.high - report.restitution.low < 1e-9
-    words = dict(row for table in tables(report) for row in table.rows)
-    assert words["offset of the platform"].startswith("1 trajectory accepted")
-
-
 def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
     with bag.Writer(tmp_path / "run") as writer:
         for namespace, restitution in (("", 0.5), ("/left", 0.4), ("/a/b", 0.3)):
@@ -103,22 +78,6 @@ def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
         run = read(tmp_path / "run", namespace=namespace)
         assert run.record.disk.restitution == restitution
         assert len(run.record.health) == 2  # those of others are on the same topic
-
-
-def test_runs_are_told_apart_by_the_indices_that_begin_again(tmp_path: Path) -> None:
-    with bag.Writer(tmp_path / "run") as writer:
-        for number, restitution in enumerate((0.5, 0.4, 0.3)):
-            start_ns = START_NS + 20 * number * NS
-            RecordedRun(writer, start_ns=start_ns, restitution=restitution).run(3.0)
-    for asked, restitution in ((0, 0.3), (1, 0.5), (2, 0.4), (3, 0.3)):
-        run = read(tmp_path / "run", run=asked)
-        assert run.record.disk.restitution == restitution
-        assert (run.source.run, run.source.runs) == (asked or 3, 3)
-        assert len(run.record.motions) == 1
-        assert len(run.record.states) == 30
-        assert np.all(np.diff(run.record.rows["time"]) > 0.0)
-    with pytest.raises(InputError, match="run: got 4, allowed: 1 to 3"):
-        read(tmp_path / "run", run=4)
 
 
 def test_only_impacts_are_enough(period_one: Callable[..., Path]) -> None:
@@ -211,16 +170,6 @@ def test_a_damaged_bag_is_reported_up_to_the_damage(tmp_path: Path) -> None:
     assert "what follows is not in this report (bag_recover saves it)" in run.source.remarks[-1]
 
 
-def test_slow_motion_has_simulated_times(tmp_path: Path) -> None:
-    with bag.Writer(tmp_path / "run") as writer:
-        made = RecordedRun(writer, real_time_factor=0.5)
-        made.run(4.0)
-    record = read(tmp_path / "run").record
-    assert record.states[-1].time == pytest.approx(4.0)
-    stamps = [report.stamp for report in record.health]
-    assert stamps[-1] - stamps[0] == pytest.approx(6.0), "three simulated seconds"
-
-
 def test_changes_are_heard(tmp_path: Path) -> None:
     with bag.Writer(tmp_path / "run") as writer:
         RecordedRun(writer, preset="pizza_multiple_toss").run(
@@ -299,11 +248,3 @@ def test_a_thinned_list_keeps_even_steps() -> None:
         kept.append(number)
     assert 4 <= len(kept) <= 8
     assert kept == list(range(0, 1000, kept.step))
-
-
-def test_a_list_of_the_newest_counts_what_it_drops() -> None:
-    kept = Newest[int](8)
-    for number in range(1000):
-        kept.append(number)
-    assert 8 <= len(kept) < 16
-    assert kept == list(range(kept.dropped, 1000))

@@ -8,7 +8,7 @@ import pytest
 
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.report.report_files import MARK, check_ours, targets
+from bouncing_disk_ros.report.report_files import targets
 
 
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -28,19 +28,6 @@ def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         expected = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", "png")]
         assert targets(bag, output, kinds) == expected
-
-
-def test_files_of_others_stay(tmp_path: Path) -> None:
-    ours, other = tmp_path / "a.html", tmp_path / "b.html"
-    ours.write_text(f'<meta name="generator" content="{MARK}">')
-    other.write_text("a thesis")
-    check_ours([ours, tmp_path / "new.html"])
-    with pytest.raises(
-        InputError, match=r"one that bag_report has made\. Move it, or give another"
-    ):
-        check_ours([ours, other])
-    with pytest.raises(InputError, match="output: got"):
-        check_ours([tmp_path])
 
 
 def test_a_file_is_whole_or_stays_as_it_was(tmp_path: Path) -> None:

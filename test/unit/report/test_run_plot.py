@@ -11,19 +11,13 @@ import pytest
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.figure_style import save_picture
 from bouncing_disk_ros.report.run_picture import run_picture
-from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.simulate import simulate
-
-
-def disk_of_the_preset() -> Disk:
-    values = parameters.complete(load_preset("pizza_multiple_toss"))
-    return Disk(*(float(values[name]) for name in Disk._fields))
+from support.recorded import listened
 
 
 @cache
@@ -35,11 +29,7 @@ def first_toss() -> RunRecord:
         initial_with_platform=True, initial_axial_velocity=0.0, axial_amplitude=0.0,
         angular_amplitude=0.0, phase_lag=0.0, initial_forcing_phase=1.77,
     )  # fmt: skip
-    record = RunRecord(disk_of_the_preset(), chunks=[result.impacts])
-    names = ("axial_position", "platform_position", "angular_velocity")
-    for sample in result.samples:
-        time = float(sample["time_ns"]) / 1e9
-        record.states.append(State(time, *(float(sample[name]) for name in names)))
+    record = listened(result)
     start = Motion(0.0, 0.0, 3.0, 0.0)
     for at_ns, target in programme.targets(start):
         record.motions.append(MotionInForce(at_ns - 333_000_000, at_ns, start, target, 0, 0.0))
@@ -81,14 +71,7 @@ def test_theory_is_drawn_where_the_points_end() -> None:
     assert levels == pytest.approx([6 * math.pi * 1.4531049057854113, math.acos(20.0 / 27.0)])
 
 
-def test_speeds_are_drawn_over_time() -> None:
-    record = first_toss()
-    _, speeds, _, _ = run_picture(record, "t").axes
-    disk = next(line for line in speeds.lines if line.get_label() == "disk α̇")
-    assert points(disk).tolist() == [[s.time, s.angular_velocity] for s in record.states]
-
-
 def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
-    figure = run_picture(RunRecord(disk_of_the_preset()), "empty")
+    figure = run_picture(RunRecord(first_toss().disk), "empty")
     save_picture(figure, tmp_path / "empty.svg")
     assert figure.get_suptitle() == "empty"

@@ -7,31 +7,24 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
+from bouncing_disk_ros.core.model import MotionInForce
 from bouncing_disk_ros.report.run_record import (
     Health,
     RunRecord,
-    State,
 )
 from bouncing_disk_ros.report.run_summary import last_orbit, lines, summary_of
-from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import simulate
+from support.recorded import listened
 
 
 def a_run() -> RunRecord:
     """Ten seconds and a little on the period-1 orbit, as a listener would keep them."""
-    values = parameters.complete(load_preset("pizza_multiple_toss"))
-    motion = Motion(*(float(values[name]) for name in Motion._fields))
-    record = RunRecord(Disk(*(float(values[name]) for name in Disk._fields)))
-    record.motions.append(MotionInForce(0, 0, motion, motion, 0, 0.0))
     result = simulate(10.1, preset="pizza_multiple_toss", sample_rate=20.0)
-    record.chunks += np.array_split(result.impacts, 5)
-    for sample in result.samples:
-        state = ("axial_position", "platform_position", "angular_velocity")
-        time = float(sample["time_ns"]) / 1e9
-        record.states.append(State(time, *(float(sample[name]) for name in state)))
-        record.speeds.append((time, float(sample["angular_velocity"])))
+    record = listened(result)
+    record.chunks = [*np.array_split(result.impacts, 5)]
+    motion = motion_of(result.parameters)
+    record.motions.append(MotionInForce(0, 0, motion, motion, 0, 0.0))
     record.health += [
         Health(100.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-16),
         Health(108.0, 9.0, 3e-5, 2e-4, 5e-4, 2e-16),
@@ -52,10 +45,7 @@ def test_summary_of_a_period_one_run() -> None:
     assert summary.lateness == (2e-5, 2e-4, 1e-3)
     assert summary.residual == 2e-16
     assert (summary.lost, summary.inputs) == (0, 1)
-
-
-def test_its_lines() -> None:
-    text = "\n".join(lines(summary_of(a_run())))
+    text = "\n".join(lines(summary))
     assert "orbit found               period-1: τ_imp 0.736624 rad (theory 0.736624)" in text
     assert "rotor speed               27.390382 rad/s" in text
     assert "p50 0.02 ms, p99 0.20 ms, largest 1.00 ms" in text

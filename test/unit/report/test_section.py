@@ -10,6 +10,7 @@ import pytest
 from bouncing_disk_ros.core.model import ImpactKind
 from bouncing_disk_ros.maps.scales import period_one
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
+from bouncing_disk_ros.run.session import motion_of as motion_in
 from support.map_rows import DISK, map_rows, motion_of
 
 
@@ -25,11 +26,11 @@ def test_units_are_those_of_the_map() -> None:
 def test_rows_of_the_log_hold_the_same_section() -> None:
     """x and y of a row (float32) are the section of the live picture."""
     from bouncing_disk_ros import simulate
-    from bouncing_disk_ros.core.model import Disk, Motion
+    from bouncing_disk_ros.core.model import Disk
 
     result = simulate(20.0, axial_amplitude=0.06, preload=0.5)
-    disk = Disk(*(float(result.parameters[name]) for name in Disk._fields))
-    motion = Motion(*(float(result.parameters[name]) for name in Motion._fields))
+    disk = Disk.of(result.parameters)
+    motion = motion_in(result.parameters)
     rows = result.impacts[single_impacts(result.impacts)]
     assert len(rows) > 20
     assert rows["forcing_phase"] / math.tau == pytest.approx(rows["x"], rel=1e-7)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-import pytest
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Motion, MotionInForce
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, Change, RunRecord
@@ -26,74 +26,36 @@ def fade(begin: float, end: float, start: Motion, target: Motion) -> MotionInFor
     return MotionInForce(round(begin * NS), round(end * NS), start, target, 0, 0.0)
 
 
-def segments_of(
-    begin: float,
-    end: float,
-    motions: list[MotionInForce],
-    changes: list[Change],
-    disks: list[tuple[float, Disk]],
-    known_inputs: tuple[tuple[float, float], ...] = (),
-) -> list[Segment]:
-    record = RunRecord(
-        UNKNOWN_DISK, motions=motions, changes=changes, disks=disks, known=[*known_inputs]
-    )
-    return segments_of_record(record, begin, end)
+def segments_of(motions: list[MotionInForce], begin: float = 0.0, **known: Any) -> list[Segment]:
+    return segments_of_record(RunRecord(UNKNOWN_DISK, motions=motions, **known), begin, 9.0)
 
 
 MOTIONS = [steady(0.0, SLOW), fade(4.0, 5.0, SLOW, FAST), steady(5.0, FAST)]
-
-
-def test_a_cross_fade_parts_two_segments() -> None:
-    first, second = segments_of(1.0, 9.0, MOTIONS, [], [(0.0, SOFT)])
-    assert first[:5] == (1.0, 4.0, FIRST, SLOW, SOFT)
-    assert second[:5] == (5.0, 9.0, "change of motion", FAST, SOFT)
-
-
-def test_the_steady_motion_after_a_fade_may_not_have_been_heard() -> None:
-    assert segments_of(1.0, 9.0, MOTIONS[:2], [], []) == segments_of(1.0, 9.0, MOTIONS, [], [])
 
 
 def test_times_of_segments_about_fades() -> None:
     """A fade at once after another leaves none between them; a bag may begin within a fade."""
     motions = [*MOTIONS[:2], fade(5.0, 6.0, FAST, SLOW), steady(6.0, SLOW)]
     for found, times in (
-        (segments_of(0.0, 9.0, motions, [], []), [(0.0, 4.0), (6.0, 9.0)]),
-        (segments_of(4.5, 9.0, MOTIONS[1:], [], []), [(5.0, 9.0)]),
+        (segments_of(motions), [(0.0, 4.0), (6.0, 9.0)]),
+        (segments_of(MOTIONS[1:], 4.5), [(5.0, 9.0)]),
     ):
         assert [(row.begin, row.end) for row in found] == times
-
-
-@pytest.mark.parametrize("what", ["impulse", "reset"])
-def test_a_kick_and_a_reset_begin_a_segment(what: str) -> None:
-    changes = [Change(2.0, what, "so"), Change(4.5, "impulse")]  # the second falls into the fade
-    found = segments_of(0.0, 9.0, MOTIONS, changes, [(0.0, SOFT)])
-    assert [(row.begin, row.end, row.began_by) for row in found] == [
-        (0.0, 2.0, FIRST), (2.0, 4.0, f"{what} (so)"), (5.0, 9.0, "change of motion"),
-    ]  # fmt: skip
-
-
-def test_disks_are_those_in_force() -> None:
-    changes = [Change(2.0, "parameters", "restitution 0.8")]
-    found = segments_of(0.0, 9.0, MOTIONS, changes, [(0.0, SOFT), (2.0, HARD)])
-    assert [row.disk for row in found] == [SOFT, HARD, HARD]
-    late = segments_of(0.0, 9.0, MOTIONS, [], [(3.0, SOFT)], ((3.0, math.inf),))
-    assert [(row.begin, row.motion, known(row.disk)) for row in late] == [
-        (0.0, None, False), (3.0, SLOW, True), (5.0, FAST, True),
-    ]  # fmt: skip
+    assert segments_of(MOTIONS[:2]) == segments_of(MOTIONS), "the end of a fade was not heard"
 
 
 def test_what_is_not_recorded_is_not_known() -> None:
     """Records lost in between, and a motion that does not lead on to the next one."""
     span = ((0.0, 2.0), (6.0, math.inf))
-    found = segments_of(0.0, 9.0, MOTIONS, [], [(0.0, SOFT), (6.0, HARD)], span)
+    found = segments_of(MOTIONS, disks=[(0.0, SOFT), (6.0, HARD)], known=[*span])
     assert [(row.begin, row.end, row.motion, known(row.disk)) for row in found] == [
         (0.0, 2.0, SLOW, True), (2.0, 4.0, None, False), (5.0, 6.0, None, False),
         (6.0, 9.0, FAST, True),
     ]  # fmt: skip
     lost = [steady(0.0, SLOW), steady(5.0, FAST)]
-    assert [row.motion for row in segments_of(0.0, 9.0, lost, [], [])] == [None, FAST]
+    assert [row.motion for row in segments_of(lost)] == [None, FAST]
     again = [steady(0.0, SLOW), steady(5.0, SLOW)]
-    found = segments_of(0.0, 9.0, again, [], [])
+    found = segments_of(again)
     assert [(row.began_by, row.motion) for row in found] == [
         (FIRST, SLOW), ("change of motion or reset", SLOW)
     ]  # fmt: skip
@@ -102,7 +64,7 @@ def test_what_is_not_recorded_is_not_known() -> None:
 def test_a_reset_is_told_as_one_where_nothing_else_can_have_been() -> None:
     """Without disk/inputs: what ends a cross-fade before its time; else it may have been a fade."""
     words = [
-        segments_of(0.0, 9.0, motions, [], [])[-1].began_by
+        segments_of(motions)[-1].began_by
         for motions in (
             [*MOTIONS[:2], steady(4.5, SLOW)], [*MOTIONS[:2], steady(4.5, FAST)],
             [steady(0.0, SLOW), steady(4.5, FAST)], [*MOTIONS[:2], steady(7.0, SLOW)], MOTIONS,
@@ -125,20 +87,3 @@ def test_a_span_says_from_when_on_the_ledger_counts() -> None:
     assert not spans.knows_inputs(1.0, 9.5)
     assert spans.reset_within(2.0, 3.0)
     assert not spans.reset_within(3.0, 4.0)
-
-
-def test_nothing_known_is_one_segment() -> None:
-    (found,) = segments_of(1.0, 2.0, [], [], [])
-    assert found[:4] == (1.0, 2.0, FIRST, None)
-    assert found.disk is UNKNOWN_DISK
-    assert not known(found.disk)
-    assert known(SOFT)
-    assert segments_of(0.0, 0.0, [], [], []) == []
-
-
-def test_rows_of_a_segment() -> None:
-    rows = np.zeros(10, IMPACT_DTYPE)
-    rows["time"] = np.arange(10.0)
-    first, second = segments_of(1.0, 9.5, MOTIONS, [], [])
-    assert first.of(rows)["time"].tolist() == [1.0, 2.0, 3.0]
-    assert second.of(rows)["time"].tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import simulate
-from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.axial_map import MAP_IMPACT, axial_orbit
 from bouncing_disk_ros.maps.map_tangent import log_growth
-from bouncing_disk_ros.maps.scales import stability_limit
 from bouncing_disk_ros.report import stability
 from bouncing_disk_ros.report.stability import Path, chaos_of, cycle_near, path_of
+from bouncing_disk_ros.run.session import motion_of as motion_in
 from support.map_rows import DISK, map_rows, motion_of
 
 
@@ -25,52 +25,10 @@ def step(tau: float, w: float, axial_forcing: float, restitution: float) -> tupl
     return tau + out[0, 2], out[0, 1]
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize(("tau", "w"), [(0.7, -1.3), (1.1, -0.9)])
-def test_derivative_is_that_of_the_map(tau: float, w: float, restitution: float) -> None:
-    axial_forcing, h = 0.6, 1e-5
-    tau1, w1 = step(tau, w, axial_forcing, restitution)
-    path = Path(
-        np.array([tau, tau1]), np.array([w, w1]), np.array([tau1 - tau]), axial_forcing, restitution
-    )
-    (jacobian,) = stability.jacobians(path)
-    for column, (dt, dw) in enumerate([(h, 0.0), (0.0, h)]):
-        more = np.array(step(tau + dt, w + dw, axial_forcing, restitution))
-        less = np.array(step(tau - dt, w - dw, axial_forcing, restitution))
-        # central differences leave h²/6 of third derivatives, which are below 1e3 here
-        assert jacobian[:, column] == pytest.approx((more - less) / (2.0 * h), abs=2e-7)
-    area = restitution**2 * w / w1
-    assert np.linalg.det(jacobian) == pytest.approx(area, rel=1e-9, abs=1e-12)
-
-
-def test_doubling_points_have_the_multiplier_minus_one() -> None:
-    """Γ₁ in closed form; the period-2 orbit is stable from there to the next doubling."""
-    limit = stability_limit(0.5)
-    for axial_forcing, stable in [(limit - 1e-7, True), (limit + 1e-7, False)]:
-        path = path_of(map_rows(axial_forcing, 3, away=0.0), motion_of(axial_forcing), DISK)
-        cycle = cycle_near(path, 1)
-        assert cycle is not None
-        # d|λ|/dΓ is of order 10: the multiplier is within 1e-5 of 1, and on the right side of it
-        assert abs(cycle.multipliers[0]) == pytest.approx(1.0, abs=1e-5)
-        assert cycle.stable == stable
-
-
-def test_cycle_is_periodic_under_the_map() -> None:
-    path = path_of(map_rows(0.535, 60, skip=3000), motion_of(0.535), DISK)
-    disturbed = path._replace(tau=path.tau + 1e-4, w=path.w - 1e-4)
-    cycle = cycle_near(disturbed, 4)
-    assert cycle is not None
-    assert cycle.stable
-    phases, velocities = cycle.forcing_phase, cycle.axial_impact_velocity
-    tau, w = step(float(phases[0]), float(velocities[0]), 0.535, 0.5)
-    assert (tau % math.tau, w) == pytest.approx((phases[1], velocities[1]), abs=1e-9)
-    assert phases == pytest.approx(path.tau[-4:], abs=1e-9)
-
-
 def test_rows_of_the_simulator_follow_the_map_until_a_kick() -> None:
     result = simulate(40.0, preset="pizza_multiple_toss", impulses=[(20.1, 0.02, 0.0)])
-    disk = Disk(*(float(result.parameters[name]) for name in Disk._fields))
-    motion = Motion(*(float(result.parameters[name]) for name in Motion._fields))
+    disk = Disk.of(result.parameters)
+    motion = motion_in(result.parameters)
     rows = result.impacts
     assert len(path_of(rows, motion, disk).tau) == np.sum(rows["time"] > 20.1)
     assert len(path_of(rows[rows["time"] < 20.0], motion, disk).tau) == np.sum(rows["time"] < 20.0)

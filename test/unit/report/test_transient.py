@@ -13,6 +13,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import period_one
 from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind, transient_of
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
+from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import Result
 from support.coverage import covers, in_soak
 
@@ -78,12 +79,6 @@ def test_noise_alone_is_no_transient(memory: float) -> None:
     covers(trial, 60, 0.98)
 
 
-def test_constant_is_no_transient() -> None:
-    found = transient_of(T, np.full(len(T), 27.39))
-    assert (found.kind, found.finished) == (TransientKind.NONE, True)
-    assert found.final == pytest.approx(27.39, rel=1e-14)
-
-
 def test_not_finished() -> None:
     line = transient_of(T, 2.0 * T)
     assert (line.kind, line.finished) == (TransientKind.LINEAR, False)
@@ -100,17 +95,16 @@ def test_not_finished() -> None:
     assert not start.finished
 
 
-def test_ambiguous_shape_is_said() -> None:
-    noise = 2.0 * wandering(np.random.default_rng(2), len(T), 0.0)
-    found = transient_of(T, APPROACH + noise)
-    assert found.kind is TransientKind.EXPONENTIAL
-    assert found.note == "a straight line that ends fits as well"
-
-
-def test_too_little() -> None:
-    found = transient_of(T[:7], APPROACH[:7])
-    assert (found.kind, found.finished) == (TransientKind.UNRESOLVED, False)
-    assert found.note == "not identifiable: 7 points, at least 8 are needed"
+def test_shapes_that_are_none_or_not_clear_are_said() -> None:
+    level = transient_of(T, np.full(len(T), 27.39))
+    assert (level.kind, level.finished) == (TransientKind.NONE, True)
+    assert level.final == pytest.approx(27.39, rel=1e-14)
+    noisy = transient_of(T, APPROACH + 2.0 * wandering(np.random.default_rng(2), len(T), 0.0))
+    assert noisy.kind is TransientKind.EXPONENTIAL
+    assert noisy.note == "a straight line that ends fits as well"
+    few = transient_of(T[:7], APPROACH[:7])
+    assert (few.kind, few.finished) == (TransientKind.UNRESOLVED, False)
+    assert few.note == "not identifiable: 7 points, at least 8 are needed"
     with_gaps = APPROACH.copy()
     with_gaps[::2] = math.nan
     assert transient_of(T, with_gaps).time_constant.value == pytest.approx(1.7, rel=1e-12)
@@ -143,8 +137,8 @@ def test_slip_at_every_impact_is_linear(load_torque: float) -> None:
         load_torque=load_torque,
     )  # fmt: skip
     values = result.parameters
-    disk = Disk(*(float(values[name]) for name in Disk._fields))
-    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    disk = Disk.of(values)
+    motion = motion_of(values)
     rate = disk.friction * disk.friction_radius * disk.gravity / disk.gyration_radius**2
     rate -= load_torque / (disk.mass * disk.gyration_radius**2)
     found = transient_of(result.impacts["time"], result.impacts["angular_velocity"])

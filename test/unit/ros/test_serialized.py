@@ -90,14 +90,6 @@ def test_impulses_come_back(
     assert impulse(serialize_message(impulse_message(request))) == request
 
 
-def test_one_value_is_a_programme_of_one_point() -> None:
-    request = value(serialize_message(Float64(data=2.5)))
-    assert request.names == ("frequency",)
-    assert request.points == (PointRequest((2.5,), 0),)
-    assert (request.field, request.is_value) == ("platform/frequency", True)
-    assert request.stamp_ns == 0
-
-
 def test_numbers_may_be_in_the_other_order_of_bytes() -> None:
     assert value(b"\0\0\0\0" + struct.pack(">d", 2.5)).points[0].positions == (2.5,)
     frame, name = b"\0\0\0\x02a\0\0\0", b"\0\0\0\x02b\0\0\0"

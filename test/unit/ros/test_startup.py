@@ -11,24 +11,7 @@ import pytest
 
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start, parser_of, split_arguments
-
-
-@pytest.mark.parametrize(
-    ("args", "own", "ros"),
-    [
-        ([], [], []),
-        (["bag", "--csv"], ["bag", "--csv"], []),
-        (["--ros-args", "-p", "a:=1"], [], ["--ros-args", "-p", "a:=1"]),
-        (["bag", "--ros-args", "--ros-args"], ["bag"], ["--ros-args", "--ros-args"]),
-    ],
-)
-def test_arguments_are_split_at_the_first_ros_args(
-    args: list[str], own: list[str], ros: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert split_arguments(args) == (own, ros)
-    monkeypatch.setattr(sys, "argv", ["program", *args])
-    assert split_arguments(None) == (own, ros)
+from bouncing_disk_ros.ros.startup import Start, parser_of
 
 
 def test_help_has_every_option_with_type_default_and_unit() -> None:

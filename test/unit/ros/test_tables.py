@@ -7,13 +7,11 @@ import importlib
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bouncing_disk_ros.parameters import TABLE, Spec
-from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of, with_slider
 from bouncing_disk_ros.sliders import slider_of
-from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
+from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 
 @pytest.mark.parametrize(
@@ -22,33 +20,6 @@ from bouncing_disk_ros.topics import SERVICES, TOPICS, TRANSFORM_TOPICS
 def test_types_exist(name: str) -> None:
     package, kind, short = name.split("/")
     assert hasattr(importlib.import_module(f"{package}.{kind}"), short)
-
-
-def test_all_publishers_are_reliable_but_the_clock() -> None:
-    best_effort = [
-        name
-        for name, topic in TOPICS.items()
-        if profile_of(topic).reliability == ReliabilityPolicy.BEST_EFFORT
-    ]
-    assert best_effort == ["/clock"]
-
-
-def test_latched_topics_are_these() -> None:
-    latched = {
-        name
-        for name, topic in TOPICS.items()
-        if profile_of(topic).durability == DurabilityPolicy.TRANSIENT_LOCAL
-    }
-    assert latched == {"platform/motion", "platform/offset", "disk/inputs", "disk/phase"}
-    assert profile_of(TOPICS["platform/motion"]).depth == 1
-    assert profile_of(TOPICS["disk/inputs"]).depth == 1000
-
-
-def test_topics_for_viewers_are_offered_as_viewers_ask_for_them() -> None:
-    tf, description = (profile_of(TRANSFORM_TOPICS[name]) for name in ("/tf", "robot_description"))
-    assert (tf.depth, tf.durability) == (100, DurabilityPolicy.VOLATILE)
-    assert (description.depth, description.durability) == (1, DurabilityPolicy.TRANSIENT_LOCAL)
-    assert {tf.reliability, description.reliability} == {ReliabilityPolicy.RELIABLE}
 
 
 @pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)

@@ -72,21 +72,6 @@ def plotted() -> Iterator[tuple[str, str]]:
             yield series["value"], series["label"]
 
 
-@pytest.mark.parametrize(
-    ("path", "fault"),
-    [
-        ("/disk/speed.data", "no topic"),
-        ("/disk/phase.date", "std_msgs/msg/String has"),
-        ("/disk/rotor_speed.twist[0]", "twist is no sequence"),
-        ("/platform/motion.points[0].position[0]", "JointTrajectoryPoint has"),
-        ("/platform/motion.points[:]", r"points\[:\]"),
-    ],
-)
-def test_a_wrong_path_is_found(path: str, fault: str) -> None:
-    with pytest.raises(AssertionError, match=fault):
-        check_path(path)
-
-
 def test_every_path_of_the_layout_is_there() -> None:
     paths = [path for path, _ in plotted()]
     paths += [panel["topicPath"] for panel in of("RawMessages")]

@@ -159,18 +159,11 @@ def test_memory_is_bounded() -> None:
         ({"restitution": 1.4}, "restitution: got 1.4, allowed: a finite number >= 0 and <= 1"),
         ({"restitutoin": 0.4}, "what-if: got 'restitutoin'.*Did you mean restitution"),
         ({"real_time_factor": 2.0}, "what-if: got 'real_time_factor', allowed: mass, restitution"),
+        ({"preload": -3.0}, "preload: got -3"),  # with that mass
+        ({}, "no snapshot"),
     ],
 )
-def test_wrong_changes_are_refused(change: dict[str, float], line: str) -> None:
+def test_wrong_changes_and_records_are_refused(change: dict[str, float], line: str) -> None:
+    records = recorded().inputs
     with pytest.raises(InputError, match=line):
-        changes_of(change)
-
-
-def test_changes_that_do_not_go_together_are_refused() -> None:
-    with pytest.raises(InputError, match="preload: got -3"):
-        what_if(recorded().inputs, changes_of({"preload": -3.0}), NS)
-
-
-def test_a_record_without_a_snapshot_is_refused() -> None:
-    with pytest.raises(InputError, match="no snapshot"):
-        what_if(recorded().inputs[1:], changes_of({}), NS)
+        what_if(records if change else records[1:], changes_of(change), NS)

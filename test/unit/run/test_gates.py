@@ -190,12 +190,8 @@ def test_where_it_is_in_doubt_whose_an_input_is_time_stands_and_the_surplus_is_n
     assert second.answer(1) == []
     assert made.state is State.SURPLUS
     assert "3 inputs have come, controllers 1 and 2 announced 2" in made.waiting
-
-
-def test_an_input_of_nobody_s_is_named() -> None:
     made = gates(1)
-    stranger = Sender(made, 0, topic="b")
-    stranger.send()
+    Sender(made, 0, topic="b").send()  # of nobody
     Sender(made, 1).answer(0)
     assert made.state is State.SURPLUS
 
@@ -331,21 +327,17 @@ def test_a_wrong_answer_is_refused(answer: list[int], said: str) -> None:
     with pytest.raises(InputError, match=said):
         made.answer(answer, 1)
     assert made.state is State.ASKED
-
-
-def test_controllers_cannot_announce_more_together_than_one_gate_keeps() -> None:
-    made = gates(1, 2)
-    made.answer([1, 0, 600], 1)
-    with pytest.raises(InputError, match="at most 400"):
-        made.answer([2, 0, 401], 1)
+    both = gates(1, 2)
+    both.answer([1, 0, 600], 1)
+    with pytest.raises(InputError, match="at most 400"):  # what one gate keeps, of all together
+        both.answer([2, 0, 401], 1)
 
 
 def test_an_answer_to_an_earlier_gate_changes_nothing() -> None:
     made = gates(1)
     one = Sender(made, 1)
     one.answer(0)
-    made.close()
-    made.open(0)
+    made.close(), made.open(0)
     one.answer(0, gate=0)
     assert made.state is State.ASKED
 

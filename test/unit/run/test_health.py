@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -57,24 +58,23 @@ def test_skipped_samples_are_a_warning_until_no_more_are_skipped() -> None:
     assert report(FIRST, health)["real time"][0] is Level.OK  # a new run counts from 0
 
 
-def test_samples_that_a_free_run_or_a_step_passes_over_are_no_warning() -> None:
-    for reading in (replace(FIRST, factor=0.0), replace(FIRST, state="stepping")):
-        assert report(replace(reading, skipped=4600))["real time"][0] is Level.OK
-
-
-def test_skipped_samples_do_not_hide_that_it_falls_behind() -> None:
-    row = report(replace(FIRST, skipped=1, lag_ns=2 * NS))["real time"]
-    assert row[0] is Level.ERROR
-    assert "2 s behind" in row[1]
-
-
-def test_a_large_residual_is_an_error() -> None:
-    ledger = BOOKS._replace(residual=1e-6)
-    assert report(replace(FIRST, energy=ledger))["energy"][0] is Level.ERROR
-
-
-def test_no_run_has_no_energy() -> None:
-    assert report(replace(FIRST, energy=None))["energy"][1] == "no run"
+@pytest.mark.parametrize(
+    ("change", "task", "level", "said"),
+    [
+        ({"skipped": 4600, "factor": 0.0}, "real time", Level.OK, "running"),
+        ({"skipped": 4600, "state": "stepping"}, "real time", Level.OK, "stepping"),
+        ({"skipped": 1, "lag_ns": 2 * NS}, "real time", Level.ERROR, "2 s behind"),
+        ({"energy": BOOKS._replace(residual=1e-6)}, "energy", Level.ERROR, "residual 1e-06"),
+        ({"energy": None}, "energy", Level.OK, "no run"),
+        ({"other_publishers": 1}, "inputs", Level.WARN, "another node publishes platform/motion"),
+    ],
+)
+def test_one_reading_has_its_level_and_words(
+    change: dict[str, Any], task: str, level: Level, said: str
+) -> None:
+    found = report(replace(FIRST, **change))[task]
+    assert found[0] is level
+    assert said in found[1]
 
 
 def test_refusals_are_counted_with_the_last_reason() -> None:
@@ -97,12 +97,6 @@ def test_commands_lost_on_the_way_are_a_warning_until_no_more_are_lost() -> None
     assert row[2]["commands lost on the way"] == (
         "at least 3: several publishers on platform/command"
     )
-
-
-def test_another_publisher_is_a_warning() -> None:
-    row = report(replace(FIRST, other_publishers=1))["inputs"]
-    assert row[0] is Level.WARN
-    assert "another node publishes platform/motion" in row[1]
 
 
 def test_lateness_is_told_by_percentiles_since_the_last_call() -> None:

@@ -11,11 +11,8 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, Phase
 from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
-from bouncing_disk_ros.maps.scales import acceleration
-from bouncing_disk_ros.report.panel import SeriesStyle
-from bouncing_disk_ros.report.report_panels import PERIODS, height_panel
 from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.report.run_report import Source, report_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
@@ -93,13 +90,10 @@ def test_the_report_tells_rise_and_stop_times() -> None:
     assert told["simulated time"] == "0.000000 s to 0.036000 s", "periods last 25 µs"
 
 
-@pytest.fixture(scope="module")
-def running() -> Report:
-    """The report on a run that ends in the middle of the stop, 0.4 ms after it began."""
-    return report_of(record_of(0.0311, 40_000.0), Source("a", is_cut=True, is_cut_off=True))
-
-
-def test_the_speed_at_the_end_leaves_the_run_up_out(running: Report) -> None:
+def test_a_report_that_ends_within_the_stop_tells_speed_rest_and_the_cut() -> None:
+    """The speed at the end leaves the run-up out; a stop that is cut has no times."""
+    record = record_of(0.0311, 40_000.0)  # 0.4 ms after the stop began
+    running = report_of(record, Source("a", is_cut=True, is_cut_off=True))
     part = running.chosen
     assert part is not None
     motion, disk = part.segment.motion, part.segment.disk
@@ -115,43 +109,14 @@ def test_the_speed_at_the_end_leaves_the_run_up_out(running: Report) -> None:
         "platform"
     )
     assert told["eq. 4, less the loads"].startswith(f"{mean.value:.6f} rad/s, difference ")
-
-
-def test_a_rotor_that_has_stopped_is_at_rest(running: Report) -> None:
-    stopped = running.segments[1]
+    stopped, slowing = running.segments[1], running.segments[-1]
     assert stopped.orbit is not None
     assert (stopped.orbit.name, stopped.settled.value) == ("at rest", 0.0)
-    slowing = running.segments[-1]
     assert slowing.orbit is not None
     assert slowing.orbit.name == "in contact", "the rotor still turns"
-
-
-def test_a_stop_that_is_cut_has_no_times(running: Report) -> None:
-    rise = running.segments[-1].rise
+    rise = slowing.rise
     assert rise is not None
     assert not rise.ended
     assert rise.final == running.record.states[-1].angular_velocity
-    told = words(running)
     said = told[f"stop time, segment {len(running.segments)}"]
     assert said.startswith("not over at 0.031100 s, where --to cuts it: from 100.")
-
-
-def test_heights_are_drawn_from_the_impacts_where_there_is_one_sample_a_period(
-    running: Report,
-) -> None:
-    panel = height_panel(running, "t")
-    platform, disk, impacts = panel.series
-    assert platform.look is disk.look is SeriesStyle.LINE
-    assert len(impacts.x) == PERIODS
-    assert (disk.y >= platform.y - 1e-12).all(), "the disk is on or above the platform"
-    at = np.searchsorted(disk.x, impacts.x)
-    np.testing.assert_allclose(disk.y[at], impacts.y, rtol=1e-12)
-    np.testing.assert_allclose(platform.y[at], impacts.y, rtol=1e-9)
-    part = running.chosen
-    assert part is not None
-    assert part.segment.motion is not None
-    # a step before the next impact a parabola is as far from it as the fastest disk gets in a step
-    fall = acceleration(part.segment.disk) / part.segment.motion.frequency
-    fastest = float(running.shown_rows["axial_velocity"][-1]) + fall
-    arriving = np.abs(disk.y[at[1:] - 1] - impacts.y[1:])
-    assert arriving.max() <= 1e3 * fastest * np.diff(disk.x).max()

@@ -10,10 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run import programmes
 from bouncing_disk_ros.run.programmes import (
     as_simulated,
     load_programme,
@@ -104,25 +103,25 @@ def test_a_programme_may_be_made_of_multiples_of_the_start() -> None:
         ({"align": 3}, "align: got 3, allowed: {time: seconds, forcing_phase: rad}"),
         ({"align": {"time": 1, "forcing_phase": "x"}}, "align.forcing_phase: got 'x'"),
         ({"aling": {}}, "Did you mean align?"),
+        ({"points": [{"time": 1, "frequency": 3.0}, {"time": 2, "phase_lag": 3.0}]},
+         "points[1]: got 'phase_lag', allowed: frequency as"),
+        ({"points": [{"time": 1, "frequency": 3.0}, {"time": 1, "frequency": 2.0}]},
+         "strictly increasing"),
+        *[({"trajectory": wrong}, "trajectory") for wrong in (
+            "up", [], [{"time": 1.0}], [{"time": 1.0, "axial": 1.0}],
+            [{"time": -1.0, "platform_axial": 1.0}],
+            [{"time": 1.0, "platform_axial": 1.0}, {"time": 1.0, "platform_axial": 1.0}],
+        )],
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_used_is_named(changes: dict[str, Any], line: str) -> None:
     assert line in refusal(content(**changes))
 
 
-def test_points_must_agree_and_increase() -> None:
-    points = [{"time": 1, "frequency": 3.0}, {"time": 2, "phase_lag": 3.0}]
-    assert "points[1]: got 'phase_lag', allowed: frequency as" in refusal(content(points=points))
-    points = [{"time": 1, "frequency": 3.0}, {"time": 1, "frequency": 2.0}]
-    assert "strictly increasing" in refusal(content(points=points))
-
-
-@pytest.mark.parametrize("given", [None, 3, [], "text"])
-def test_content_must_be_a_mapping(given: object) -> None:
-    assert "allowed: the keys description, align, points" in refusal(given)
-
-
-def test_files(tmp_path: Path) -> None:
+def test_files_and_contents_that_are_none_are_refused(tmp_path: Path) -> None:
+    contents: list[object] = [None, 3, [], "text"]
+    for none in contents:
+        assert "allowed: the keys description, align, points" in refusal(none)
     with pytest.raises(InputError, match=r"programme: got 'spinup', .*Did you mean spin_up"):
         load_programme("spinup")
     with pytest.raises(
@@ -139,12 +138,6 @@ def test_files(tmp_path: Path) -> None:
     wrong.write_text("description: x\npoints: 4\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"programme wrong\.yaml, points: got 4"):
         load_programme(str(wrong))
-    assert programmes.programmes_directory().is_dir()
-
-
-def test_without_align_it_starts_at_once() -> None:
-    motion = MotionInForce(0, 0, LATEST, LATEST, 0, 1.0)
-    assert start_of(parse_programme("mine", content()), motion, 123) == 123
 
 
 @given(
@@ -191,16 +184,3 @@ def test_a_trajectory_of_a_programme_is_simulated(tmp_path: Path) -> None:
     result = simulate(2.0, programme=str(file), sample_rate=10.0)
     last = result.samples[-1]
     assert (last["platform_position"], last["platform_angle"]) == (0.01, 0.1)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        "up", [], [{"time": 1.0}], [{"platform_axial": 1.0}], [{"time": 1.0, "axial": 1.0}],
-        [{"time": 1.0, "platform_axial": "high"}], [{"time": -1.0, "platform_axial": 1.0}],
-        [{"time": 1.0, "platform_axial": [1.0, 1.0, 1.0, 1.0]}],
-        [{"time": 1.0, "platform_axial": 1.0}, {"time": 1.0, "platform_axial": 1.0}],
-    ],
-)  # fmt: skip
-def test_a_wrong_trajectory_of_a_programme_is_refused(wrong: object) -> None:
-    assert "trajectory" in refusal(content(trajectory=wrong))

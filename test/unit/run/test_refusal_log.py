@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REASONS
 from bouncing_disk_ros.run.throttled_log import RefusalLog
@@ -21,21 +19,6 @@ class Clock:
         return self.now
 
 
-@pytest.fixture
-def clock() -> Clock:
-    return Clock()
-
-
-@pytest.fixture
-def lines() -> list[str]:
-    return []
-
-
-@pytest.fixture
-def log(lines: list[str], clock: Clock) -> RefusalLog:
-    return RefusalLog(lines.append, clock)
-
-
 def error(field: str = "frequency", given: object = 0) -> InputError:
     return InputError(field, given, "more")
 
@@ -46,18 +29,19 @@ def total(lines: list[str]) -> int:
     return len(lines) + sum(int(match[1]) for match in more if match)
 
 
-def test_a_first_refusal_is_logged_at_once(log: RefusalLog, lines: list[str]) -> None:
-    log.note(error())
-    assert lines == ["refused: frequency: got 0, allowed: more"]
+def made() -> tuple[RefusalLog, list[str], Clock]:
+    lines: list[str] = []
+    clock = Clock()
+    return RefusalLog(lines.append, clock), lines, clock
 
 
-def test_a_flood_is_a_line_a_second_that_counts_the_rest(
-    log: RefusalLog, lines: list[str], clock: Clock
-) -> None:
+def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
+    log, lines, clock = made()
     for number in range(3000):
         log.note(error(given=number))
         clock.now += 1e-3
     assert len(lines) == 3
+    assert lines[0] == "refused: frequency: got 0, allowed: more"
     assert lines[1].startswith("refused: frequency: got 1000, allowed: more (and 999 more")
     clock.now += 1.0
     log.flush()
@@ -67,21 +51,16 @@ def test_a_flood_is_a_line_a_second_that_counts_the_rest(
     assert total(lines) == 3000
 
 
-def test_each_reason_has_its_own_second(log: RefusalLog, lines: list[str]) -> None:
-    for field in ("frequency", "amplitude", "frequency", "amplitude"):
-        log.note(error(field))
+def test_each_reason_has_its_own_second_and_the_index_of_a_point_is_none() -> None:
+    log, lines, _ = made()
+    for number in range(50):
+        log.note(error("amplitude"))
+        log.note(error(f"platform/command points[{number}] frequency (Hz)"))
     assert len(lines) == 2
 
 
-def test_the_index_of_a_point_is_no_reason(log: RefusalLog, lines: list[str]) -> None:
-    for number in range(50):
-        log.note(error(f"platform/command points[{number}] frequency (Hz)"))
-    assert len(lines) == 1
-
-
-def test_reasons_without_end_are_counted_together(
-    log: RefusalLog, lines: list[str], clock: Clock
-) -> None:
+def test_reasons_without_end_are_counted_together() -> None:
+    log, lines, clock = made()
     for number in range(10 * REASONS):
         log.note(error(f"field {number}"))
     assert len(lines) == REASONS + 1
@@ -90,13 +69,14 @@ def test_reasons_without_end_are_counted_together(
     assert total(lines) == 10 * REASONS
 
 
-def test_a_line_is_made_only_when_it_is_logged(log: RefusalLog) -> None:
-    made = []
+def test_a_line_is_made_only_when_it_is_logged() -> None:
+    log, _, _ = made()
+    hints = []
 
     def hint() -> str:
-        made.append(1)
+        hints.append(1)
         return "Do this."
 
     for _ in range(100):
         log.note(InputError("field", 1, "2", hint))
-    assert len(made) == 1
+    assert len(hints) == 1

@@ -80,11 +80,6 @@ def test_grid_instants_are_those_of_exact_division(rate: float, after: int) -> N
         assert grid.next_ns == round((k + i) * period)
 
 
-def test_grid_does_not_drift_after_a_day_at_a_third() -> None:
-    grid = Grid(3.0, 86_400 * NS)
-    assert grid.next_ns == 86_400 * NS + 333_333_333
-
-
 def test_grid_counts_what_it_skips() -> None:
     grid = Grid(10.0, 0)
     assert grid.skip_to(NS) == 10

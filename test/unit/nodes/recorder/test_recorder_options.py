@@ -24,20 +24,15 @@ def selection(**given: Value) -> Selection:
     return Selection(values(**given), lambda name: name if name[0] == "/" else f"/one/{name}")
 
 
-def test_the_package_s_own_topics_by_default() -> None:
-    chosen = selection()
-    assert chosen.wants("/one/disk/impacts")
-    assert chosen.wants("/diagnostics")
-    assert not chosen.wants("/disk/impacts")
-    assert chosen.known["/one/disk/inputs"].name == "disk/inputs"
-
-
-def test_commands_only_when_asked_for() -> None:
+def test_the_package_s_own_topics_by_default_and_commands_when_asked_for() -> None:
     """A sender that waits for one listener must not find the recorder instead of the simulator."""
-    assert not selection().wants("/one/platform/command")
-    assert not selection().wants("/one/disk/impulse")
-    assert selection(topics="platform/command").wants("/one/platform/command")
-    assert selection(all=True).wants("/one/platform/command")
+    chosen = selection()
+    wanted = {"/one/disk/impacts": True, "/diagnostics": True, "/disk/impacts": False,
+              "/one/platform/command": False, "/one/disk/impulse": False}  # fmt: skip
+    assert {name: chosen.wants(name) for name in wanted} == wanted
+    assert chosen.known["/one/disk/inputs"].name == "disk/inputs"
+    for asked in (selection(topics="platform/command"), selection(all=True)):
+        assert asked.wants("/one/platform/command")
 
 
 def test_names_regular_expressions_and_exclusions() -> None:

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
-from trajectory_msgs.msg import JointTrajectory
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.run.health import Pending
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 from support.commanded import WALL_NS, CommandedSession
-from support.wrong_commands import OFFSETS, WRONG, trajectory, wrench
+from support.wrong_commands import WRONG, trajectory, wrench
 
 
 @pytest.mark.parametrize(("topic", "msg", "reason"), WRONG)
@@ -43,26 +41,6 @@ def test_right_commands_are_taken() -> None:
     (first, second) = commanded.records[-1]["points"]
     assert second[0] - first[0] == 2 * NS
     assert first[1] == [0.02, 0.5, 2.5, 1.0]
-
-
-def test_what_is_wrong_in_itself_is_refused_before_the_session_is_asked(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    commanded = CommandedSession()
-    asked: list[str] = []
-
-    def closed(field: str) -> Any:
-        asked.append(field)
-        raise InputError(field, "an input while inactive", "inputs while active")
-
-    monkeypatch.setattr(commanded, "open_session", closed)
-    for topic, msg, _ in WRONG:
-        assert not commanded.take(topic, serialize_message(msg))
-    # of the stamps that are too old, and of a start that depends on where the offset is
-    assert set(asked) == {"platform/command", "disk/impulse", OFFSETS}
-    assert not commanded.take("disk/impulse", serialize_message(WrenchStamped()))
-    assert commanded.last is not None
-    assert "while inactive" in commanded.last.line
 
 
 def test_impulses_ahead_do_not_pile_up_without_end() -> None:
@@ -93,20 +71,47 @@ def test_accepted_commands_are_logged_with_what_is_pending() -> None:
     assert "pending motions are cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
 
 
-def test_wrong_trajectories_leave_the_one_in_force_alone() -> None:
-    commanded = CommandedSession()
-    moving = trajectory(["platform_axial"], ([0.01], 1), ([0.02], 3))
-    assert commanded.take(OFFSETS, serialize_message(moving))
-    assert not commanded.session.advance(NS // 2)
+def offset(*points: TrajectoryPoint, **fields: Any) -> TrajectoryRequest:
+    return TrajectoryRequest(**{"names": ("platform_axial",), "points": points, **fields})
+
+
+LATER = 10**9
+BEYOND_LIMITS = [
+    (offset(TrajectoryPoint((0.0,), (), (0.0,), after_ns=1)), "without velocities"),
+    (offset(TrajectoryPoint((0.0,), after_ns=0)), "a later point too"),
+    (offset(TrajectoryPoint((0.6,), (0.0,), after_ns=LATER)), "offset_limit"),
+    (offset(TrajectoryPoint((0.4,), (0.0,), after_ns=10**8)), "offset_speed_limit"),
+    (offset(TrajectoryPoint((0.1,), after_ns=LATER)), "a jump of the velocity"),
+    (offset(TrajectoryPoint((0.1,), (0.5,), after_ns=LATER)), "a jump of the velocity"),
+    (offset(TrajectoryPoint((0.0,), after_ns=1), TrajectoryPoint((0.0,), (0.0,), after_ns=LATER)),
+     "same kinds of values"),
+]  # fmt: skip
+
+
+def test_an_offset_beyond_its_limits_changes_nothing() -> None:
+    limits = {"offset_limit": 0.5, "offset_speed_limit": 2.0, "offset_acceleration_limit": 200.0}
+    commanded = CommandedSession(**limits)
+    assert not commanded.session.advance(2 * NS)
     before = commanded.session.simulation.snapshot()
-    many = JointTrajectory(joint_names=["platform_axial"], points=[moving.points[0]] * 100_000)
-    for msg in (many, *(msg for topic, msg, _ in WRONG if topic == OFFSETS)):
-        assert not commanded.take(OFFSETS, serialize_message(msg))
+    for request, said in BEYOND_LIMITS:
+        assert not commanded.commands.trajectory(request)
         assert commanded.last is not None
-        assert "\n" not in commanded.last.line
-        assert len(commanded.last.line) < 400
+        assert said in commanded.last.line
     assert commanded.session.simulation.snapshot() == before
-    assert [record["kind"] for record in commanded.records] == ["snapshot", "trajectory"]
+
+
+def test_knots_ahead_are_limited() -> None:
+    commanded = CommandedSession()
+    now = WALL_NS + 3600 * NS
+    points = [TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1001)]
+    accepted = [
+        commanded.commands.trajectory(offset(*points, stamp_ns=now + k * 10**12)) for k in range(20)
+    ]
+    assert sum(accepted) == 9  # of a thousand knots and a hold each
+    assert commanded.last is not None
+    assert "10000" in commanded.last.line
+    assert commanded.commands.trajectory(offset())
+    assert commanded.commands.trajectory(offset(*points, stamp_ns=now))
 
 
 def test_trajectories_that_wait_for_their_stamps_are_pending() -> None:
