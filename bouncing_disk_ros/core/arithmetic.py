@@ -1,7 +1,7 @@
 """Arithmetic with the same bits on every processor: own sine, cosine, exact sums and products.
 
-No function of the C library is called but the square root and the floor, which IEEE 754 defines to
-the last bit; nothing here may be compiled with fastmath.
+No function of the C library is called but the square root, the floor and the fused multiply-add,
+which IEEE 754 defines to the last bit; nothing here may be compiled with fastmath.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from numba import njit, types
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 Kernel: TypeAlias = Callable[..., Any]
 
@@ -26,7 +26,6 @@ _QUARTER_PI = math.pi / 4
 _HALF_PI_LOW = float.fromhex("0x1.1a62633145c07p-54")
 _FEW_TURNS = 1.0e6  # below it k < 2²⁰
 ROUNDER = 1.5 * 2.0**52  # adding and subtracting it rounds to the nearest whole number
-_SPLITTER = 134217729.0  # 2²⁷ + 1 (Dekker)
 
 # Taylor coefficients: on |r| ≤ π/4 the first neglected term is below 5e-17 (sine) and 2e-18
 # (cosine).
@@ -168,17 +167,24 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - t)) + (b - t)
 
 
+@intrinsic
+def _fused(_typing: Any, _a: Any, _b: Any, _c: Any) -> Any:
+    """a b + c, rounded once: by the processor, or by the C library where it cannot.
+
+    Only for results that are exact, which have the same bits in every way to compute them.
+    """
+
+    def generate(_context: Any, builder: Any, _signature: Any, given: Any) -> Any:
+        return builder.fma(*given)
+
+    return types.float64(types.float64, types.float64, types.float64), generate
+
+
 @kernel
 def two_product(a: float, b: float) -> tuple[float, float]:
-    """a b as the rounded product and its exact error (Dekker); |a|, |b| < 1e290."""
+    """a b as the rounded product and its exact error; |a b| below 1e308, and 0 or above 1e-290."""
     p = a * b
-    x = _SPLITTER * a
-    a1 = x - (x - a)
-    a2 = a - a1
-    y = _SPLITTER * b
-    b1 = y - (y - b)
-    b2 = b - b1
-    return p, ((a1 * b1 - p) + a1 * b2 + a2 * b1) + a2 * b2
+    return p, _fused(a, b, -p)
 
 
 @kernel

@@ -38,7 +38,7 @@ from bouncing_disk_ros.core.offset_record import with_offset
 from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
-_ROOM = 1024  # rows of one call of the stepper
+_ROOM = 4096  # rows of one call of the stepper: what it writes is copied once
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Rows = list[NDArray[np.void]]

@@ -29,8 +29,9 @@ _TWO_PI_LOW = 2.4492935982947064e-16  # 2π − float64(2π)
 def turn(state: Record, angle: float) -> None:
     """Add to the angle of the disk, kept as whole turns and a remainder in [−π, π]."""
     total = state.angle + angle
-    turns = math.floor(total / TWO_PI + 0.5)
-    if abs(total) / TWO_PI + abs(float(state.turns)) >= _MOST_TURNS:
+    whole = total / TWO_PI
+    turns = math.floor(whole + 0.5)
+    if abs(whole) + abs(float(state.turns)) >= _MOST_TURNS:
         state.angle = math.nan  # beyond the range of numbers: the run ends
         return
     state.turns += int(turns)

@@ -151,18 +151,16 @@ def uncertainty_exponent(
 
 def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[int]:
     """How many of the pixels `edge` away from all sides have another label at each distance."""
-    height, width = ring.shape
-    middle = ring[edge : height - edge, edge : width - edge]
+    height, width = (length - 2 * edge for length in ring.shape)
     found = []
-    differs, apart = np.empty(middle.shape, bool), np.empty(middle.shape, bool)
     for d in (int(size) for size in sizes):
-        differs[:] = False
-        for shift in (-d, d):
-            down = slice(edge + shift, height - edge + shift)
-            along = slice(edge + shift, width - edge + shift)
-            for other in (ring[down, edge : width - edge], ring[edge : height - edge, along]):
-                np.not_equal(other, middle, out=apart)
-                differs |= apart
+        first = edge - d
+        columns = ring[first : edge + height + d, edge : edge + width]
+        rows = ring[edge : edge + height, first : edge + width + d]
+        down, along = columns[d:] != columns[:-d], rows[:, d:] != rows[:, :-d]
+        differs = down[:height] | down[d:]
+        differs |= along[:, :width]
+        differs |= along[:, d:]
         found.append(int(np.count_nonzero(differs)))
     return found
 
@@ -196,11 +194,10 @@ def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
     """How many squares about the pixels `edge` away from all sides have unlike corners."""
     height, width = (length - 2 * edge for length in ring.shape)
     first = edge - side // 2
-    starts = (first, first + side)
-    corners = [ring[y : y + height, x : x + width] for y in starts for x in starts]
-    mixed: NDArray[np.bool_] = corners[1] != corners[0]
-    for corner in corners[2:]:
-        mixed |= corner != corners[0]
+    rows = ring[first : first + height + side, first : first + width + side]
+    along = rows[:, side:] != rows[:, :-side]
+    mixed = along[:height] | along[side:]
+    mixed |= rows[side:, :width] != rows[:height, :width]
     return int(np.count_nonzero(mixed))
 
 

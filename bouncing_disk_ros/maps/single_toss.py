@@ -51,9 +51,9 @@ RESULT_AIRBORNE_SPEED, RESULT_DELAY, RESULT_WORK_AXIAL, RESULT_WORK_ANGULAR = ra
 
 @kernel
 def toss_once(
-    state: Record, motion: Record, disk: Record, ledger: Ledger, events: int
+    state: Record, motion: Record, disk: Record, ledger: Ledger, leave: float, events: int
 ) -> tuple[int, float]:
-    """Follow a disk in contact to its separation; returns how it ended and the seconds it took."""
+    """Follow a disk in contact to its separation at the phase `leave`; how it ended, seconds."""
     # The loop of rotation_map.contact_until_flight is this one without state record and energy
     # ledger: the map has no place for them, and the angle here is kept as whole turns and a rest,
     # there as one sum.
@@ -64,9 +64,7 @@ def toss_once(
             kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
         else:
             kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
-        tau = phase_after(state.tau, motion.omega * d)[1]
-        if kind == SEPARATION:
-            tau = separation_phase(motion, disk.g)
+        tau = leave if kind == SEPARATION else phase_after(state.tau, motion.omega * d)[1]
         propagate(state, motion, disk, ledger, d, Clock(0, 0.0, 0, tau))
         end_contact(state, motion, disk, kind, value)
         total += d
@@ -116,12 +114,13 @@ def toss_each(
         state.turns, state.angle, state.omega = 0, 0.0, starts[i, START_ANGULAR_SPEED]
         classify_contact(state, motion, disk)
         delay = 0.0
-        if separation_phase(motion, disk.g) < 0.0:
+        leave = separation_phase(motion, disk.g)
+        if leave < 0.0:
             code = TOSS_STAYS
         elif state.phase == FLIGHT:
             code = TOSS_NONE
         else:
-            code, delay = toss_once(state, motion, disk, ledger, events)
+            code, delay = toss_once(state, motion, disk, ledger, leave, events)
         codes[i] = code
         left = code in (TOSS_SLID, TOSS_STUCK, TOSS_NONE)
         out[i, RESULT_AIRBORNE_SPEED] = state.omega if left else math.nan

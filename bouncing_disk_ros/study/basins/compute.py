@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import ClassVar
 
@@ -219,7 +220,10 @@ class Basins(Study):
         # read strip by strip where it may be larger than memory
         field = result["label"]
         labels: LabelMap = field.values if field.size <= PIXELS else field
-        parts = shares(labels, len(found), periodic=self.whole_period)
+        with ThreadPoolExecutor(1) as beside:  # NumPy lets go of the GIL
+            boundary = beside.submit(self._boundary, labels)
+            parts = shares(labels, len(found), periodic=self.whole_period)
+            missed = self._missed(from_arrays(context), result, labels)
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
@@ -236,8 +240,7 @@ class Basins(Study):
             "point_forcing_phase": ("point", phase),
             "point_velocity": ("point", speed * (self._map.restitution if self._after else 1.0)),
         }
-        missed = self._missed(from_arrays(context), result, labels)
-        return result.assign(added).assign(missed).assign(self._boundary(labels))
+        return result.assign(added).assign(missed).assign(boundary.result())
 
     def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, object]:
         """Attractors that the search did not find, but unresolved starts lead to."""
