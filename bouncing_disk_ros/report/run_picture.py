@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import mark_turns, new_figure
+from bouncing_disk_ros.figure_style import mark_turns, new_figure, typeset
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit
@@ -51,7 +51,7 @@ def _subtitle(record: RunRecord, motion: Motion | None) -> str:
     if motion is None:
         return ""
     axial_forcing = axial_forcing_of(motion, record.disk)
-    return (
+    return typeset(
         f"at the end: axial forcing Γ = {axial_forcing:.3f}, "
         f"restitution ε = {record.disk.restitution:g}, "
         f"phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {last_orbit(record).name}"
@@ -104,7 +104,7 @@ def _speeds(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
-        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=typeset(label))
         low, high = axes.get_ylim()
         axes.set_ylim(low, max(high, 1.12 * orbit.angular_velocity))
     axes.set_title("Rotor speed", **SETTINGS)
@@ -137,7 +137,7 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
     mark_turns(axes.xaxis)
     axes.set_xlabel("forcing phase at impact τ (rad)")
-    axes.set_ylabel("impact velocity w_A / (πg/ω)")
+    axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
 
 
 def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
@@ -147,7 +147,7 @@ def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"τ_imp = {orbit.forcing_phase:.4f} rad (period 1)"
-        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=typeset(label))
         axes.legend(loc="upper right", fontsize=9)
     axes.set_ylim(0.0, math.tau)
     axes.yaxis.set_major_locator(FixedLocator([k * math.pi / 2 for k in range(5)]))

@@ -19,6 +19,7 @@ from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.simulate import simulate
+from support.figure_boxes import flaws
 
 
 def disk_of_the_preset() -> Disk:
@@ -55,9 +56,10 @@ def test_panels_say_what_they_show(tmp_path: Path) -> None:
     assert labels == {
         ("simulated time t (s)", "height x, s (mm)"),
         ("simulated time t (s)", "angular velocity α̇ (rad/s)"),
-        ("forcing phase at impact τ (rad)", "impact velocity w_A / (πg/ω)"),
+        ("forcing phase at impact τ (rad)", r"impact velocity $w_{\mathrm{A}}$ / (πg/ω)"),
         ("simulated time t (s)", "forcing phase τ (rad)"),
     }
+    assert flaws(figure) == []
     assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")
     assert figure.get_suptitle().endswith("orbit found: period-1")
     save_picture(figure, tmp_path / "new" / "a.png")

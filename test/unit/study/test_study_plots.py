@@ -20,7 +20,7 @@ from bouncing_disk_ros.study.bifurcation import options as bifurcation
 from bouncing_disk_ros.study.parameter_map import options as parameter_map
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_paths import options as toss_paths
-from support.figure_boxes import covered
+from support.figure_boxes import flaws
 from support.shown import shown, text_of, told
 
 
@@ -117,7 +117,7 @@ def test_the_smallest_sizes_are_drawn(
 ) -> None:
     figures, _, _ = shown(tmp_path, tool, **given)
     figure = figures[tool.DEFINITION.name]
-    assert covered(figure) == []
+    assert flaws(figure) == []
     for line in (line for axes in figure.axes for line in axes.get_lines()):
         known = np.isfinite(np.asarray(line.get_ydata(), float))
         places = set(np.asarray(line.get_xdata(), float)[known].tolist())
@@ -176,7 +176,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     )  # fmt: skip
     ys = [y for _, y in labels(figures["bifurcation"])]
     assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "impact", "Lyapunov"]
-    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
+    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$Γ_{\mathrm{T}}$"}[along]
     assert f"in {name};" in text_of(figures["bifurcation"])
     assert figures["bifurcation"].axes[-1].get_xlabel().startswith(along.replace("_", " "))
     scale = figures["bifurcation"].axes[0].get_xscale()
@@ -229,7 +229,7 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     assert left.get_xlabel() == "axial forcing Γ"
     assert left.get_ylabel() == "restitution ε"
     start = "a start beside the period-1 orbit\nwhere there is none, from contact"
-    title = f"What the disk settles on from {start}; θ = 0, $\\Gamma_T$ = 100"
+    title = f"What the disk settles on from {start}; θ = 0, $Γ_{{\\mathrm{{T}}}}$ = 100"
     assert figure.get_suptitle() == title
     legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
                for axes in (left, right)]  # fmt: skip
@@ -262,7 +262,7 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
         y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
         start="given", initial_phase=0.5, initial_velocity=-2.0,
     )  # fmt: skip
-    title = "What the disk settles on from τ = 0.5, $w_A$ = −2\nΓ = 0.45, ε = 0.5"
+    title = "What the disk settles on from τ = 0.5, $w_{\\mathrm{A}}$ = −2\nΓ = 0.45, ε = 0.5"
     assert figures["mean_speed"].get_suptitle() == title
 
 
@@ -314,13 +314,13 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert list(figures) == ["speed_torque", "stall", "motor_map"]
     left, right = figures["speed_torque"].axes[:2]
     assert (left.get_xlabel(), left.get_ylabel()) == (
-        "load torque T_L (N·m)", "mean speed of the rotor (rad/s)"
+        r"load torque $T_{\mathrm{L}}$ (mN·m)", "mean speed of the rotor (rad/s)"
     )  # fmt: skip
     names = sorted(text.get_text() for text in left.texts)
     assert names == [f"{p:.4g}" for p in result["preload"].values if p < 30.2], "no contact alone"
     assert right.get_ylabel() == "preload P (N)"
     stall = figures["stall"].axes
-    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (N·m)"]
+    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (mN·m)"]
     marked = [text.get_text().strip() for text in stall[0].texts]
     assert marked == ["doubling", "no period 1", "contact lasts"]
     assert "periodic" in text_of(figures["stall"])
@@ -378,4 +378,4 @@ def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
         y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
     )  # fmt: skip
     assert list(figures) == ["motor_map"]
-    assert "T_L = 2 mN·m" in figures["motor_map"].get_suptitle()
+    assert r"$T_{\mathrm{L}}$ = 2 mN·m" in figures["motor_map"].get_suptitle()
