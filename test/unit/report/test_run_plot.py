@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -88,6 +89,23 @@ def test_speeds_are_drawn_over_time() -> None:
     _, speeds, _, _ = run_picture(record, "t").axes
     disk = next(line for line in speeds.lines if line.get_label() == "disk α̇")
     assert points(disk).tolist() == [[s.time, s.angular_velocity] for s in record.states]
+
+
+def test_samples_not_received_leave_a_gap_and_hide_no_impact() -> None:
+    """A line from impact to impact would be one through the air, below the parabola."""
+    record = first_toss()
+    begin, end = (float(record.rows["time"][place]) for place in (0, 3))
+    kept = [state for state in record.states if state.time > end]
+    kept += [state for state in record.states if begin - 0.2 < state.time < begin]
+    figure = run_picture(replace(record, states=sorted(kept)), "t")
+    heights, speeds, _, phases = figure.axes
+    for axes, name in ((heights, "disk x"), (heights, "platform s"), (speeds, "disk α̇")):
+        (line,) = (line for line in axes.lines if line.get_label() == name)
+        x, y = points(line).T
+        joined = np.isfinite(y[1:]) & np.isfinite(y[:-1])
+        assert np.diff(x)[joined].max() < 0.1, "samples are 0.02 s apart"
+        assert (x < begin).any()
+    assert all(axes.get_xlim()[0] <= begin for axes in (speeds, phases))
 
 
 def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
