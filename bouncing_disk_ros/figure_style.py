@@ -131,7 +131,7 @@ def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
 
 _NAME_SIZE = 8
 _HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
-"""Before a number, where a minus is meant: not that of period-1."""
+"""A hyphen before a number, where it means a minus; in period-1 it does not."""
 
 
 def decimal_in_pi(value: float) -> str:
@@ -189,6 +189,6 @@ def name_axis(axis: Any, about: Mapping[str, Any], name: str = "") -> None:
         mark_in_pi(axis, 0.25, math.pi)
     elif unit:
         largest = float(np.abs(axis.get_view_interval()).max())
-        size, unit = shown_unit(unit, 0.5 * largest)
-        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value / size)))
+        size, unit = shown_unit(unit, largest)
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value / size, 10)))
     axis.set_label_text(typeset(f"{name} ({unit})" if unit else name))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.figure_style import name_axis, new_figure
 from bouncing_disk_ros.motor_study import options as motor
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
@@ -381,3 +382,27 @@ def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
     )  # fmt: skip
     assert list(figures) == ["motor_map"]
     assert r"$T_{\mathrm{L}}$ = 2 mN·m" in figures["motor_map"].get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("about", "ends", "label"),
+    [
+        (("frequency", "f", "Hz"), (40_000.0, 40_000.001), "frequency f (kHz)"),
+        (("axial amplitude", "A", "m"), (0.0, 1e-6), "axial amplitude A (µm)"),
+        (("phase lag", "θ", "rad"), (-math.pi, math.pi), "phase lag θ (rad)"),
+        (("phase lag", "θ", "rad"), (0.7, 0.701), "phase lag θ (rad)"),
+        (("restitution", "ε", "1"), (0.0, 1.0), "restitution ε"),
+    ],
+)
+def test_an_axis_is_named_in_the_unit_that_fits(
+    about: tuple[str, str, str], ends: tuple[float, float], label: str
+) -> None:
+    figure = new_figure(6.0, 3.0)
+    axes = figure.subplots()
+    axes.set_xlim(ends)
+    name_axis(axes.xaxis, dict(zip(("long_name", "symbol", "units"), about, strict=True)))
+    assert flaws(figure) == []
+    assert axes.get_xlabel() == label
+    ticks = [text.get_text() for text in axes.get_xticklabels()]
+    assert len(set(ticks)) == len(ticks) > 2
+    assert any("π" in tick for tick in ticks) == (about[2] == "rad")
