@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,10 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import GREY
 from bouncing_disk_ros.regular_file import replaced
+from bouncing_disk_ros.units import INDEXED, number_text, shown_unit
 
 FEWEST_TICKS = 3
+_MOST_TICKS = 9
 MOST_PIXELS = 1500
 """Along one side of a drawn map, or less than twice as many."""
 
@@ -95,8 +98,9 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
 
 
 def typeset(text: str) -> str:
-    """A text with Γ_T and w_A as they are printed: with a subscript."""
-    return text.replace("Γ_T", r"$\Gamma_T$").replace("w_A", "$w_A$")
+    """A text as it is printed: indices of symbols below the line, and minus signs."""
+    indexed = INDEXED.sub(lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$", text)
+    return _HYPHEN.sub("−", indexed)
 
 
 def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
@@ -108,7 +112,7 @@ def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
     axes.autoscale_view()
     low, high = axes.get_ylim()
     tall = axes.get_window_extent().height * 72.0 / axes.figure.dpi  # points
-    least = (high - low) * 1.3 * _NAME_SIZE / tall
+    least = (high - low) * 1.7 * _NAME_SIZE / tall
     names = sorted(ends, key=lambda end: end[1])
     places = [y for _, y, _ in names]
     for i in range(1, len(places)):
@@ -126,6 +130,8 @@ def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
 
 
 _NAME_SIZE = 8
+_HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
+"""A hyphen before a number, where it means a minus; in period-1 it does not."""
 
 
 def decimal_in_pi(value: float) -> str:
@@ -155,12 +161,34 @@ def mark_turns(axis: Any) -> None:
     axis.set_major_formatter(FuncFormatter(lambda turns, _: in_pi(2.0 * turns)))
 
 
-def mark_in_pi(axis: Any, step: float = 0.5) -> None:
-    """Ticks of an axis whose unit is π: in steps of that many, finer where few would be seen."""
-    low, high = sorted(axis.get_view_interval())
-    if math.floor(high / step) - math.ceil(low / step) >= FEWEST_TICKS - 1:
-        axis.set_major_locator(MultipleLocator(step))
-        axis.set_major_formatter(FuncFormatter(in_pi))
-        return
-    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=FEWEST_TICKS))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: decimal_in_pi(value)))
+def mark_in_pi(axis: Any, step: float = 0.5, half_turn: float = 1.0) -> None:
+    """Ticks of an axis as parts of π: in steps of that many, coarser or finer where that fits.
+
+    `half_turn`: π in the unit of the axis.
+    """
+    low, high = (end / half_turn for end in sorted(axis.get_view_interval()))
+    while high - low > _MOST_TICKS * step:
+        step *= 2.0
+    text: Callable[[float], str] = in_pi
+    if math.floor(high / step) - math.ceil(low / step) < FEWEST_TICKS - 1:
+        ticks = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=FEWEST_TICKS)
+        step, text = float(np.diff(ticks.tick_values(low, high))[0]), decimal_in_pi
+    axis.set_major_locator(MultipleLocator(step * half_turn))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: text(value / half_turn)))
+
+
+def name_axis(axis: Any, about: Mapping[str, Any], name: str = "") -> None:
+    """Label an axis with the range that it has: its name, symbol, and the unit that fits it.
+
+    `about` has long_name, symbol and units (SI). Ticks are in the unit: mN·m, or parts of π where
+    the axis is a phase.
+    """
+    name = name or " ".join(filter(None, (about["long_name"], str(about.get("symbol", "")))))
+    unit = "" if about["units"] == "1" else str(about["units"])
+    if unit == "rad" and "phase" in name:
+        mark_in_pi(axis, 0.25, math.pi)
+    elif unit:
+        largest = float(np.abs(axis.get_view_interval()).max())
+        size, unit = shown_unit(unit, largest)
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value / size, 10)))
+    axis.set_label_text(typeset(f"{name} ({unit})" if unit else name))

@@ -1,6 +1,8 @@
-"""Units: nanoseconds in a second, and the prefix with which a person writes a number."""
+"""Units: nanoseconds in a second, and how a person writes numbers, units and symbols."""
 
 from __future__ import annotations
+
+import re
 
 Units = tuple[tuple[float, str], ...]
 
@@ -11,6 +13,10 @@ _PREFIXED = ("Hz", "m", "g", "N", "N·m", "s", "W")
 _INERTIAS: Units = ((1.0, "kg·m²"), (1e-3, "g·m²"), (1e-7, "g·cm²"), (1e-9, "g·mm²"))
 _SMALL_ANGLE = 0.01
 """Below this angles are in mrad, rad."""
+INDEXED = re.compile(
+    r"(?<![^\W_])(w|τ|α|a|T|φ|Γ)_(?:\((n\+1)\)|(A|T|n|e|g|L|B|imp|sep)(?![^\W_]))(?!\w)"
+)
+"""Symbols with an index, as labels and tables write them: w_A, τ_(n+1); no parts of names."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

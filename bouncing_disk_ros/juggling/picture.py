@@ -12,8 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from bouncing_disk_ros.colours import BLACK, REST, UNRESOLVED, VERMILION
-from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame
+from bouncing_disk_ros.figure_style import (
+    MOST_PIXELS,
+    mark_in_pi,
+    new_figure,
+    pixel_frame,
+    typeset,
+)
 from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 COLORS = {-1: UNRESOLVED, 0: REST, 1: REST, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""
@@ -70,7 +77,7 @@ def _draw(axes: Any, case: xr.Dataset, strategy: str, condition: str) -> Any:
     times = np.where(verdict == 1, downsample(case["time"], MOST_PIXELS), np.nan)
     drawn = axes.imshow(times, cmap="viridis", norm=LogNorm(SOONEST, LATEST), **frame)
     share = 100.0 * float(case["captured"])
-    under = "" if condition == "nominal" else f"\n{condition}"
+    under = "" if condition == "nominal" else f"\n{_written(condition)}"
     axes.set_title(f"{strategy}: {share:.4g} %{under}", fontsize=9)
     return drawn
 
@@ -87,11 +94,19 @@ def success_table(result: xr.Dataset) -> Figure:
         color = "white" if value > 60.0 else BLACK
         axes.text(j, i, f"{value:.4g}", ha="center", va="center", color=color, fontsize=9)
     axes.set_xticks(range(len(strategies)), strategies)
-    axes.set_yticks(range(len(conditions)), conditions)
+    axes.set_yticks(range(len(conditions)), [_written(one) for one in conditions])
     axes.tick_params(length=0, labelsize=9)
     figure.colorbar(drawn, ax=axes, label="starts captured (%)")
     axes.set_title(_title(result), fontsize=10)
     return figure
+
+
+def _written(condition: str) -> str:
+    """A condition as a figure writes it: axial_forcing=0.55 is Γ = 0.55."""
+    parts = (part.strip().partition("=") for part in condition.split(","))
+    symbols = {name: of.symbol for name, of in MAP_PARAMETERS.items()}
+    words = [f"{symbols.get(name, name)} {is_} {value}".strip() for name, is_, value in parts]
+    return typeset(", ".join(words))
 
 
 def _title(result: xr.Dataset) -> str:

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED, VERMILION
@@ -18,9 +19,11 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.figure_style import (
     MOST_PIXELS,
     cut_at_zero,
+    name_axis,
     name_lines,
     new_figure,
     pixel_frame,
+    typeset,
 )
 from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.parameters import TABLE
@@ -48,9 +51,9 @@ def motor_map_picture(result: xr.Dataset) -> Figure:
     up, across = result["kind"].dims
     cut_at_zero(panels[0, 0], result[across].values, result[up].values)  # axes are shared
     for axes in panels[1]:
-        axes.set_xlabel(axis_label(result[across]))
+        name_axis(axes.xaxis, result[across].attrs)
     for axes in panels[:, 0]:
-        axes.set_ylabel(axis_label(result[up]))
+        name_axis(axes.yaxis, result[up].attrs)
     figure.suptitle(fixed_text(result), fontsize=10)
     return figure
 
@@ -70,7 +73,8 @@ def _draw(
     axes.set_facecolor("#e8e8e8")
     shown = np.ma.masked_invalid(values)
     drawn = axes.imshow(shown, **scale, **_frame(result))
-    figure.colorbar(drawn, ax=axes, label=f"{about['units']}; grey: none")
+    unit = "" if about["units"] == "1" else f"{about['units']}; "
+    figure.colorbar(drawn, ax=axes, label=f"{unit}grey: none")
     axes.set_title(about["long_name"], fontsize=10)
 
 
@@ -106,7 +110,7 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
 def axis_label(axis: xr.DataArray) -> str:
     """Name, symbol and unit of an axis."""
     about = axis.attrs
-    return f"{about['long_name']} {about['symbol']} ({about['units']})"
+    return typeset(f"{about['long_name']} {about['symbol']} ({about['units']})")
 
 
 def fixed_text(result: xr.Dataset) -> str:
@@ -118,7 +122,7 @@ def fixed_text(result: xr.Dataset) -> str:
             symbol = TABLE[name].symbol.split(" ")[0]
             parts.append(f"{symbol} = {with_prefix(given[name], TABLE[name].shown_unit)}")
     half = (len(parts) + 1) // 2
-    return f"{', '.join(parts[:half])}\n{', '.join(parts[half:])}; start: {given['start']}"
+    return typeset(f"{', '.join(parts[:half])}\n{', '.join(parts[half:])}; start: {given['start']}")
 
 
 # ------------------------------------------------------------------------------------------------
@@ -148,7 +152,7 @@ def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
     left.axhline(0.0, color=GREY, linewidth=0.8)
     others = [float(value) for value in result[other]]
     name_lines(left, _ends(torques, speed, others, _spread(kind)))
-    left.set_xlabel(axis_label(result[load]))
+    name_axis(left.xaxis, result[load].attrs)
     left.set_ylabel("mean speed of the rotor (rad/s)")
     left.set_title(f"Numbers at the lines: {axis_label(result[other])}", fontsize=10)
     _draw_efficiency(figure, right, result, efficiency, (load, other), norm)
@@ -204,18 +208,18 @@ def _draw_efficiency(
     norm: Normalize,
 ) -> None:
     load, other = names
-    axes.set_xlabel(axis_label(result[load]))
-    axes.set_ylabel(axis_label(result[other]))
     axes.set_title("Efficiency: work on load and brake over work of the stator", fontsize=10)
     x, y = result[load].values, result[other].values
     axes.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
     axes.set_ylim(y[0], y[-1] if y[-1] > y[0] else y[0] + 1.0)
+    name_axis(axes.xaxis, result[load].attrs)
+    name_axis(axes.yaxis, result[other].attrs)
     if not np.isfinite(efficiency).any():
         axes.text(0.5, 0.5, "no efficiency anywhere", ha="center", transform=axes.transAxes)
         return
     shown = np.ma.masked_invalid(efficiency)
     if _contours_show(efficiency):
-        levels = np.linspace(0.0, norm.vmax or 1.0, _LEVELS + 1)
+        levels = MaxNLocator(_LEVELS).tick_values(0.0, norm.vmax or 1.0)
         drawn = axes.contourf(x, y, shown, levels, cmap="viridis", norm=norm)
     else:
         frame = pixel_frame(x, y)
@@ -224,7 +228,7 @@ def _draw_efficiency(
         cut_at_zero(axes, x, y)
         if len(y) <= LINES:
             axes.set_yticks(y)
-    figure.colorbar(drawn, ax=axes, label="efficiency η (1)")
+    figure.colorbar(drawn, ax=axes, label="efficiency η")
 
 
 def _contours_show(values: NDArray[Any]) -> bool:
@@ -256,9 +260,8 @@ def stall_picture(result: xr.Dataset) -> Figure:
                 axes.plot(places[mine], values[mine], ".", color=KIND_COLORS[number], label=name)
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         _mark_regimes(axes, result, other)
-        axes.set_xlabel(axis_label(result[other]))
-        about = result[field].attrs
-        axes.set_ylabel(f"{about['long_name']} ({about['units']})")
+        name_axis(axes.xaxis, result[other].attrs)
+        name_axis(axes.yaxis, result[field].attrs)
     if panels[0].get_legend_handles_labels()[0]:
         panels[0].legend(fontsize=8, title="without a load")
     figure.suptitle(fixed_text(result), fontsize=10)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters
@@ -88,11 +88,10 @@ class Performer(Node):
         if stop.asked:
             return ExitCode.INTERRUPTED
         target, end_ns, seconds = self._publish(settings)
-        timeout = seconds + PATIENCE / min(factor, 1.0)
-        done = wait_for(self, stop, lambda: self._in_force(target, end_ns), timeout)
+        done, waited = self._wait(stop, lambda: self._in_force(target, end_ns), seconds, factor)
         if not done and not stop.asked:
             raise FailedError(
-                f"{self.programme.name} is not in force {timeout:.1f} s after it was sent: refused "
+                f"{self.programme.name} is not in force {waited:.1f} s after it was sent: refused "
                 "(see the simulator's log and /diagnostics), replaced by another command, or paused"
             )
         if done:
@@ -106,6 +105,23 @@ class Performer(Node):
             flush=True,
         )
         return ExitCode.INTERRUPTED
+
+    def _wait(
+        self, stop: Stop, condition: Callable[[], bool], seconds: float, factor: float
+    ) -> tuple[bool, float]:
+        """Whether a condition holds after so many seconds, and how many were waited.
+
+        A run that was slowed down meanwhile gets more of them. `factor`: real_time_factor at first.
+        """
+        waited = 0.0
+        while True:
+            timeout = seconds + PATIENCE / min(factor, 1.0)
+            done = wait_for(self, stop, condition, timeout - waited)
+            waited = timeout
+            now = factor if done or stop.asked else float(self._settings(stop)["real_time_factor"])
+            if not 0.0 < now < factor:
+                return done, waited
+            seconds, factor = seconds * factor / now, now
 
     def _find(self, stop: Stop) -> None:
         """Wait for a simulator that listens and shows its motion."""

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLUE, GREY, VERMILION
-from bouncing_disk_ros.figure_style import mark_turns, new_figure
+from bouncing_disk_ros.colours import DISK, GREY, PLATFORM, VERMILION
+from bouncing_disk_ros.figure_style import mark_turns, new_figure, typeset
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.report.run_picture import SETTINGS
 from bouncing_disk_ros.units import NS
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     """The recorded run and the changed one, by their labels."""
 
 STYLES = (
-    {"color": BLUE, "ls": "-", "marker": "o"},
+    {"color": DISK, "ls": "-", "marker": "o"},
     {"color": VERMILION, "ls": "--", "marker": "x"},
 )
 
@@ -67,9 +67,8 @@ def _heights(axes: Any, traces: Traces, diverged: float | None) -> None:
         platforms[0][1], platforms[1][1]
     )
     for time, position, style in platforms[:1] if same else platforms:
-        color = GREY if same else style["color"]
-        axes.plot(time, 1e3 * position, color=color, lw=1.0, alpha=0.8, zorder=1,
-                  label="platform s" if same else None)  # fmt: skip
+        axes.plot(time, 1e3 * position, style["ls"], color=PLATFORM, lw=1.0, zorder=1,
+                  label="platform s" if style is STYLES[0] else None)  # fmt: skip
     if detail:
         axes.set_xlim(platforms[0][0][0], platforms[0][0][-1])
     where = "where the two part (dotted)" if diverged is not None else "the two never part"
@@ -128,5 +127,5 @@ def _section(axes: Any, traces: Traces) -> None:
     axes.set_title(f"Next-collision section{kept}", **SETTINGS)
     mark_turns(axes.xaxis)
     axes.set_xlabel("forcing phase at impact τ (rad)")
-    axes.set_ylabel("impact velocity w_A / (πg/ω)")
+    axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
     axes.legend(loc="best", fontsize=9)

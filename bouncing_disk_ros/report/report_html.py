@@ -24,9 +24,10 @@ from bouncing_disk_ros.report.panel import (
     SeriesStyle,
 )
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import INDEXED, absent, headline, panels
+from bouncing_disk_ros.report.report_panels import absent, headline, panels
 from bouncing_disk_ros.report.report_text import Table, segment_rows, tables
 from bouncing_disk_ros.report.run_report import Report
+from bouncing_disk_ros.units import INDEXED
 
 MOST_POINTS = 5000
 """Points of a series: browsers stay quick."""

@@ -11,10 +11,10 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.figure_style import new_figure, typeset
 from bouncing_disk_ros.report.panel import PHASE_TEXTS, PHASE_TICKS, Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import INDEXED, absent, headline, panels
+from bouncing_disk_ros.report.report_panels import absent, headline, panels
 from bouncing_disk_ros.report.run_report import Report
 
 MOST_POINTS = 50_000
@@ -40,7 +40,7 @@ def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -
         alone = place == len(drawn) - 1 and place % 2 == 0
         axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
         _draw(axes, panel, absence)
-    figure.suptitle(f"{_plain(title)}\n{_math(subtitle)}", fontsize=12)
+    figure.suptitle(f"{_plain(title)}\n{typeset(_plain(subtitle))}", fontsize=12)
     return figure
 
 
@@ -55,17 +55,12 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _math(text: str) -> str:
-    """Indices marked by _ as matplotlib sets them: w_A, τ_(n+1)."""
-    return INDEXED.sub(lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$", _plain(text))
-
-
 def _draw(axes: Any, panel: Panel, absence: str) -> None:
-    axes.set_xlabel(_math(panel.x_label))
-    axes.set_ylabel(_math(panel.y_label))
+    axes.set_xlabel(typeset(panel.x_label))
+    axes.set_ylabel(typeset(panel.y_label))
     has_legend = len(panel.series) > 1 and not panel.is_empty
     strip = math.ceil(len(panel.series) / _COLUMNS) * _LEGEND_LINE if has_legend else 0.0
-    axes.set_title(_math(panel.title), fontsize=11, pad=6.0 + strip)
+    axes.set_title(typeset(panel.title), fontsize=11, pad=6.0 + strip)
     if panel.is_empty:
         axes.text(0.5, 0.5, absence, transform=axes.transAxes, ha="center", color="#555")
         axes.set_xticks([])
@@ -108,7 +103,7 @@ def _scales(axes: Any, panel: Panel) -> None:
 
 def _draw_series(axes: Any, part: Series) -> None:
     color, count = part.colour, len(part.x)
-    label = _math(part.name)
+    label = typeset(_plain(part.name))
     many = {"rasterized": count > _RASTER}
     match part.look:
         case SeriesStyle.POINTS:

@@ -6,7 +6,6 @@ A panel is a list of series with labels; series that are too long are downsample
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +38,6 @@ from bouncing_disk_ros.report.run_record import Health
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.report.spans import RESET, Segment, known
-
-INDEXED = re.compile(
-    r"(?<![^\W_])(w|τ|α|a|T|φ)_(?:\((n\+1)\)|(A|T|n|e|g|L|B|imp|sep)(?![^\W_]))(?!\w)"
-)
-"""Symbols with an index, as panels and tables write them: w_A, τ_(n+1); no parts of names."""
 
 
 def absent(report: Report, panel: Panel) -> str:
@@ -387,11 +381,11 @@ def _section(report: Report, most: int) -> Panel:
     if part and part.orbit and 0 < part.orbit.impacts <= 64 and not math.isnan(scale):
         found = np.array(part.orbit.axial_impact_velocities) / scale
         name = f"orbit found: {part.orbit.name}"
-        drawn.append(series(name, part.orbit.forcing_phases, found, SeriesStyle.RINGS, 1))
+        drawn.append(series(name, part.orbit.forcing_phases, found, SeriesStyle.RINGS, 2))
     if theory and len(x):
         point = ([theory.forcing_phase], [theory.axial_impact_velocity / scale])
         stable = "stable" if theory.stable else "unstable"
-        drawn.append(series(f"period-1 orbit, theory ({stable})", *point, SeriesStyle.CROSSES, 3))
+        drawn.append(series(f"period-1 orbit, theory ({stable})", *point, SeriesStyle.CROSSES, 1))
     return Panel(f"Next-collision section{_where(report)}", PHASE, VELOCITY, drawn, note,
                  x_is_phase=True, topics=("disk/impacts",))  # fmt: skip
 

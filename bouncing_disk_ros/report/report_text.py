@@ -15,7 +15,7 @@ from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.rotor_speed import FEWEST, Mean, RiseTime, Transient, TransientKind
 from bouncing_disk_ros.report.run_report import ABSENT, Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
-from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.units import NS, with_prefix
 
 Pairs = list[tuple[str, str]]
 
@@ -356,7 +356,8 @@ def rise_row(report: Report, place: int, rise: RiseTime) -> tuple[str, str]:
     slower = abs(rise.final) < abs(rise.initial)
     path = path_text(rise.initial, rise.final)
     since = f"after {rise.begin:.{report.decimals}f} s"
-    text = f"{rise.to_1_e:.4g} s to 1 − 1/e, {rise.to_95:.4g} s to 95 % of the way {path}, {since}"
+    first, last = (with_prefix(time, "s") for time in (rise.to_1_e, rise.to_95))
+    text = f"{first} to 1 − 1/e, {last} to 95 % of the way {path}, {since}"
     if not rise.ended:
         end = report.segments[place - 1].segment.end
         why = "the segment ends"

@@ -11,8 +11,9 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import mark_turns, new_figure
+from bouncing_disk_ros.figure_style import mark_turns, new_figure, typeset
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
+from bouncing_disk_ros.report.panel import with_gaps
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.units import NS
@@ -20,6 +21,8 @@ from bouncing_disk_ros.units import NS
 SETTINGS = {"fontsize": 11}
 TOSS_SECONDS = (0.7, 3.3)
 """What the first panel shows before and after the first toss."""
+_GAP = 5.0
+"""Of the usual time between two samples: beyond, some were not received."""
 NUMBERED = 6
 """Impacts with their number in the section."""
 
@@ -51,11 +54,23 @@ def _subtitle(record: RunRecord, motion: Motion | None) -> str:
     if motion is None:
         return ""
     axial_forcing = axial_forcing_of(motion, record.disk)
-    return (
+    return typeset(
         f"at the end: axial forcing Γ = {axial_forcing:.3f}, "
         f"restitution ε = {record.disk.restitution:g}, "
         f"phase lag θ = {motion.phase_lag:.3f} rad, orbit found: {last_orbit(record).name}"
     )
+
+
+def _longest_step(record: RunRecord) -> float:
+    """Time between samples, s, from which on some were not received: no line is drawn there."""
+    times = np.array([state.time for state in record.states])
+    return _GAP * float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+
+
+def _span(record: RunRecord) -> tuple[float, float] | None:
+    """Times of the first and the last sample or impact, s; None: there is no time between them."""
+    times = [*(state.time for state in record.states), *record.rows["time"].tolist()]
+    return (min(times), max(times)) if times and min(times) < max(times) else None
 
 
 def _first_toss(record: RunRecord) -> float:
@@ -78,7 +93,8 @@ def _heights(axes: Any, record: RunRecord) -> None:
     disk = [(state.time, state.disk_position) for state in states]
     disk += zip(rows["time"], rows["axial_position"], strict=True)  # the samples miss the corners
     for points, color, label in ((platform, PLATFORM, "platform s"), (disk, DISK, "disk x")):
-        x, y = np.array(sorted(points)).reshape(-1, 2).T
+        places, values = np.array(sorted(points)).reshape(-1, 2).T
+        x, y = with_gaps(places, values, _longest_step(record))
         axes.plot(x, 1e3 * y, color=color, lw=1.6, label=label)
     axes.plot(rows["time"], 1e3 * rows["axial_position"], "o", color=VERMILION, ms=5,
               label="impact")  # fmt: skip
@@ -99,14 +115,16 @@ def _speeds(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     """Rotor speed over the whole run, with eq. 4."""
     states = np.array(record.states)
     if len(states):
-        axes.plot(states[:, 0], states[:, 3], color=DISK, lw=1.6, label="disk α̇")
-        axes.set_xlim(states[0, 0], states[-1, 0])
+        line = with_gaps(states[:, 0], states[:, 3], _longest_step(record))
+        axes.plot(*line, color=DISK, lw=1.6, label="disk α̇")
+        axes.set_xlim(_span(record))
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
-        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=typeset(label))
         low, high = axes.get_ylim()
-        axes.set_ylim(low, max(high, 1.12 * orbit.angular_velocity))
+        level = orbit.angular_velocity
+        axes.set_ylim(min(low, 0.88 * level), max(high, 1.12 * level))
     axes.set_title("Rotor speed", **SETTINGS)
     axes.set_xlabel("simulated time t (s)")
     axes.set_ylabel("angular velocity α̇ (rad/s)")
@@ -137,7 +155,7 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
     mark_turns(axes.xaxis)
     axes.set_xlabel("forcing phase at impact τ (rad)")
-    axes.set_ylabel("impact velocity w_A / (πg/ω)")
+    axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
 
 
 def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
@@ -147,13 +165,12 @@ def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     orbit = period_one(motion, record.disk) if motion else None
     if orbit is not None:
         label = f"τ_imp = {orbit.forcing_phase:.4f} rad (period 1)"
-        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=label)
+        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=typeset(label))
         axes.legend(loc="upper right", fontsize=9)
     axes.set_ylim(0.0, math.tau)
     axes.yaxis.set_major_locator(FixedLocator([k * math.pi / 2 for k in range(5)]))
     axes.yaxis.set_major_formatter(FixedFormatter(["0", "π/2", "π", "3π/2", "2π"]))
-    if record.states:
-        axes.set_xlim(record.states[0].time, record.states[-1].time)
+    axes.set_xlim(_span(record))
     axes.set_title("Forcing phase of each impact", **SETTINGS)
     axes.set_xlabel("simulated time t (s)")
     axes.set_ylabel("forcing phase τ (rad)")

@@ -221,7 +221,7 @@ def largest(result: xr.Dataset, field: str, name: str, unit: str, digits: str) -
     if not bool(known.notnull().any()):
         return []
     best = known.isel(known.argmax(...))
-    at = ", ".join(f"{axis} = {float(best[axis]):.6g}" for axis in reversed(known.dims))
+    at = ", ".join(at_value(known[axis], float(best[axis])) for axis in reversed(known.dims))
     return [f"  largest {name} {float(best):{digits}}{unit} at {at}"]
 
 

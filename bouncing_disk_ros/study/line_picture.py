@@ -14,6 +14,8 @@ from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, 
 
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 """Of the attractors with the largest shares; all others are grey."""
+_WHOLE = {"clip_on": False, "in_layout": False}
+"""Dots at the ends of an axis are drawn whole; they move no panel."""
 
 
 def line_colors(result: xr.Dataset) -> list[str]:
@@ -36,7 +38,8 @@ def draw_shares(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
         if color == BLACK:
             continue
         share = 100.0 * result["line_share_without_contact"].values[i]
-        axes.plot(x, share, "-", color=color, lw=1.4, marker="." if few(share) else "")
+        dot = "." if few(share) else ""
+        axes.plot(x, share, "-", color=color, lw=1.4, marker=dot, **_WHOLE)
     contact = 100.0 * result["share_in_contact"].values
     axes.plot(x, contact, "-", color=BLACK, lw=1.4, marker="." if few(contact) else "")
     _mark_ends_of_contact(axes, result, x, contact, colors)
@@ -55,7 +58,7 @@ def _mark_ends_of_contact(
         if color == BLACK:
             continue
         ends = _ends_of_contact(result, i)
-        axes.plot(x[ends], contact[ends], "o", color=color, ms=5, mec=BLACK, mew=0.5)
+        axes.plot(x[ends], contact[ends], "o", color=color, ms=5, mec=BLACK, mew=0.5, **_WHOLE)
 
 
 def _ends_of_contact(result: xr.Dataset, line: int) -> NDArray[np.bool_]:

@@ -44,7 +44,7 @@ COARSE, FULL = 160, 800
 """Values of Γ in a view: what is shown at first, and in the end."""
 STARTS, SETTLING, KEPT = 16, 500, 128
 """Starts at each value, impacts of each that are left out, and shown."""
-ROWS = 360
+ROWS = 320
 """Cells of τ, fewer than a picture has pixels: else some would be lost."""
 BEGIN, END = 0.3, 0.7
 LEAST, MOST = 1e-3, 1e3

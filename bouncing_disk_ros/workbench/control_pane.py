@@ -77,10 +77,11 @@ class Control:
     def limits(self, values: Mapping[str, float]) -> tuple[float, float]:
         """What its slider goes from and to at these parameters: room to more than double it."""
         value = self.value(values)
+        reach = max(amplitude_of(1.0, values), 1e-9)  # as Γ; the arc goes as far
         spans: Mapping[str, tuple[float, float]] = {
             FORCING: (0.0, 1.0),
-            "axial_amplitude": (0.0, 1e-3 * amplitude_of(1.0, values)),
-            "angular_amplitude": (0.0, 1e-4),
+            "axial_amplitude": (0.0, reach),
+            "angular_amplitude": (0.0, reach / values["friction_radius"]),
             "frequency": (0.1 * value, 2.0 * value),
             "preload": (-0.5 * values["mass"] * values["gravity"], 4.0 * _weight(values)),
             "load_torque": (-1.2 * friction_torque(values), 1.2 * friction_torque(values)),

@@ -23,11 +23,29 @@ TEMPLATE = """
     tab.focus();
     tab.click();
   });
+  function say(control, attribute, text) {
+    if (control.getAttribute(attribute) != text) control.setAttribute(attribute, text);
+  }
+  function nameControls(root) {
+    const name = root.querySelector(".bk-slider-title, label")?.textContent.split(":")[0];
+    for (const one of root.querySelectorAll(".noUi-handle")) say(one, "aria-label", name);
+    for (const way of ["up", "down"])
+      for (const one of root.querySelectorAll(`.bk-spin-btn-${way}`))
+        say(one, "aria-label", `${name} ${way}`);
+    for (const one of root.querySelectorAll(".bk-tab")) {
+      say(one.parentNode, "role", "tablist");
+      say(one, "role", "tab");
+      say(one, "aria-selected", one.classList.contains("bk-active"));
+    }
+    for (const one of root.querySelectorAll("*")) if (one.shadowRoot) nameControls(one.shadowRoot);
+  }
+  setInterval(() => nameControls(document), 1000);  // panes and titles come and change
 </script>
 {% endblock %}
 """
 """A phone shows the page in its own width; a browser that wishes dark pages gets one, with the hues
-of the light one. Arrow keys choose a tab, which Bokeh lets only a pointer do."""
+of the light one. Arrow keys choose a tab, which Bokeh lets only a pointer do. Screen readers hear
+the names of sliders, their buttons and tabs, which Bokeh does not tell them."""
 
 GOOD, BAD, USUAL = "#00704f", "#b00020", "#444"
 """Colours of texts, on white."""

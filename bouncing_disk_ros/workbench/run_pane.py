@@ -337,7 +337,7 @@ class RunPane:
         if orbit is None:
             figures.theory.data = {"phase": [], "velocity": []}
             figures.predicted.visible = False
-            figures.speed.title.text = f"Γ {number_text(forcing, 3)}: no period 1"
+            figures.speed.title.text = f"Γ = {number_text(forcing, 3)}: no period 1"
         else:
             figures.theory.data = {
                 "phase": [orbit.forcing_phase / math.pi],

@@ -76,9 +76,9 @@ class Scene:
 _SCENES = (
     Scene(
         "rest_and_chatter", "Rest and chatter",
-        "The platform stands still and a disk falls on it from 0.2 m. It bounces ever faster and "
+        "The platform stands still and a disk falls on it from 200 mm. It bounces ever faster and "
         "lower: infinitely many impacts in a finite time, and then it lies still.",
-        "after how many seconds it lies still; what with another restitution ε?", "s",
+        "after how many seconds it lies still, and how this depends on the restitution ε", "s",
         values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0, "initial_height": 0.2,
                 "initial_axial_velocity": 0.0},
     ),
@@ -100,7 +100,7 @@ _SCENES = (
     Scene(
         "doubling", "Doubling",
         "Raise Γ slowly: at one value the point on the section becomes two, then four. The orbit "
-        "of one impact still exists beyond (the green cross), but it is unstable.",
+        "of one impact still exists beyond (the cross), but it is unstable.",
         "the Γ of the first doubling", "",
         axial_forcing=0.47,
     ),

@@ -10,7 +10,7 @@ import pytest
 
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study.store import Store
-from support.studies import VALUES, Murderous, Products
+from support.studies import VALUES, Murderous, Patient, Products
 
 TEST = Path(__file__).resolve().parents[1]
 
@@ -45,3 +45,16 @@ def test_workers_store_what_they_compute_and_a_lost_one_costs_its_region_only(
     assert (tmp_path / "mark").exists(), "no worker was killed"
     assert np.array_equal(result["product"], there["product"])
     assert np.array_equal(result["label"], there["label"])
+
+
+def test_an_end_waits_for_no_part_that_workers_compute(scheduler: str, tmp_path: Path) -> None:
+    """These parts end when the file is there, which it is only after the run has ended."""
+    mark = tmp_path / "mark"
+    study = Patient({**VALUES, "mark": str(mark)})
+    begun = mark.with_suffix(".begun")
+    store = tmp_path / "r.zarr"
+    assert run(study, store, scheduler=scheduler, stopped=begun.exists) is None
+    mark.touch()
+    found = run(study, store, scheduler=scheduler)
+    assert found is not None
+    assert found.attrs["total"] == 0.5 * 21 * 10

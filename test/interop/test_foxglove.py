@@ -20,6 +20,7 @@ from rclpy.serialization import deserialize_message
 
 from bouncing_disk_ros.nodes.recorder.recorded_topic import message_class
 from support.bags import TYPES, Sent, make, messages
+from support.npm import install
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
@@ -30,17 +31,9 @@ LAYOUT = HERE.parents[1] / "config" / "foxglove_layout.json"
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The script, with the packages that it needs beside it."""
-    for program in ("node", "npm"):
-        if shutil.which(program) is None:
-            pytest.skip(f"no `{program}` on the PATH: install Node.js 18 or later")
     folder = tmp_path_factory.mktemp("node")
-    for name in ("package.json", "read_bag.mjs"):
-        shutil.copy(HERE / name, folder)
-    command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)
-    if done.returncode:
-        pytest.skip(f"npm cannot install @mcap/core and others: {done.stderr.strip()[-200:]}")
-    return folder / "read_bag.mjs"
+    install(HERE / "package.json", folder)
+    return Path(shutil.copy(HERE / "read_bag.mjs", folder))
 
 
 @pytest.fixture

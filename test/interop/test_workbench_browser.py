@@ -17,6 +17,7 @@ import pytest
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from support import browser as chromium
 from support import without_ros as ros_hidden
+from support.npm import install
 from support.processes import Process, Starter
 
 pytestmark = pytest.mark.interop
@@ -137,8 +138,7 @@ def test_the_page_takes_keys_and_can_be_read(browser: Any, without_ros: Process)
     def is_readable() -> bool:
         faint = []
         for mode in ("dark", "light"):
-            wish = {"features": [{"name": "prefers-color-scheme", "value": mode}]}
-            browser.execute_cdp_cmd("Emulation.setEmulatedMedia", wish)
+            chromium.prefer(browser, mode)
             faint += [(mode, one) for one in chromium.contrasts(browser) if one[0] < 4.5]
         assert faint == []
         return len(chromium.contrasts(browser)) > 50
@@ -167,6 +167,25 @@ def test_the_page_takes_keys_and_can_be_read(browser: Any, without_ros: Process)
     assert press(Keys.ARROW_RIGHT)[0] == "Bifurcation"
     wait_for_text(browser, r"values of Γ.* in \d")
     assert is_readable()
+
+
+@pytest.mark.timeout(600)
+def test_axe_finds_nothing_serious_on_the_page(
+    browser: Any, without_ros: Process, tmp_path: Path
+) -> None:
+    """By its rules for names, roles, contrast and keys: each tab, light and dark."""
+    install(Path(__file__).with_name("package.json"), tmp_path)
+    axe = tmp_path / "node_modules" / "axe-core" / "axe.min.js"
+    browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
+    wait(lambda: chromium.button(browser, "Pause"))
+    chromium.button(browser, "Pause").click()
+    wait(lambda: chromium.button(browser, "Resume"))
+    for tab, done in SEEN.items():
+        chromium.button(browser, tab).click()
+        wait_for_text(browser, done)
+        for mode in ("light", "dark"):
+            chromium.prefer(browser, mode)
+            assert chromium.violations(browser, axe) == [], f"{tab}, {mode}"
 
 
 def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:

@@ -44,7 +44,9 @@ def new_browser(
     for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}", *flags):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options, service=Service(str(shutil.which("chromedriver"))))
+    made = webdriver.Chrome(options=options, service=Service(str(shutil.which("chromedriver"))))
+    made.set_script_timeout(300.0)
+    return made
 
 
 def button(browser: Any, label: str) -> Any:
@@ -133,6 +135,26 @@ return out
 def contrasts(browser: Any) -> list[tuple[float, str]]:
     """Contrast with what is below it, by WCAG 2, of each text that is seen and not disabled."""
     return [(ratio, text) for ratio, text in browser.execute_script(_CONTRASTS)]
+
+
+def prefer(browser: Any, mode: str) -> None:
+    """Let the browser wish light or dark pages."""
+    wish = {"features": [{"name": "prefers-color-scheme", "value": mode}]}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", wish)
+
+
+_AXE = """
+const done = arguments[0], grave = ['serious', 'critical'];
+axe.run(document, { resultTypes: ['violations'] }).then(found => done(
+  found.violations.filter(one => grave.includes(one.impact)).flatMap(
+    one => one.nodes.map(node => [one.id, node.html.slice(0, 200), node.failureSummary]))))
+"""
+
+
+def violations(browser: Any, axe: Path) -> list[tuple[str, str, str]]:
+    """What axe-core, a file, calls serious or critical on the page: rule, element, what to do."""
+    browser.execute_script(axe.read_text("utf-8"))
+    return [tuple(row) for row in browser.execute_async_script(_AXE)]
 
 
 def focused(browser: Any) -> tuple[str, float]:

@@ -1,16 +1,26 @@
-"""Texts of a figure that cover each other."""
+"""Flaws of a figure: texts that cover each other or are cut, numbers as a program writes them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
+import numpy as np
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from bouncing_disk_ros.units import INDEXED
+
 _TOUCH = 1.0
 """Pixels by which the boxes of two texts may overlap: their margins."""
+
+
+def flaws(figure: Figure) -> list[Any]:
+    """All that is wrong by the functions below: texts and rasters."""
+    return [*covered(figure), *cut(figure), *ill_written(figure), *lost_cells(figure)]
 
 
 def covered(figure: Figure) -> list[tuple[str, str]]:
@@ -36,12 +46,38 @@ def cut(figure: Figure) -> list[str]:
     ]  # fmt: skip
 
 
+_BY_PROGRAMS = re.compile(r"\d\.?e[+-]?\d|(?<![\w)])-[\d.]*\d")
+"""1e+04, and a hyphen before a number."""
+
+
+def ill_written(figure: Figure) -> list[str]:
+    """Texts with 1e-07 for 10⁻⁷, a hyphen for a minus or w_A on one line, as drawn by `covered`."""
+    texts = {text.get_text() for text in figure.findobj(Text) if _is_seen(text)}
+    plain = {text: re.sub(r"\$[^$]*\$", "", text) for text in texts}
+    return [
+        text for text, rest in plain.items() if _BY_PROGRAMS.search(rest) or INDEXED.search(rest)
+    ]
+
+
+def lost_cells(figure: Figure) -> list[tuple[str, int]]:
+    """Rasters of more rows or columns than pixels, drawn by `covered`: lines in them have gaps."""
+    found = []
+    for axes in (one for one in figure.axes if one.get_label() != "<colorbar>"):
+        for mesh in (one for one in axes.collections if isinstance(one, QuadMesh)):
+            rows, columns = (count - 1 for count in np.shape(mesh.get_coordinates())[:2])
+            box, size = axes.bbox, 100.0 / figure.dpi  # a small file
+            if rows > box.height * size or columns > box.width * size:
+                found.append((axes.get_ylabel(), rows))
+    return found
+
+
 def _texts(figure: Figure) -> Iterator[Text]:
     for axes in figure.axes:
         if not axes.get_visible():
             continue
         own = [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts]
-        yield from filter(_is_seen, [*own, *_tick_labels(axes.xaxis), *_tick_labels(axes.yaxis)])
+        ticks = [*_tick_labels(axes.xaxis), *_tick_labels(axes.yaxis)] if axes.axison else []
+        yield from filter(_is_seen, [*own, *ticks])
     yield from filter(_is_seen, [*figure.texts])
 
 

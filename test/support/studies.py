@@ -90,3 +90,16 @@ class Murderous(Products):
             mark.write_text(str(os.getpid()))
             os.kill(os.getpid(), signal.SIGKILL)
         return super().compute(region, context, before)
+
+
+class Patient(Products):
+    """Products; each region waits until a file `mark` is there, and writes `mark`.begun."""
+
+    name = "patient"
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        mark = Path(str(self.parameters["mark"]))
+        mark.with_suffix(".begun").touch()
+        while not mark.exists():
+            time.sleep(0.05)  # a poll of the condition
+        return super().compute(region, context, before)

@@ -10,6 +10,9 @@ from typing import Any
 
 import pytest
 
+from bouncing_disk_ros.colours import DISK, PLATFORM
+from support.figure_boxes import flaws
+
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = ROOT / "tools"
 
@@ -45,6 +48,14 @@ def test_every_parameter_file_is_a_figure_and_on_the_page(tool: Any) -> None:
     for figure in tool["FIGURES"]:
         assert len(figure.caption) > 100
         assert f"*{figure.caption}*" in page, f"{figure.name}: make figures writes the page"
+
+
+def test_the_figure_of_the_geometry_has_the_colours_of_all_others(tool: Any) -> None:
+    figure = tool["geometry_figure"]()
+    assert flaws(figure) == []
+    words = {text.get_text(): text.get_color() for axes in figure.axes for text in axes.texts}
+    assert words["disk, mass m"] == DISK
+    assert words["platform"] == PLATFORM
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK
-from bouncing_disk_ros.figure_style import cell_ends, new_figure
+from bouncing_disk_ros.figure_style import cell_ends, mark_in_pi, name_axis, new_figure
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
@@ -36,18 +36,18 @@ def resilience_picture(result: xr.Dataset) -> Figure:
     panels[1].set_title("smallest fatal impulse at any instant: upwards solid, downwards dashed",
                         fontsize=9)  # fmt: skip
     _draw_pairs(panels[2], x, result["line_fatal_timing_error"].values, colors)
+    mark_in_pi(panels[2].yaxis, 0.25, math.pi)
     panels[2].set_ylabel("fatal timing error (rad)")
     _second_scale(panels[2], 1e3 * time_unit(result), "ms")
     panels[2].set_title("smallest fatal timing error of an impact: late solid, early dashed",
                         fontsize=9)  # fmt: skip
     _draw_times(panels[3], result, x, colors)
-    symbol = str(result["value"].attrs.get("symbol", ""))
-    panels[3].set_xlabel(f"{result['value'].attrs['long_name']} {symbol}")
     for axes in panels:
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
     if len(np.unique(x)) > 1:
         panels[3].set_xlim(x.min(), x.max())
+    name_axis(panels[3].xaxis, result["value"].attrs)
     line_legend(figure, result, colors)
     figure.suptitle(_title(result), fontsize=11)
     return figure
@@ -121,8 +121,7 @@ def impulse_picture(result: xr.Dataset) -> Figure:
         axes.set_xlabel("part of a repetition since its first impact")
         axes.set_title(f"impulse {name}", fontsize=10)
     figure.colorbar(drawn, ax=panels, label=r"fatal impulse ($m\,\pi g/\omega$)", extend="max")
-    symbol = str(result["value"].attrs.get("symbol", ""))
-    panels[0].set_ylabel(f"{result['value'].attrs['long_name']} {symbol}")
+    name_axis(panels[0].yaxis, result["value"].attrs)
     name = str(result["line_name"].values[line])
     figure.suptitle(f"Smallest fatal impulse over its instant: {name}", fontsize=11)
     _areas(figure, sizes, float(result.attrs["parameter_largest_impulse"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.colours import INK
-from bouncing_disk_ros.figure_style import new_figure, typeset
+from bouncing_disk_ros.figure_style import name_axis, new_figure, typeset
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
 
@@ -25,18 +24,17 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     _draw_lines(figure, top, result)
     largest = "the largest attractor that is neither rest nor chattering"
     middle.set_title(f"fastest rotation on {largest}", fontsize=9)
-    middle.plot(x, result["best_phase_lag"].values / math.pi, ".", ms=4, color=INK)
-    middle.set_ylabel("best phase lag\n$\\theta/\\pi$")
+    middle.plot(x, result["best_phase_lag"].values, ".", ms=4, color=INK)
+    name_axis(middle.yaxis, {"units": "rad"}, "best phase lag\nθ")
     bottom.plot(x, result["best_speed"].values, ".", ms=4, color=INK)
     bottom.set_ylabel("mean speed there\n($\\omega\\Phi$)")
-    symbol = str(result["value"].attrs.get("symbol", ""))
-    bottom.set_xlabel(typeset(f"{result['value'].attrs['long_name']} {symbol}"))
     for axes in (middle, bottom):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
     figure.suptitle(_title(result), fontsize=11)
     if len(np.unique(x)) > 1:
         bottom.set_xlim(x.min(), x.max())
+    name_axis(bottom.xaxis, result["value"].attrs)
     return figure
 
 

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
-from bouncing_disk_ros.figure_style import edges_of, in_pi, new_figure, typeset
+from bouncing_disk_ros.figure_style import edges_of, name_axis, new_figure, typeset
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
 from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -28,7 +27,8 @@ from bouncing_disk_ros.study.line_picture import few
 
 Array = NDArray[np.float64]
 
-_ROWS, _COLUMNS = 420, 800  # cells of the raster: not more than the pixels of a small PNG
+_ROWS, _SPEED_ROWS, _COLUMNS = 320, 180, 720
+"""Cells of the rasters: fewer than the pixels of the panels of a small PNG. Else some are lost."""
 INK = LinearSegmentedColormap.from_list("ink", ["#d6e7f4", BLUE, "#001a33"])
 CONTACT_INK = LinearSegmentedColormap.from_list("contact", ["#fbe3d3", VERMILION, "#4d2000"])
 LOWER_INK = LinearSegmentedColormap.from_list("lower", ["#f0cfe1", PURPLE, "#3d0a26"])
@@ -75,7 +75,8 @@ def bifurcation_figure(
     if with_contact.any():
         _phases(top, _only(branch, with_contact), low, high, CONTACT_INK)
         _legend_of_contact(top, with_contact, followed)
-    _frame_phases(top, low, high)
+    top.set_ylim(low, high)
+    name_axis(top.yaxis, {"units": "rad"}, "forcing phase at impact τ")
     _speed(middle, branch, with_contact, followed)
     _impact_speeds(hits, branch, section, axis)
     _exponent(bottom, branch, followed)
@@ -94,8 +95,7 @@ def bifurcation_figure(
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():
         top.set_xscale("log")
     symbol, unit = MAP_PARAMETERS[axis]
-    label = f"{axis.replace('_', ' ')} {symbol}" + (f" ({unit})" if unit != "1" else "")
-    bottom.set_xlabel(typeset(label))
+    name_axis(bottom.xaxis, {"units": unit}, f"{axis.replace('_', ' ')} {symbol}")
     figure.suptitle(_title(branch, section, axis, followed), fontsize=12)
     return figure
 
@@ -157,19 +157,10 @@ def _raster(
     least = 1.0 / math.prod(branch.forcing_phase.shape[1:])
     edges = edges_of(branch.values[order])[[*starts, len(order)]]
     axes.pcolormesh(
-        edges, np.linspace(*ends, _ROWS + 1),
+        edges, np.linspace(*ends, len(shares) + 1),
         np.ma.masked_equal(shares, 0.0), cmap=ink, norm=LogNorm(min(least, 0.1), 1.0),
         rasterized=True, zorder=2.5,
     )  # fmt: skip
-
-
-def _frame_phases(axes: Any, low: float, high: float) -> None:
-    axes.set_ylim(low, high)
-    steps = (0.25, 0.125, 0.05, 0.025, 0.01, 0.005, 0.0025, 0.001)
-    step = next((one for one in steps if (high - low) / math.pi >= 4.0 * one), steps[-1])
-    axes.yaxis.set_major_locator(MultipleLocator(step * math.pi))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(round(x / math.pi, 9))))
-    axes.set_ylabel("forcing phase at impact τ (rad)")
 
 
 def _style(followed: bool, color: str, shown: Array) -> dict[str, Any]:
@@ -203,11 +194,11 @@ def _impact_speeds(axes: Any, branch: Branch, section: NextCollisionMap, axis: s
     for chosen, ink, label in inks:
         if not (chosen & known).any():
             continue
-        shares = _shares(np.where(chosen, speed, math.nan), 0.0, top, _ROWS)
+        shares = _shares(np.where(chosen, speed, math.nan), 0.0, top, _SPEED_ROWS)
         _raster(axes, branch, shares, (0.0, top), ink)
         axes.plot([], [], "s", color=ink(0.5), ms=5, label=label)
     axes.set_ylim(0.0, top)
-    axes.set_ylabel("impact speed\n|w_A| (πg/ω)")
+    axes.set_ylabel(typeset("impact speed\n|w_A| (πg/ω)"))
     if known.any():
         axes.legend(loc="lower left", fontsize=8)
 

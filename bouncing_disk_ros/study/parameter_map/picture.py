@@ -27,6 +27,7 @@ from bouncing_disk_ros.colours import (
 from bouncing_disk_ros.figure_style import (
     MOST_PIXELS,
     cut_at_zero,
+    name_axis,
     new_figure,
     pixel_frame,
     typeset,
@@ -85,9 +86,9 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
 def _label_axes(result: xr.Dataset, *panels: Any) -> None:
     up, across = result["period"].dims
     for axes in panels:
-        axes.set_xlabel(_label(result[across]))
         cut_at_zero(axes, result[across].values, result[up].values)
-    panels[0].set_ylabel(_label(result[up]))
+        name_axis(axes.xaxis, result[across].attrs)
+    name_axis(panels[0].yaxis, result[up].attrs)
 
 
 def classes(kind: NDArray[np.int32], period: NDArray[np.int32]) -> NDArray[np.intp]:
@@ -144,12 +145,6 @@ def _frame(result: xr.Dataset) -> dict[str, Any]:
     """How a map is drawn: arguments of imshow."""
     up, across = result["period"].dims
     return pixel_frame(result[across].values, result[up].values)
-
-
-def _label(axis: xr.DataArray) -> str:
-    unit = axis.attrs["units"]
-    label = f"{axis.attrs['long_name']} {axis.attrs['symbol']}"
-    return typeset(label + (f" ({unit})" if unit != "1" else ""))
 
 
 def _title(result: xr.Dataset) -> str:

@@ -15,7 +15,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from bouncing_disk_ros.figure_style import edges_of, mark_in_pi, new_figure
+from bouncing_disk_ros.figure_style import edges_of, mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.maps.tosses import Extreme, Floats, Ridge, Toss
 from bouncing_disk_ros.study.toss_paths.picture import DPI
 
@@ -54,7 +54,7 @@ def maps_figure(
         if name == "speed_ratio" and ridge is not None:
             _mark_ridge(axes, ridge)
         for best in (extreme for extreme in extremes if extreme.measure == name):
-            _mark(axes, best)
+            _mark(axes, best, _ends(phase_lag / math.pi))
         axes.set(
             xlim=_ends(phase_lag / math.pi),
             ylim=_ends(amplitude_angle / math.pi),
@@ -102,8 +102,8 @@ def _ends(values: Floats) -> tuple[float, float]:
     return float(ends[0]), float(ends[-1])
 
 
-def _mark(axes: Any, best: Extreme) -> None:
-    """A cross at the extreme and at its mirror images."""
+def _mark(axes: Any, best: Extreme, shown: tuple[float, float]) -> None:
+    """A cross at the extreme and at its mirror images between two ends, whole at these too."""
     _, unit, *_ = _MEASURES[best.measure]
     size = getattr(best, best.measure)
     size = size if best.measure == "efficiency" else abs(size)
@@ -113,8 +113,10 @@ def _mark(axes: Any, best: Extreme) -> None:
     label = rf"{size:.4g}{unit} at $\phi_L$ = {best.amplitude_angle / math.pi:.4f}π, $\theta$ = "
     label += "0, π" if lag == 0.0 else f"{lag:.4f}π, {lag + 1.0:.4f}π"
     x = lag + np.arange(-4.0, 5.0)
+    x = x[(x >= shown[0]) & (x <= shown[1])]
     y = np.full_like(x, best.amplitude_angle / math.pi)
-    axes.plot(x, y, "x", color="white", ms=9, mew=2.0, path_effects=_HALO, label=label, zorder=5)
+    axes.plot(x, y, "x", color="white", ms=9, mew=2.0, path_effects=_HALO, label=typeset(label),
+              zorder=5, clip_on=False)  # fmt: skip
 
 
 def _mark_ridge(axes: Any, ridge: Ridge) -> None:

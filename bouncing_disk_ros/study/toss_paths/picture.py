@@ -44,7 +44,7 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for axes in panels[len(titles) :]:
         axes.set_visible(False)
-    reach = 115.0 * max(np.abs(paths.arc).max(), np.abs(paths.axial_position).max())
+    reach = 1150.0 * max(np.abs(paths.arc).max(), np.abs(paths.axial_position).max())
     for i, title in enumerate(titles):
         axes = panels[i]
         _path(axes, paths, i)
@@ -53,15 +53,15 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
         axes.label_outer()
-    figure.supxlabel(r"arc $a_e \beta$ along the circle of radius $a_e$ (cm)", fontsize=10)
-    figure.supylabel("height $s$ (cm)", fontsize=10)
+    figure.supxlabel(r"arc $a_e \beta$ along the circle of radius $a_e$ (mm)", fontsize=10)
+    figure.supylabel("height $s$ (mm)", fontsize=10)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=9, frameon=False)
     return figure
 
 
 def _path(axes: Any, paths: TossPaths, i: int) -> None:
-    x, y = 100.0 * paths.arc[i], 100.0 * paths.axial_position[i]
+    x, y = 1e3 * paths.arc[i], 1e3 * paths.axial_position[i]
     up = paths.forcing_phase <= paths.separation_phase[i] + math.tau  # nan: none
     axes.plot(x, y, color=GREY, lw=1.2, label="rest of the period")
     axes.plot(x[up], y[up], color=BLUE, lw=2.4, label="disk on the hand, from rest")
@@ -70,7 +70,7 @@ def _path(axes: Any, paths: TossPaths, i: int) -> None:
         arrow = {"arrowstyle": "-|>", "color": BLUE if up[k] else GREY, "mutation_scale": 16}
         axes.annotate("", (x[k + 2], y[k + 2]), (x[k - 2], y[k - 2]), arrowprops=arrow)
     axes.plot(x[0], y[0], "o", color=BLUE, ms=7, label="start, lowest point")
-    left = 100.0 * paths.separation_arc[i], 100.0 * paths.separation_position[i]
+    left = 1e3 * paths.separation_arc[i], 1e3 * paths.separation_position[i]
     axes.plot(*left, "X", color=VERMILION, ms=9, mec="white", label=r"disk leaves ($\tau_{sep}$)")
 
 
@@ -92,11 +92,11 @@ def trajectories_figure(
     _pair(
         panels[0],
         first,
-        100.0 * pair[0],
-        100.0 * pair[1],
+        1e3 * pair[0],
+        1e3 * pair[1],
         (r"platform $s$, $\dot{\beta}$", r"disk $x$, $\dot{\alpha}$"),
     )
-    panels[0].set(title=heights, ylabel="height $s$, $x$ (cm)")
+    panels[0].set(title=heights, ylabel="height $s$, $x$ (mm)")
     for axes, run, name in zip(panels[1:], tosses, titles, strict=True):
         title = name
         _pair(axes, run, run.platform_angular_velocity, run.angular_velocity, ("", ""))

@@ -1,16 +1,19 @@
-"""What `perform` makes of a simulator's answer for its parameters."""
+"""What `perform` makes of a simulator's parameters, and how long it waits."""
 
 from __future__ import annotations
 
 from array import array
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from rcl_interfaces.msg import ParameterValue
 
 from bouncing_disk_ros.core.model import Disk
-from bouncing_disk_ros.nodes.performer import answered
+from bouncing_disk_ros.nodes import performer
+from bouncing_disk_ros.nodes.performer import PATIENCE, Performer, answered
 from bouncing_disk_ros.parameters import complete
+from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 
 FACTOR = ParameterValue(type=3, double_value=0.5)
@@ -44,3 +47,30 @@ def test_an_answer_gives_the_values_asked_for() -> None:
 )
 def test_any_other_answer_is_none(first: list[Any]) -> None:
     assert answered([*first, *DISK]) is None
+
+
+@pytest.mark.parametrize(
+    ("factors", "waits", "done"),
+    [
+        ([0.1], [4.0 + PATIENCE, 36.0 + 9.0 * PATIENCE], True),  # slowed down once, then in force
+        ([1.0], [4.0 + PATIENCE], False),  # as fast as before: it was refused
+        ([0.0], [4.0 + PATIENCE], False),
+    ],
+)
+def test_a_run_that_is_slowed_down_is_waited_for(
+    monkeypatch: pytest.MonkeyPatch, factors: list[float], waits: list[float], done: bool
+) -> None:
+    """On the page a user chooses slow motion after the first toss: that was called a refusal."""
+    waited: list[float] = []
+
+    def wait_for(_node: object, _stop: Stop, _condition: object, seconds: float) -> bool:
+        waited.append(seconds)
+        return len(waited) > 1
+
+    monkeypatch.setattr(performer, "wait_for", wait_for)
+    given = iter(factors)
+    node: Any = SimpleNamespace(_settings=lambda _stop: {"real_time_factor": next(given)})
+    found, seconds = Performer._wait(node, Stop(), lambda: done, 4.0, 1.0)
+    assert found == done
+    assert waited == pytest.approx(waits)
+    assert seconds == pytest.approx(sum(waits))

@@ -8,9 +8,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros import simulate
+from bouncing_disk_ros.colours import PLATFORM
 from bouncing_disk_ros.report.comparison_picture import two_runs_picture
 from bouncing_disk_ros.run.what_if import changes_of, what_if
 from bouncing_disk_ros.units import NS
+from support.figure_boxes import flaws
 
 
 @cache
@@ -28,6 +30,9 @@ def texts(axes: Any) -> list[str]:
 def test_both_runs_are_in_every_panel() -> None:
     figure, diverged = picture(friction=0.2)
     heights, speeds, section = figure.axes
+    assert flaws(figure) == []
+    colors = {str(line.get_label()): line.get_color() for line in heights.lines}
+    assert colors["platform s"] == PLATFORM, "as in all figures"
     assert texts(heights) == ["disk x, recorded", "disk x, changed", "platform s"]
     assert texts(speeds) == texts(section) == ["recorded", "changed"]
     assert diverged is not None

@@ -24,6 +24,7 @@ from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
 from bouncing_disk_ros.report.run_report import Report, Source, report_of
 from support import pinned_results
+from support.figure_boxes import flaws
 from support.recorded import period_one_bag
 
 PANELS = (
@@ -156,6 +157,7 @@ def test_figures_are_marked_as_ours(kind: str, tmp_path: Path) -> None:
 
 
 def test_axes_have_symbol_and_unit(figure: Figure) -> None:
+    assert flaws(figure) == []
     labels = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
     assert labels == {
         "simulated time t (s)", "angular velocity α̇ (rad/s)",

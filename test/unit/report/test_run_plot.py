@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from bouncing_disk_ros.report.run_picture import run_picture
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.simulate import simulate
+from support.figure_boxes import flaws
 from support.recorded import listened
 
 
@@ -45,9 +47,10 @@ def test_panels_say_what_they_show(tmp_path: Path) -> None:
     assert labels == {
         ("simulated time t (s)", "height x, s (mm)"),
         ("simulated time t (s)", "angular velocity α̇ (rad/s)"),
-        ("forcing phase at impact τ (rad)", "impact velocity w_A / (πg/ω)"),
+        ("forcing phase at impact τ (rad)", r"impact velocity $w_{\mathrm{A}}$ / (πg/ω)"),
         ("simulated time t (s)", "forcing phase τ (rad)"),
     }
+    assert flaws(figure) == []
     assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")
     assert figure.get_suptitle().endswith("orbit found: period-1")
     save_picture(figure, tmp_path / "new" / "a.png")
@@ -69,6 +72,23 @@ def test_theory_is_drawn_where_the_points_end() -> None:
     ]
     levels = [points(line)[0, 1] for line in dashed]
     assert levels == pytest.approx([6 * math.pi * 1.4531049057854113, math.acos(20.0 / 27.0)])
+
+
+def test_samples_not_received_leave_a_gap_and_hide_no_impact() -> None:
+    """A line from impact to impact would be one through the air, below the parabola."""
+    record = first_toss()
+    begin, end = (float(record.rows["time"][place]) for place in (0, 3))
+    kept = [state for state in record.states if state.time > end]
+    kept += [state for state in record.states if begin - 0.2 < state.time < begin]
+    figure = run_picture(replace(record, states=sorted(kept)), "t")
+    heights, speeds, _, phases = figure.axes
+    for axes, name in ((heights, "disk x"), (heights, "platform s"), (speeds, "disk α̇")):
+        (line,) = (line for line in axes.lines if line.get_label() == name)
+        x, y = points(line).T
+        joined = np.isfinite(y[1:]) & np.isfinite(y[:-1])
+        assert np.diff(x)[joined].max() < 0.1, "samples are 0.02 s apart"
+        assert (x < begin).any()
+    assert all(axes.get_xlim()[0] <= begin for axes in (speeds, phases))
 
 
 def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.units import with_prefix
 from support.pinned_results import words
 
 NAME = "motor_start_and_stop"
@@ -85,7 +86,8 @@ def test_the_report_tells_rise_and_stop_times() -> None:
     assert stop.to_1_e == pytest.approx((1.0 - math.exp(-1.0)) * down, abs=5e-5)
     told = words(report)
     count = len(report.segments)
-    assert told[f"stop time, segment {count}"].startswith(f"{stop.to_1_e:.4g} s to 1 − 1/e, ")
+    first = with_prefix(stop.to_1_e, "s")
+    assert told[f"stop time, segment {count}"].startswith(f"{first} to 1 − 1/e, ")
     assert f"rise time, segment {count - 1}" in told
     assert told["simulated time"] == "0.000000 s to 0.036000 s", "periods last 25 µs"
 

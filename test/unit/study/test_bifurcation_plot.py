@@ -14,6 +14,7 @@ from bouncing_disk_ros.maps.continuation import Doubling, period_doublings
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.study.bifurcation.picture import bifurcation_figure, density, phase_range
+from support.figure_boxes import flaws
 
 PAPER = NextCollisionMap(0.335, 0.5, 0.0, 100.0)
 
@@ -64,14 +65,16 @@ def test_the_figure_says_what_it_shows(
 ) -> None:
     figure = bifurcation_figure(upward, PAPER, "axial_forcing", doublings, marks=[0.34, 0.45, 9.0])
     top, middle, hits, bottom = figure.axes
-    assert hits.get_ylabel() == "impact speed\n|w_A| (πg/ω)"
+    assert flaws(figure) == []
+    assert hits.get_ylabel() == "impact speed\n|$w_{\\mathrm{A}}$| (πg/ω)"
     assert [text.get_text() for text in top.texts] == ["(a)", "a", "b"]
     assert [axes.texts[0].get_text() for axes in (middle, hits)] == ["(b)", "(c)"]
     assert bottom.get_xlabel() == "axial forcing Γ"
     assert top.get_ylabel() == "forcing phase at impact τ (rad)"
     assert middle.get_ylabel() == "mean speed\nα̇ / (ωΦ)"
     assert (
-        figure.get_suptitle() == "Attractor followed upward in Γ; ε = 0.5, θ = 0, $\\Gamma_T$ = 100"
+        figure.get_suptitle()
+        == r"Attractor followed upward in Γ; ε = 0.5, θ = 0, $Γ_{\mathrm{T}}$ = 100"
     )
     legend = top.get_legend()
     assert legend is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.figure_style import name_axis, new_figure
 from bouncing_disk_ros.motor_study import options as motor
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
@@ -20,7 +22,7 @@ from bouncing_disk_ros.study.bifurcation import options as bifurcation
 from bouncing_disk_ros.study.parameter_map import options as parameter_map
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_paths import options as toss_paths
-from support.figure_boxes import covered
+from support.figure_boxes import covered, flaws, ill_written
 from support.shown import shown, text_of, told
 
 
@@ -117,7 +119,7 @@ def test_the_smallest_sizes_are_drawn(
 ) -> None:
     figures, _, _ = shown(tmp_path, tool, **given)
     figure = figures[tool.DEFINITION.name]
-    assert covered(figure) == []
+    assert [*covered(figure), *ill_written(figure)] == []  # without a layout of its own
     for line in (line for axes in figure.axes for line in axes.get_lines()):
         known = np.isfinite(np.asarray(line.get_ydata(), float))
         places = set(np.asarray(line.get_xdata(), float)[known].tolist())
@@ -176,7 +178,7 @@ def test_a_diagram_along_any_parameter(tmp_path: Path, along: str) -> None:
     )  # fmt: skip
     ys = [y for _, y in labels(figures["bifurcation"])]
     assert [y.split()[0] for y in ys if y] == ["forcing", "mean", "impact", "Lyapunov"]
-    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$\Gamma_T$"}[along]
+    name = {"restitution": "ε", "phase_lag": "θ", "angular_forcing": r"$Γ_{\mathrm{T}}$"}[along]
     assert f"in {name};" in text_of(figures["bifurcation"])
     assert figures["bifurcation"].axes[-1].get_xlabel().startswith(along.replace("_", " "))
     scale = figures["bifurcation"].axes[0].get_xscale()
@@ -229,7 +231,7 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     assert left.get_xlabel() == "axial forcing Γ"
     assert left.get_ylabel() == "restitution ε"
     start = "a start beside the period-1 orbit\nwhere there is none, from contact"
-    title = f"What the disk settles on from {start}; θ = 0, $\\Gamma_T$ = 100"
+    title = f"What the disk settles on from {start}; θ = 0, $Γ_{{\\mathrm{{T}}}}$ = 100"
     assert figure.get_suptitle() == title
     legends = [[text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
                for axes in (left, right)]  # fmt: skip
@@ -244,7 +246,7 @@ def test_a_map_of_parameters(tmp_path: Path) -> None:
     assert any(line.startswith("  rest ") for line in lines)
     assert any(line.startswith("  largest mean speed ") for line in lines)
     best = float(result["lyapunov_exponent"].where(np.isfinite).max())
-    assert any(line.startswith(f"  largest Lyapunov exponent {best:.4f} at ax") for line in lines)
+    assert any(line.startswith(f"  largest Lyapunov exponent {best:.4f} at Γ = ") for line in lines)
 
 
 def test_a_map_of_one_point_at_rest(tmp_path: Path) -> None:
@@ -262,7 +264,7 @@ def test_the_title_of_a_map_says_what_is_given(tmp_path: Path) -> None:
         y_axis="angular_forcing", y_begin=1.0, y_end=9.0, y_count=2, settling=10, measured=256,
         start="given", initial_phase=0.5, initial_velocity=-2.0,
     )  # fmt: skip
-    title = "What the disk settles on from τ = 0.5, $w_A$ = −2\nΓ = 0.45, ε = 0.5"
+    title = "What the disk settles on from τ = 0.5, $w_{\\mathrm{A}}$ = −2\nΓ = 0.45, ε = 0.5"
     assert figures["mean_speed"].get_suptitle() == title
 
 
@@ -314,13 +316,13 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
     assert list(figures) == ["speed_torque", "stall", "motor_map"]
     left, right = figures["speed_torque"].axes[:2]
     assert (left.get_xlabel(), left.get_ylabel()) == (
-        "load torque T_L (N·m)", "mean speed of the rotor (rad/s)"
+        r"load torque $T_{\mathrm{L}}$ (mN·m)", "mean speed of the rotor (rad/s)"
     )  # fmt: skip
     names = sorted(text.get_text() for text in left.texts)
     assert names == [f"{p:.4g}" for p in result["preload"].values if p < 30.2], "no contact alone"
     assert right.get_ylabel() == "preload P (N)"
     stall = figures["stall"].axes
-    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (N·m)"]
+    assert [axes.get_ylabel() for axes in stall] == ["no-load speed (rad/s)", "stall torque (mN·m)"]
     marked = [text.get_text().strip() for text in stall[0].texts]
     assert marked == ["doubling", "no period 1", "contact lasts"]
     assert "periodic" in text_of(figures["stall"])
@@ -332,7 +334,8 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
         line.startswith("  period 1 between preloads of 20.6803 and 30.1544 N") for line in lines
     )
     assert any("; contact, once begun, never ends from 31.5778 N on" in line for line in lines)
-    assert any(line.startswith("  largest efficiency 0.1") for line in lines)
+    (best,) = (line for line in lines if line.startswith("  largest efficiency 0.1"))
+    assert re.search(r" at T_L = [\d.]+ N·m, P = [\d.]+ N$", best)
     assert any(line.startswith("  stall torque from ") for line in lines)
     beyond = result.assign_coords(preload=result["preload"] + 20.0)
     hint = "  no preload of the axis lies in that range: y_begin:=20.7 y_end:=30.2 shows it"
@@ -378,4 +381,28 @@ def test_a_motor_without_loads_on_its_axes(tmp_path: Path) -> None:
         y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
     )  # fmt: skip
     assert list(figures) == ["motor_map"]
-    assert "T_L = 2 mN·m" in figures["motor_map"].get_suptitle()
+    assert r"$T_{\mathrm{L}}$ = 2 mN·m" in figures["motor_map"].get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("about", "ends", "label"),
+    [
+        (("frequency", "f", "Hz"), (40_000.0, 40_000.001), "frequency f (kHz)"),
+        (("axial amplitude", "A", "m"), (0.0, 1e-6), "axial amplitude A (µm)"),
+        (("phase lag", "θ", "rad"), (-math.pi, math.pi), "phase lag θ (rad)"),
+        (("phase lag", "θ", "rad"), (0.7, 0.701), "phase lag θ (rad)"),
+        (("restitution", "ε", "1"), (0.0, 1.0), "restitution ε"),
+    ],
+)
+def test_an_axis_is_named_in_the_unit_that_fits(
+    about: tuple[str, str, str], ends: tuple[float, float], label: str
+) -> None:
+    figure = new_figure(6.0, 3.0)
+    axes = figure.subplots()
+    axes.set_xlim(ends)
+    name_axis(axes.xaxis, dict(zip(("long_name", "symbol", "units"), about, strict=True)))
+    assert flaws(figure) == []
+    assert axes.get_xlabel() == label
+    ticks = [text.get_text() for text in axes.get_xticklabels()]
+    assert len(set(ticks)) == len(ticks) > 2
+    assert any("π" in tick for tick in ticks) == (about[2] == "rad")

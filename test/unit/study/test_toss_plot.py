@@ -52,11 +52,11 @@ def test_paths() -> None:
     assert len(shown) == 4
     assert all(axes.get_aspect() == 1.0 for axes in shown)
     whole, riding = shown[0].lines[:2]
-    assert np.max(np.asarray(whole.get_ydata())) == pytest.approx(25.0 * math.cos(math.pi / 8))
+    assert np.max(np.asarray(whole.get_ydata())) == pytest.approx(250.0 * math.cos(math.pi / 8))
     x, y = np.asarray(riding.get_xdata()), np.asarray(riding.get_ydata())
-    assert y[0] == pytest.approx(-25.0 * math.cos(math.pi / 8))
-    assert y[-1] <= 100.0 * paths.separation_position[0] < y[-1] + 0.5
-    assert x[0] == 100.0 * paths.arc[0, 0]
+    assert y[0] == pytest.approx(-250.0 * math.cos(math.pi / 8))
+    assert y[-1] <= 1e3 * paths.separation_position[0] < y[-1] + 5.0
+    assert x[0] == 1e3 * paths.arc[0, 0]
     assert len(np.asarray(shown[3].lines[1].get_xdata())) == 0  # never leaves: no ride to a toss
     figure.draw_without_rendering()
 
@@ -123,7 +123,7 @@ def test_trajectories() -> None:
     assert heights.get_title() == "the same for two"
     assert first.get_title().endswith("26.93 rad/s")
     assert figure.axes[4].get_title() == "stays"
-    assert heights.get_ylabel() == "height $s$, $x$ (cm)"
+    assert heights.get_ylabel() == "height $s$, $x$ (mm)"
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[0] == r"disk $x$, $\dot{\alpha}$"
     assert labels[-2:] == ["disk sliding", "disk sticking"]
