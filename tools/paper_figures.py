@@ -89,16 +89,18 @@ def _chattering_motor() -> str:
         "The paper asks whether a motor could run in the chattering regime. The study `motor` "
         f"computed `swum` at {_PRELOADS} preloads, at which Γ goes from {CHATTERS[0]} to "
         f"{CHATTERS[1]}. Speeds are the mean and the standard deviation over the preloads. Without "
-        f"load, the mean speed is {_speed(CHATTERS)} ωΦ at the best phase lag of period 1. At the "
-        f"best phase lag of this regime, θ = π/6, it is {_speed(CHATTERS, best)}. In period 1, "
-        f"from Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, it is {_speed(PERIOD_ONE)}. "
+        f"load, the mean speed in the chattering regime is {_speed(CHATTERS)} ωΦ at the phase lag "
+        "that is best for period 1. At the phase lag that is best for the chattering regime, "
+        f"θ = π/6, the mean speed is {_speed(CHATTERS, best)} ωΦ. In period 1, from "
+        f"Γ = {PERIOD_ONE[0]} to {PERIOD_ONE[1]}, the mean speed is {_speed(PERIOD_ONE)} ωΦ. "
         "Under a load of half the torque that friction can balance, the speed is "
         f"{_speed(CHATTERS, best, 0.5)} ({_speed(PERIOD_ONE, None, 0.5)} in period 1), and the "
         f"rotor turns backwards at some preloads. Friction can balance {_torques(CHATTERS)} "
-        "in this regime, because a larger Γ needs less preload. In period 1 it can balance "
-        f"{_torques(PERIOD_ONE)}. In the chattering regime all starts lead to the same attractor "
-        "(see Fig. 4, Γ = 0.60), so such a motor would start from any state. But it would be "
-        "slower and weaker, and its speed would depend on the exact preload."
+        f"in the chattering regime, and {_torques(PERIOD_ONE)} in period 1. The reason: a larger "
+        "Γ needs less preload, and with less preload friction is weaker. In the chattering regime "
+        "all starts lead to the same attractor (see Fig. 4, Γ = 0.60), so such a motor would start "
+        "from any state. But it would be slower and weaker, and its speed would depend on the "
+        "exact preload."
     )
 
 
@@ -227,12 +229,12 @@ BASINS = (
 SHARES = (
     "Top: the share of starts that come to contact (black), and the share that reaches each of "
     "the other attractors without contact on the way. Each attractor has one line, matched from "
-    "value to value. All starts that come to contact continue as one orbit. If this orbit ends "
-    "on another attractor, the black line has a dot in the colour of this attractor. Middle and "
-    "bottom: the best phase lag, at which the disk turns fastest, and the mean speed at this "
-    "lag, in ωΦ. Both are values of the largest attractor that is neither rest nor chattering. "
-    "Both jump where another attractor becomes the largest. The lag also jumps where another "
-    "maximum of the speed becomes the highest."
+    "value to value. All starts that come to contact continue as one orbit. If this orbit "
+    "leaves contact for ever and reaches one of the coloured attractors, the black line has a dot "
+    "in the colour of this attractor. Middle and bottom: the best phase lag, at which the disk "
+    "turns fastest, and the mean speed at this lag, in ωΦ. Both are values of the largest "
+    "attractor that is neither rest nor chattering. Both jump where another attractor becomes the "
+    "largest. The lag also jumps where another maximum of the speed becomes the highest."
 )
 FIGURES = (
     PaperFigure("fig1", "Fig. 1: paths of the hand",
@@ -247,36 +249,39 @@ FIGURES = (
                 "Airborne speed, speed ratio and efficiency over θ and φ_L, extremal points marked "
                 "with crosses; (d) details of two motions.", _tosses,
                 "Each point is one toss from rest on the platform at its lowest point, at fixed "
-                "arc and frequency. Colours show airborne speed, speed ratio and efficiency at the "
-                "first separation, over phase lag θ and amplitude angle φ_L. Crosses mark the "
-                "largest values. Grey: the disk never leaves the platform. The second picture "
-                "shows two of the tosses in time."),
+                "arc and frequency. Colours show three results over phase lag θ and amplitude "
+                "angle φ_L. The airborne speed is α̇ at the first separation. The speed ratio is "
+                "α̇/(ωΦ). The efficiency is the gain of rotational energy over the work of the "
+                "platform. Crosses mark the largest values. Grey: the disk never leaves the "
+                "platform. The second picture shows two of the tosses in time."),
     PaperFigure("fig3", "Fig. 3: period doubling",
                 "τ_imp over Γ with a period-doubling route to chaos at ε = 0.5; angular speed at "
                 "θ = 0, Γ_T = 100; relative collision speed.", _diagram,
                 "(a): forcing phase of the impacts of the attractor followed upward in Γ. The "
                 "darker a cell, the more impacts it has. Blue: an orbit without contact. Orange: "
                 "an orbit that comes to contact in each repetition. Black dashes: the period-1 "
-                "orbit, which exists beyond Γ₁ too, but is unstable there. Green lines: period "
-                "doublings, by continuation. Purple line: the crisis, where the chaotic attractor "
-                "comes to contact. Beyond the crisis the diagram follows another attractor, whose "
-                "orbit returns to contact again and again. Fig. 4 has the basins at a to d. (b): "
-                "mean rotor speed, in ωΦ. The orbits with contact are long, and differ from each "
-                "Γ to the next. So their mean speeds are scattered. If rounding errors decide an "
-                "orbit, no speed is shown. (c): relative speed of the impacts. Pink: impacts "
-                "earlier in the period than the impact of period 1, on the lower branch of (a). "
-                "Green: later impacts. After the doubling the impacts of the lower branch become "
-                "harder. Their friction brings the rotor closer to the platform's speed at these "
-                "impacts. So the mean speed rises. Bottom, not in the paper: Lyapunov exponent of "
-                "the axial motion for each impact, above 0 in chaos. Orange marks at the edge: "
-                "−∞, because after contact all motions are the same.",
+                "orbit. Beyond its first doubling Γ₁ this orbit still exists, but is unstable. "
+                "Green lines: period doublings, by continuation. Purple line: the crisis, where "
+                "the chaotic attractor comes to contact. Beyond the crisis the diagram follows "
+                "another attractor, whose orbit returns to contact again and again. The letters "
+                "a to d mark the four values of Γ of Fig. 4. (b): mean rotor speed, in ωΦ. The "
+                "orbits with contact are long, and differ from each Γ to the next. So their mean "
+                "speeds are scattered. If rounding errors decide an orbit, no speed is shown. "
+                "(c): relative speed of the impacts. Pink: impacts earlier in the period than "
+                "the impact of period 1, on the lower branch of (a). Green: later impacts. After "
+                "the doubling the impacts of the lower branch become harder. Their friction "
+                "brings the rotor closer to the platform's speed at these impacts. So the mean "
+                "speed rises. Bottom, not in the paper: Lyapunov exponent of the axial motion "
+                "for each impact, above 0 in chaos. Orange marks at the edge: −∞, because after "
+                "contact all motions are the same.",
                 _chattering_motor),
     PaperFigure("fig4a", "Fig. 4, Γ = 0.34",
                 "The basin of the period-1 orbit covers 11.6 % of the shown phase space.",
                 _share("11.6"), BASINS,
                 "The text does not give the window. With τ_imp in [0, 2π) and w_A in (−5, 0) "
                 "πg/ω, the computed shares agree with the paper's shares at Γ = 0.34 and 0.45."),
-    PaperFigure("fig4b", "Fig. 4, Γ = 0.45", "It widens to 34.7 %.", _share("34.7"), BASINS),
+    PaperFigure("fig4b", "Fig. 4, Γ = 0.45",
+                "The basin of the period-1 orbit widens to 34.7 %.", _share("34.7"), BASINS),
     PaperFigure("fig4c", "Fig. 4, Γ = 0.55",
                 "The fractal nature of the basin boundary implies a sensitive dependence on the "
                 "initial condition.", _share(""), BASINS,
