@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
+from scipy import linalg, signal, stats
 from scipy.ndimage import maximum_filter1d
 
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
 from bouncing_disk_ros.measured.echoes import without_echoes
+from bouncing_disk_ros.measured.likeness import alike
 
 Array = NDArray[np.float64]
 SUFFIXES = {
@@ -53,6 +54,8 @@ _ONSET = 0.01
 _RISE = 2
 """Times in which a hit rises: its onset is so close before its peak. Tried: 1 loses onsets, 2 to 5
 differ little; far from the peak a change of the noise can be taken for the onset."""
+_ORDER = 32
+"""Samples that a prediction of the noise looks back."""
 _CURVE = 4000
 """Points of the curve for pictures."""
 
@@ -72,6 +75,7 @@ class ImpactSound:
     errors: Array
     levels: Array
     rejected: Array
+    unlike: Array
     band: tuple[float, float]
     rate: float
     curve: Array
@@ -125,14 +129,22 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
     """The hits of one channel; None where nothing stands out."""
     samples = samples - samples.mean()
     floor = max(least, _DEEPEST * float(np.abs(samples).max()))
+    samples = _whitened(samples, rate, floor)
+    floor = max(least, _DEEPEST * float(np.abs(samples).max()))
     found = _band(samples, rate, floor)
-    if found is None:
-        return None
-    low, high, loudest = found
-    filtered = _filtered(samples, rate, low, high, 3)
-    width = min(high, 0.5 * rate) - low
-    energies = _Energies(filtered, rate, width, loudest, floor)
-    peaks, ratios = energies.hits()
+    for _ in range(2):  # in the band of all that is loud, then in the band of the hits
+        if found is None:
+            return None
+        low, high, loudest = found
+        filtered = _filtered(samples, rate, low, high, 3)
+        width = min(high, 0.5 * rate) - low
+        energies = _Energies(filtered, rate, width, loudest, floor)
+        peaks, ratios = energies.hits()
+        if not len(peaks):
+            return None
+        is_kind = alike(samples, peaks, rate, floor)
+        found = _band(samples, rate, floor, peaks[is_kind])
+    unlike, peaks, ratios = peaks[~is_kind] / rate, peaks[is_kind], ratios[is_kind]
     is_hit = without_echoes(peaks, energies.short, energies.near, energies.noise, rate)
     wide = _filtered(samples, rate, 0.5 * low, 2.0 * high, 2)
     # as many samples are independent as the wider band has degrees of freedom
@@ -145,10 +157,27 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
     times, errors = np.array(hits).reshape(-1, 2).T / rate
     levels = 10.0 * np.log10(ratios[is_hit])
     curve = _curve(energies.short, rate)
-    return ImpactSound(name, times, errors, levels, peaks[~is_hit] / rate, (low, high), rate, curve)
+    return ImpactSound(
+        name, times, errors, levels, peaks[~is_hit] / rate, unlike, (low, high), rate, curve
+    )
 
 
-def _band(samples: Array, rate: float, floor: float) -> tuple[float, float, float] | None:
+def _whitened(samples: Array, rate: float, floor: float) -> Array:
+    """The samples after a filter that makes their noise white: that of its linear prediction.
+
+    Nothing comes before a hit, because the filter looks back only.
+    """
+    size = min(2 ** max(5, round(np.log2(rate / _FRAMES))), len(samples) // 4)
+    _, _, power = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    noise = np.quantile(power, _LOW, axis=1) + 2.0 * floor**2 / rate
+    lags = np.fft.irfft(noise)[: _ORDER + 1]
+    weights = linalg.solve_toeplitz(lags[:-1], lags[1:])
+    return np.asarray(signal.lfilter(np.append(1.0, -weights), [1.0], samples))
+
+
+def _band(
+    samples: Array, rate: float, floor: float, hits: NDArray[np.intp] | None = None
+) -> tuple[float, float, float] | None:
     """Ends of the band of the hits, and the frequency where they are clearest, Hz.
 
     The noise of each frequency is told by a low quantile over the frames, the hits by the mean
@@ -161,6 +190,10 @@ def _band(samples: Array, rate: float, floor: float) -> tuple[float, float, floa
     over = power / (np.quantile(power, _LOW, axis=1) / -np.log1p(-_LOW))[:, None]
     count, frames = over.shape
     loud = over.mean(axis=0) > stats.gamma.isf(_FALSE / frames, count / 2, scale=2 / count)
+    if hits is not None:  # the frames in whose middle half they begin
+        loud = np.zeros(frames, bool)
+        step = size - size // 2
+        loud[np.clip(np.round((hits - 0.5 * size) / step + 0.25).astype(int), 0, frames - 1)] = True
     if not loud.any():
         return None
     clear = np.log(over[:, loud]).mean(axis=1)
