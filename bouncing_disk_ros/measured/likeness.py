@@ -31,17 +31,22 @@ _ALIKE = 0.9
 sounds 2 % of the hits had less, and 1 % of voices and bumps had more."""
 _QUIET, _LOOKS = 0.1, 500
 """Quantile of the spectra that tells the noise, and how many spectra are looked at."""
+UNEVEN = 0.1
+"""Noise at any frequency, in parts of the median: codecs leave none where they hear none."""
 _ROUNDS = 4
 
 
 def alike(samples: Array, peaks: NDArray[np.intp], rate: float, floor: float) -> NDArray[np.bool_]:
     """Which of the sounds at `peaks` belong to the largest set that sounds alike.
 
-    A set counts by how far its sounds rise above the loudest that was heard just before.
+    A set counts by how far its sounds rise above the loudest that was heard just before. Of two
+    that begin in the time of one attack, the weaker is a part of the other.
     `floor`: rms of the rounding.
     """
+    if not len(peaks):
+        return np.zeros(0, bool)
     spectra = _Spectra(samples, rate, floor)
-    news, rise = spectra.news(peaks)
+    news, rise, begins = spectra.news(peaks)
     loudness = (1.0 + news) ** _LOUDNESS - 1.0
     shapes = loudness / np.maximum(np.linalg.norm(loudness, axis=1, keepdims=True), 1e-300)
     others = shapes @ shapes.T > _ALIKE
@@ -54,6 +59,10 @@ def alike(samples: Array, peaks: NDArray[np.intp], rate: float, floor: float) ->
         if not found.any() or (found == is_hit).all():
             break
         is_hit, kind = found, np.median(shapes[found], axis=0)
+    hits = np.flatnonzero(is_hit)
+    same = np.flatnonzero(np.diff(begins[hits]) < _ATTACK * _STEP * spectra.size)
+    strength = loudness.sum(axis=1)[hits]
+    is_hit[hits[np.where(strength[same] < strength[same + 1], same, same + 1)]] = False
     return is_hit
 
 
@@ -71,10 +80,11 @@ class _Spectra:
         self.edges = np.concatenate([[0], edges[edges > 1]])
         count = len(samples) - self.size
         middles = np.linspace(0.5 * self.size, count, min(_LOOKS, count)).astype(int)
-        self.noise = np.quantile(self._powers(middles), _QUIET, axis=0)
+        noise = np.quantile(self._powers(middles), _QUIET, axis=0)
+        self.noise = np.maximum(noise, UNEVEN * np.median(noise))
 
-    def news(self, peaks: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Powers on top of those before, over the noise, and the rise (mean log) of each sound.
+    def news(self, peaks: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """Powers on top of those before, over the noise, rises (mean log) and begins (samples).
 
         A sound begins where it rises most.
         """
@@ -83,12 +93,14 @@ class _Spectra:
         powers = self._powers(peaks[:, None] + steps)
         rows = np.arange(len(peaks))
         rises, begins = np.full(len(peaks), -np.inf), np.zeros(len(peaks), int)
+        gaps = np.diff(peaks, prepend=-self.size * _BEFORE[1]) / (_STEP * self.size)
+        earliest = _BEFORE[1] + _EARLIER + _ATTACK - gaps  # a hit begins after the one before
         for begin in range(_BEFORE[1], _BEFORE[1] + _EARLIER + _LATER + 1):
             before = powers[:, begin - _BEFORE[1] : begin - _BEFORE[0] + 1].max(axis=1)
             attack = powers[:, begin : begin + _ATTACK].max(axis=1)
             rise = np.log(attack / before).mean(axis=1)
-            begins = np.where(rise > rises, begin, begins)
-            rises = np.maximum(rise, rises)
+            better = (rise > rises) & ((begin >= earliest) | (begin == _BEFORE[1] + _EARLIER))
+            begins, rises = np.where(better, begin, begins), np.where(better, rise, rises)
 
         def mean(part: tuple[int, int]) -> Array:
             places = begins[:, None] + np.arange(*part)
@@ -98,7 +110,8 @@ class _Spectra:
         before = mean((-_BEFORE[1], 1 - _BEFORE[0]))
         parts = [attack, *(mean(part) for part in _FADES)]
         news = np.hstack([np.maximum(part - before, 0.0) / self.noise for part in parts])
-        return news, np.maximum(rises, 0.0)
+        starts = peaks + (begins - _BEFORE[1] - _EARLIER) * _STEP * self.size
+        return news, np.maximum(rises, 0.0), starts
 
     def _powers(self, middles: NDArray[np.intp]) -> Array:
         first = np.clip(middles + 12 * self.size - self.size // 2, 0, len(self.samples) - self.size)

@@ -1,9 +1,10 @@
 """`impact_times`: the hits in a sound of impacts, with the error of each.
 
 A hit rises above the sound before it: the energy of a short window over the mean energy of a long
-one before, in the band where hits are louder than the noise. Its onset is where the variance
-changes, by Akaike's criterion (Maeda, "A method for reading and checking phase times in
-autoprocessing system of seismic wave data", Zisin 1985).
+one before, in the band where hits are louder than the noise. Those that sound alike are hits
+(`likeness`), the others are not. Its onset is where the variance changes, by Akaike's criterion
+(Maeda, "A method for reading and checking phase times in autoprocessing system of seismic wave
+data", Zisin 1985), and is told better by the shape that all hits have (`alignment`).
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from scipy import linalg, signal, stats
 from scipy.ndimage import maximum_filter1d
 
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
+from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
-from bouncing_disk_ros.measured.likeness import alike
+from bouncing_disk_ros.measured.likeness import UNEVEN, alike
 
 Array = NDArray[np.float64]
 SUFFIXES = {
@@ -54,6 +56,8 @@ _ONSET = 0.01
 _RISE = 2
 """Times in which a hit rises: its onset is so close before its peak. Tried: 1 loses onsets, 2 to 5
 differ little; far from the peak a change of the noise can be taken for the onset."""
+_EARLIER = 0.75
+"""Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
 _ORDER = 32
 """Samples that a prediction of the noise looks back."""
 _CURVE = 4000
@@ -65,7 +69,8 @@ class ImpactSound:
     """Hits of a sound. Times in s from the begin of the file.
 
     `times` and `errors` (one standard deviation) of the hits, `levels`: peak over the sound before,
-    dB. `rejected`: times of what came after louder hits at the same delay each time (echoes).
+    dB. All times have one common delay. `rejected`: times of what came after louder hits at the
+    same delay each time (echoes). `unlike`: times of sudden sounds that do not sound like the hits.
     `band`: where the hits are louder than the noise, Hz. `rate`: samples per s. `curve`: times and
     levels (dB of the loudest) of the sound in its band, two rows.
     """
@@ -128,8 +133,7 @@ def _samples(path: Path) -> tuple[Array, float, float]:
 def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound | None:
     """The hits of one channel; None where nothing stands out."""
     samples = samples - samples.mean()
-    floor = max(least, _DEEPEST * float(np.abs(samples).max()))
-    samples = _whitened(samples, rate, floor)
+    samples = _whitened(samples, rate, max(least, _DEEPEST * float(np.abs(samples).max())))
     floor = max(least, _DEEPEST * float(np.abs(samples).max()))
     found = _band(samples, rate, floor)
     for _ in range(2):  # in the band of all that is loud, then in the band of the hits
@@ -137,12 +141,11 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
             return None
         low, high, loudest = found
         filtered = _filtered(samples, rate, low, high, 3)
-        width = min(high, 0.5 * rate) - low
-        energies = _Energies(filtered, rate, width, loudest, floor)
+        energies = _Energies(filtered, rate, min(high, 0.5 * rate) - low, loudest, floor)
         peaks, ratios = energies.hits()
-        if not len(peaks):
-            return None
         is_kind = alike(samples, peaks, rate, floor)
+        if not is_kind.any():
+            return None
         found = _band(samples, rate, floor, peaks[is_kind])
     unlike, peaks, ratios = peaks[~is_kind] / rate, peaks[is_kind], ratios[is_kind]
     is_hit = without_echoes(peaks, energies.short, energies.near, energies.noise, rate)
@@ -154,12 +157,13 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         _onset(wide, earlier, peak, energies, part)
         for earlier, peak in zip(previous, peaks[is_hit], strict=True)
     ]
-    times, errors = np.array(hits).reshape(-1, 2).T / rate
-    levels = 10.0 * np.log10(ratios[is_hit])
-    curve = _curve(energies.short, rate)
+    onsets, errors, noises = np.array(hits).reshape(-1, 3).T
+    if len(onsets) >= FEWEST:
+        onsets, errors = aligned(wide**2, onsets, noises + floor**2, rate, energies.window)
     return ImpactSound(
-        name, times, errors, levels, peaks[~is_hit] / rate, unlike, (low, high), rate, curve
-    )
+        name, onsets / rate, errors / rate, 10.0 * np.log10(ratios[is_hit]),
+        peaks[~is_hit] / rate, unlike, (low, high), rate, _curve(energies.short, rate),
+    )  # fmt: skip
 
 
 def _whitened(samples: Array, rate: float, floor: float) -> Array:
@@ -170,6 +174,7 @@ def _whitened(samples: Array, rate: float, floor: float) -> Array:
     size = min(2 ** max(5, round(np.log2(rate / _FRAMES))), len(samples) // 4)
     _, _, power = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
     noise = np.quantile(power, _LOW, axis=1) + 2.0 * floor**2 / rate
+    noise = np.maximum(noise, UNEVEN * np.median(noise))
     lags = np.fft.irfft(noise)[: _ORDER + 1]
     weights = linalg.solve_toeplitz(lags[:-1], lags[1:])
     return np.asarray(signal.lfilter(np.append(1.0, -weights), [1.0], samples))
@@ -234,7 +239,7 @@ class _Energies:
         count = len(filtered)
         rounding = floor**2 * min(2.0 * width / rate, 1.0)  # its part in the band
         self.total = np.concatenate([[0.0], np.cumsum(filtered**2 + rounding)])
-        window = min(max(round(rate / width), 1), count // 4)
+        self.window = window = min(max(round(rate / width), 1), count // 4)
         self.short = (self.total[window:] - self.total[:-window]) / window
         chance = _FALSE * rate / (width * count)
         degrees = next(n for n in range(8, 4000) if stats.f.isf(chance, 2, n) < _RATIO)
@@ -271,8 +276,8 @@ class _Energies:
 
 def _onset(
     filtered: Array, previous: int, peak: int, energies: _Energies, part: float
-) -> tuple[float, float]:
-    """Onset of a hit and its error, in samples.
+) -> tuple[float, float, float]:
+    """Onset of a hit and its error, in samples, and the mean energy before it.
 
     Two Gaussian variances, one before and one after; the mean and the spread of the onset under
     the weights of Akaike's criterion. `previous`: peak before it, which is no noise. `part`: of
@@ -290,7 +295,9 @@ def _onset(
     weights = np.exp(-0.5 * (cost - cost.min()))
     weights /= weights.sum()
     mean = float(weights @ before)
-    return first + mean, float(np.sqrt(weights @ (before - mean) ** 2 + 1.0 / 12.0))
+    error = float(np.sqrt(weights @ (before - mean) ** 2 + 1.0 / 12.0))
+    earlier = max(int(_EARLIER * mean), 1)
+    return first + mean, error, float(sums[earlier - 1]) / earlier
 
 
 def _curve(short: Array, rate: float) -> Array:

@@ -202,9 +202,7 @@ def _put(found: Array, part: Array, place: int) -> None:
 def _bump(rng: Generator, rate: float) -> Array:
     """A phone that is put down: a thud, and some clicks in it."""
     at = np.arange(round(0.3 * rate)) / rate
-    found = np.exp(-at / rng.uniform(0.01, 0.05)) * np.sin(
-        math.tau * rng.uniform(50.0, 250.0) * at
-    )
+    found = np.exp(-at / rng.uniform(0.01, 0.05)) * np.sin(math.tau * rng.uniform(50.0, 250.0) * at)
     for _ in range(int(rng.integers(0, 5))):
         since = at - rng.uniform(0.0, 0.08)
         click = np.exp(-np.maximum(since, 0.0) / rng.uniform(5e-4, 4e-3)) * (since > 0.0)
@@ -213,7 +211,7 @@ def _bump(rng: Generator, rate: float) -> Array:
 
 
 def voice(rng: Generator, count: int, rate: float) -> Array:
-    """Syllables: a pulsed voice through three resonances, some with a burst or a hiss before; peak 1."""
+    """Syllables: a pulsed voice through three resonances, some after a burst or a hiss. Peak 1."""
     found, place = np.zeros(max(count, 1)), rng.uniform(0.0, 0.3)
     while place < count / rate:
         length = rng.uniform(0.08, 0.3)
@@ -265,7 +263,10 @@ def _gained(samples: Array, rate: float, rng: Generator) -> Array:
     """What an automatic gain makes of it: loud parts are lowered at once, and recover slowly."""
     step = round(1e-3 * rate)
     blocks = np.abs(np.pad(samples, (0, -len(samples) % step))).reshape(-1, step).max(axis=1)
-    attack, release = math.exp(-1.0 / rng.uniform(2.0, 20.0)), math.exp(-1.0 / rng.uniform(100, 800))
+    attack, release = (
+        math.exp(-1.0 / rng.uniform(2.0, 20.0)),
+        math.exp(-1.0 / rng.uniform(100, 800)),
+    )
     level, levels = 0.0, []
     for block in blocks:
         part = attack if block > level else release
@@ -273,4 +274,6 @@ def _gained(samples: Array, rate: float, rng: Generator) -> Array:
         levels.append(level)
     target = rng.uniform(0.05, 0.3)
     gain = target / (np.array(levels) + 0.1 * target)
-    return np.asarray(samples * np.interp(np.arange(len(samples)), step * np.arange(len(gain)), gain))
+    return np.asarray(
+        samples * np.interp(np.arange(len(samples)), step * np.arange(len(gain)), gain)
+    )

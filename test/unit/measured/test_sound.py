@@ -16,6 +16,7 @@ from bouncing_disk_ros.measured import impact_times as executable
 from bouncing_disk_ros.measured.sound import ImpactSound
 from support.coverage import in_soak
 from support.impact_sounds import Array, Sound, drop_times, random_drop, sound_of
+from support.recorded_drops import random_recording, voice
 from support.struck_plates import random_plate
 
 soundfile = pytest.importorskip("soundfile")
@@ -49,7 +50,8 @@ def deviations(found: Array, true: Array) -> Array:
         (random_drop, range(20), 0.01, 0.01),
         *in_soak(
             (random_drop, range(1000, 1400), 0.01, 0.01),
-            (random_plate, range(1000, 1200), 0.03, 1.0),  # voices and walls are heard as hits
+            (random_plate, range(1000, 1200), 0.06, 0.02),
+            (random_recording, range(1000, 1100), 0.1, 0.1),  # bumps alone can be alike
         ),
     ],
 )
@@ -109,13 +111,13 @@ def test_hits_are_found_with_their_true_times(
 def test_every_format_gives_the_same_hits(
     tmp_path: Path, name: str, options: dict[str, str]
 ) -> None:
-    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.5 ms."""
+    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.8 ms."""
     sound = drop()
     found = heard(tmp_path, sound, name, **options)
     away = deviations(found.times, sound.times)
     assert len(found.times) == len(sound.times)
     lossy = name in ("a.ogg", "a.mp3")  # their noise comes before a hit, too
-    assert np.ptp(away) < (5e-4 if lossy else 1e-4)
+    assert np.ptp(away) < (8e-4 if lossy else 1e-4)
 
 
 def test_the_clearest_channel_counts_and_a_cut_file_has_its_part(tmp_path: Path) -> None:
@@ -148,6 +150,19 @@ def test_echoes_are_rejected_but_no_weak_impact_of_a_settled_orbit(tmp_path: Pat
     settled = np.cumsum(np.tile([0.06, 0.04], 20)) + 0.2
     whole = sound_of(rng, settled, np.tile([1.0, 0.4], 20), **given)  # type: ignore[arg-type]
     assert len(heard(tmp_path, whole).times) == 40
+
+
+def test_a_voice_before_a_drop_is_unlike_its_hits(tmp_path: Path) -> None:
+    """As loud as the first impact, with bursts: no hit is found in it, all impacts after it."""
+    sound = drop()
+    rng = np.random.default_rng(5)
+    spoken = 0.5 * voice(rng, 96000, sound.rate)
+    samples = np.concatenate([spoken + 3e-3 * rng.standard_normal(96000), sound.samples])
+    found = heard(tmp_path, Sound(samples, sound.rate, sound.times + 2.0, sound.decibels))
+    assert found.times == pytest.approx(sound.times + 2.0, abs=2e-4)
+    assert (found.unlike < 2.0).sum() > 3
+    fit = fit_impacts(tmp_path / "drop.wav")
+    assert fit["restitution"].low < 0.8 < fit["restitution"].high
 
 
 def test_a_sound_is_fitted_with_the_errors_of_its_hits(tmp_path: Path) -> None:
