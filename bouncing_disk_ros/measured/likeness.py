@@ -29,6 +29,10 @@ _LOUDNESS = 0.35
 _ALIKE = 0.9
 """Cosine of sounds that are alike: their differences have less than a fifth of the energy. On made
 sounds 2 % of the hits had less, and 1 % of voices and bumps had more."""
+_MOST_NOISE = 1.0 / 3.0
+"""Noise is unlike the hits: so much of the energy of a hit may be noise. Chosen, not tried."""
+_PLACES, _CALM = 50, 0.3
+"""Places where nothing begins, mostly, and the quantile of their energies that tells the noise."""
 _QUIET, _LOOKS = 0.1, 500
 """Quantile of the spectra that tells the noise, and how many spectra are looked at."""
 UNEVEN = 0.1
@@ -48,6 +52,8 @@ def alike(samples: Array, peaks: NDArray[np.intp], rate: float, floor: float) ->
     spectra = _Spectra(samples, rate, floor)
     news, rise, begins = spectra.news(peaks)
     loudness = (1.0 + news) ** _LOUDNESS - 1.0
+    energies = np.maximum(np.sum(loudness**2, axis=1), 1e-300)
+    least = _ALIKE * np.sqrt(1.0 - np.minimum(spectra.quiet() / energies, _MOST_NOISE))
     shapes = loudness / np.maximum(np.linalg.norm(loudness, axis=1, keepdims=True), 1e-300)
     others = shapes @ shapes.T > _ALIKE
     np.fill_diagonal(others, False)
@@ -55,7 +61,7 @@ def alike(samples: Array, peaks: NDArray[np.intp], rate: float, floor: float) ->
     kind = shapes[int(np.argmax(counts))]
     is_hit = np.zeros(len(peaks), bool)
     for _ in range(_ROUNDS):
-        found = shapes @ kind > _ALIKE * np.linalg.norm(kind)
+        found = shapes @ kind > least * np.linalg.norm(kind)
         if not found.any() or (found == is_hit).all():
             break
         is_hit, kind = found, np.median(shapes[found], axis=0)
@@ -112,6 +118,13 @@ class _Spectra:
         news = np.hstack([np.maximum(part - before, 0.0) / self.noise for part in parts])
         starts = peaks + (begins - _BEFORE[1] - _EARLIER) * _STEP * self.size
         return news, np.maximum(rises, 0.0), starts
+
+    def quiet(self) -> float:
+        """Sum of the squared loudnesses where nothing begins: that of noise."""
+        count = len(self.samples) - 20 * self.size
+        places = np.linspace(0, count, _PLACES + 2).astype(int)[1:-1]
+        loudness = (1.0 + self.news(places)[0]) ** _LOUDNESS - 1.0
+        return float(np.quantile(np.sum(loudness**2, axis=1), _CALM))
 
     def _powers(self, middles: NDArray[np.intp]) -> Array:
         first = np.clip(middles + 12 * self.size - self.size // 2, 0, len(self.samples) - self.size)
