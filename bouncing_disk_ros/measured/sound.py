@@ -15,12 +15,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, signal, stats
+from scipy.linalg import solve_toeplitz
 from scipy.ndimage import maximum_filter1d
+from scipy.special import gammainccinv, ndtri
 
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
 from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
+from bouncing_disk_ros.measured.filters import filtered, highest, spectra
 from bouncing_disk_ros.measured.likeness import UNEVEN, alike
 
 Array = NDArray[np.float64]
@@ -140,8 +142,8 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         if found is None:
             return None
         low, high, loudest = found
-        filtered = _filtered(samples, rate, low, high, 3)
-        energies = _Energies(filtered, rate, min(high, 0.5 * rate) - low, loudest, floor)
+        inside = filtered(samples, rate, low, high, 3)
+        energies = _Energies(inside, rate, min(high, 0.5 * rate) - low, loudest, floor)
         peaks, ratios = energies.hits()
         is_kind = alike(samples, peaks, rate, floor)
         if not is_kind.any():
@@ -149,7 +151,8 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         found = _band(samples, rate, floor, peaks[is_kind])
     unlike, peaks, ratios = peaks[~is_kind] / rate, peaks[is_kind], ratios[is_kind]
     is_hit = without_echoes(peaks, energies.short, energies.near, energies.noise, rate)
-    wide = _filtered(samples, rate, 0.5 * low, 2.0 * high, 2)
+    # in its own band a hit rises slowly, and a loud one leaves the noise earlier than a weak one
+    wide = filtered(samples, rate, 0.5 * low, 2.0 * high, 2)
     # as many samples are independent as the wider band has degrees of freedom
     part = min(1.0, 2.0 * (2.0 * high - 0.5 * low) / rate)
     previous = np.concatenate([[0], peaks[:-1]])[is_hit]
@@ -171,13 +174,12 @@ def _whitened(samples: Array, rate: float, floor: float) -> Array:
 
     Nothing comes before a hit, because the filter looks back only.
     """
-    size = min(2 ** max(5, round(np.log2(rate / _FRAMES))), len(samples) // 4)
-    _, _, power = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    _, power = spectra(samples, rate, _FRAMES)
     noise = np.quantile(power, _LOW, axis=1) + 2.0 * floor**2 / rate
     noise = np.maximum(noise, UNEVEN * np.median(noise))
     lags = np.fft.irfft(noise)[: _ORDER + 1]
-    weights = linalg.solve_toeplitz(lags[:-1], lags[1:])
-    return np.asarray(signal.lfilter(np.append(1.0, -weights), [1.0], samples))
+    weights = solve_toeplitz(lags[:-1], lags[1:])
+    return np.convolve(samples, np.append(1.0, -weights))[: len(samples)]
 
 
 def _band(
@@ -189,21 +191,22 @@ def _band(
     logarithm over the frames that are louder than noise gets. A frequency belongs to the band
     where that mean is higher than the one of noise gets.
     """
-    size = min(2 ** max(5, round(np.log2(rate / _FRAMES))), len(samples) // 4)
-    at, _, power = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    at, power = spectra(samples, rate, _FRAMES)
+    size = 2 * len(power) - 2  # of a frame; they overlap by half
     at, power = at[1:], power[1:] + 2.0 * floor**2 / rate
     over = power / (np.quantile(power, _LOW, axis=1) / -np.log1p(-_LOW))[:, None]
     count, frames = over.shape
-    loud = over.mean(axis=0) > stats.gamma.isf(_FALSE / frames, count / 2, scale=2 / count)
+    loud = over.mean(axis=0) > gammainccinv(count / 2, _FALSE / frames) * 2 / count
     if hits is not None:  # the frames in whose middle half they begin
         loud = np.zeros(frames, bool)
-        step = size - size // 2
-        loud[np.clip(np.round((hits - 0.5 * size) / step + 0.25).astype(int), 0, frames - 1)] = True
+        loud[
+            np.clip(np.round((hits - 0.5 * size) / (size // 2) + 0.25).astype(int), 0, frames - 1)
+        ] = True
     if not loud.any():
         return None
     clear = np.log(over[:, loud]).mean(axis=1)
     spread = np.pi / np.sqrt(6.0 * loud.sum())  # of a mean log of exponential variables
-    least = stats.norm.isf(_FALSE / count) * spread - np.euler_gamma
+    least = -ndtri(_FALSE / count) * spread - np.euler_gamma
     best = int(np.argmax(clear))
     inside = clear > max(least, clear[best] + np.log(_SKIRT))
     inside[best] = True
@@ -211,19 +214,6 @@ def _band(
     last = best + int(np.argmin(np.append(inside[best:], False))) - 1
     step = float(at[1] - at[0])
     return max(float(at[first]) - step, 0.5 * step), float(at[last]) + step, float(at[best])
-
-
-def _filtered(samples: Array, rate: float, low: float, high: float, order: int) -> Array:
-    """The samples in the band; filtered forwards only, so that nothing comes before a hit.
-
-    An onset is told from a band that is an octave wider on both sides, with less steep ends: in
-    its own band a hit rises slowly, and a loud hit leaves the noise earlier than a weak one.
-    """
-    if high > 0.45 * rate:
-        sections = signal.butter(2 * order, low, "highpass", fs=rate, output="sos")
-    else:
-        sections = signal.butter(order, (low, high), "bandpass", fs=rate, output="sos")
-    return np.asarray(signal.sosfilt(sections, samples))
 
 
 class _Energies:
@@ -242,10 +232,10 @@ class _Energies:
         self.window = window = min(max(round(rate / width), 1), count // 4)
         self.short = (self.total[window:] - self.total[:-window]) / window
         chance = _FALSE * rate / (width * count)
-        degrees = next(n for n in range(8, 4000) if stats.f.isf(chance, 2, n) < _RATIO)
+        degrees = next(n for n in range(8, 4000) if _least_ratio(chance, n) < _RATIO)
         longest = max(0.5 * degrees / width, _SHORTEST, 2.0 / loudest)
         self.long = min(int(longest * rate) + 1, count // 4)
-        self.least = float(stats.f.isf(chance, 2, 2.0 * width * self.long / rate))
+        self.least = _least_ratio(chance, 2.0 * width * self.long / rate)
         hum = min(max(round(_HUM * rate), 1), count // 4)
         means = (self.total[hum:] - self.total[:-hum]) / hum
         quiet = float(np.quantile(self.short, _LOW)) / -float(np.log1p(-_LOW))
@@ -262,7 +252,7 @@ class _Energies:
         before = np.maximum(before, self.noise)
         ahead = maximum_filter1d(self.short, half, origin=-(half // 2))
         ratio = ahead / before
-        at, _ = signal.find_peaks(ratio, height=self.least, distance=half)
+        at = highest(ratio, self.least, half)
         peaks: list[tuple[int, float]] = []
         for i in at:
             peak = int(i + np.argmax(self.short[i : i + half + 1]))
@@ -272,6 +262,11 @@ class _Energies:
                 peaks[-1] = (peak, ratio[i])
         rows = np.array(peaks).reshape(-1, 2)
         return rows[:, 0].astype(np.intp), rows[:, 1]
+
+
+def _least_ratio(chance: float, degrees: float) -> float:
+    """Ratio of two variances that chance exceeds so often: the first has two degrees of freedom."""
+    return 0.5 * degrees * float(chance ** (-2.0 / degrees) - 1.0)
 
 
 def _onset(

@@ -13,6 +13,7 @@ import pytest
 from bouncing_disk_ros import InputError, fit_impacts, impact_times
 from bouncing_disk_ros.measured import fit_impacts as fit_executable
 from bouncing_disk_ros.measured import impact_times as executable
+from bouncing_disk_ros.measured.filters import filtered, highest, spectra
 from bouncing_disk_ros.measured.sound import ImpactSound
 from support.coverage import in_soak
 from support.impact_sounds import Array, Sound, drop_times, random_drop, sound_of
@@ -190,6 +191,38 @@ def test_a_sound_is_fitted_with_the_errors_of_its_hits(tmp_path: Path) -> None:
     assert table["restitution"].value == pytest.approx(fit["restitution"].value, abs=1e-5)
     assert "Sound from" in (tmp_path / "drop_fit.html").read_text()
     assert (tmp_path / "drop_times.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("rate", "low", "high", "order"),
+    [
+        (48000.0, 500.0, 4000.0, 3),
+        (48000.0, 50.0, 150.0, 2),
+        (48000.0, 3000.0, 23000.0, 2),
+        (8000.0, 60.0, 3700.0, 3),
+    ],
+)
+def test_filters_and_spectra_are_those_of_scipy(
+    rate: float, low: float, high: float, order: int
+) -> None:
+    """Butterworth's filter, also after near silence; powers; maxima, also of equal values."""
+    signal = pytest.importorskip("scipy.signal")
+    rng = np.random.default_rng(0)
+    samples = rng.standard_normal(30000) * np.repeat([1e-4, 1.0], 15000)
+    if high > 0.45 * rate:
+        sections = signal.butter(2 * order, low, "highpass", fs=rate, output="sos")
+    else:
+        sections = signal.butter(order, (low, high), "bandpass", fs=rate, output="sos")
+    expected = signal.sosfilt(sections, samples)
+    assert filtered(samples, rate, low, high, order) == pytest.approx(expected, abs=1e-12)
+    at, power = spectra(samples, rate, 128.0)
+    size = 2 * len(at) - 2
+    places, _, powers = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    assert at == pytest.approx(places)
+    assert power[1:-1] == pytest.approx(powers[1:-1])
+    steps = np.repeat(np.round(samples, 12), 3)
+    maxima, _ = signal.find_peaks(steps, height=0.5, distance=50)
+    assert np.array_equal(highest(steps, 0.5, 50), maxima)
 
 
 @pytest.mark.parametrize(
