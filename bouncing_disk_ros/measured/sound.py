@@ -114,14 +114,15 @@ def _samples(path: Path) -> tuple[Array, float, float]:
         raise InputError("recording", str(path), "a file")
     try:
         with soundfile.SoundFile(path) as sound:
-            if not 0 < sound.frames * sound.channels <= MOST_SAMPLES:
+            if sound.frames * sound.channels > MOST_SAMPLES:
                 hint = f"Cut it: ffmpeg -i {path.name} -t 60 part.wav"
-                allowed = f"1 to {MOST_SAMPLES} samples"
+                allowed = f"up to {MOST_SAMPLES} samples"
                 raise InputError("recording", f"{sound.frames} x {sound.channels}", allowed, hint)
             rate, kind = float(sound.samplerate), str(sound.subtype)
             samples: Any = sound.read(dtype="float64", always_2d=True)
     except (soundfile.LibsndfileError, OSError) as error:
-        hint = f"Convert it: ffmpeg -i {path.name} {path.stem}.wav ({error})"
+        name = "converted.wav" if path.suffix == ".wav" else f"{path.stem}.wav"
+        hint = f"Convert it: ffmpeg -i {path.name} {name} ({error})"
         raise InputError("recording", path.name, "a WAV, FLAC, OGG or MP3 file", hint) from None
     if not np.isfinite(samples).all():
         raise InputError("recording", path.name, "samples that are finite numbers")
@@ -199,9 +200,8 @@ def _band(
     loud = over.mean(axis=0) > gammainccinv(count / 2, _FALSE / frames) * 2 / count
     if hits is not None:  # the frames in whose middle half they begin
         loud = np.zeros(frames, bool)
-        loud[
-            np.clip(np.round((hits - 0.5 * size) / (size // 2) + 0.25).astype(int), 0, frames - 1)
-        ] = True
+        places = np.round((hits - 0.5 * size) / (size // 2) + 0.25).astype(int)
+        loud[np.clip(places, 0, frames - 1)] = True
     if not loud.any():
         return None
     clear = np.log(over[:, loud]).mean(axis=1)

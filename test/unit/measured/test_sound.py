@@ -135,8 +135,10 @@ def test_every_format_gives_the_same_hits(
 def test_the_clearest_channel_counts_and_a_cut_file_has_its_part(tmp_path: Path) -> None:
     sound = drop()
     noise = 0.01 * np.random.default_rng(1).standard_normal(len(sound.samples))
-    both = np.column_stack([noise, 0.5 * sound.samples])
     file = tmp_path / "stereo.wav"
+    soundfile.write(file, np.column_stack([0.5 * sound.samples, np.zeros(len(noise))]), 48000)
+    assert len(impact_times(file).times) == len(sound.times)
+    both = np.column_stack([noise, 0.5 * sound.samples])
     soundfile.write(file, both, 48000)
     found = impact_times(file)
     assert deviations(found.times, sound.times) == pytest.approx(0.0, abs=1e-4)
@@ -231,7 +233,10 @@ def test_filters_and_spectra_are_those_of_scipy(
         ("a.m4a", b"\0\0\0\x20ftypM4A ", r"ffmpeg -i a\.m4a a\.wav"),
         ("a.wav", b"time\n0.1\n0.5\n0.9\n", "a WAV, FLAC, OGG or MP3 file"),
         ("a.wav", b"", "a WAV, FLAC, OGG or MP3 file"),
-        ("silent.wav", np.zeros(48000), "No hits stand out"),
+        ("a.wav", b"RIFF\x24\0\0\0WAVEfmt ", r"ffmpeg -i a\.wav converted\.wav"),
+        ("empty.wav", np.zeros(0), "too short"),
+        ("silent.wav", np.zeros((48000, 2)), "No hits stand out"),
+        ("hum.wav", np.sin(0.1 * np.arange(96000)), "No hits stand out"),
         ("noise.wav", 0.1 * np.random.default_rng(0).standard_normal(96000), "No hits stand out"),
         ("short.wav", np.ones(100), "too short"),
         ("nan.wav", np.full(48000, np.nan), "finite"),
