@@ -1,9 +1,10 @@
 """`impact_times`: the hits in a sound of impacts, with the error of each.
 
 A hit rises above the sound before it: the energy of a short window over the mean energy of a long
-one before, in the band where hits are louder than the noise. Its onset is where the variance
-changes, by Akaike's criterion (Maeda, "A method for reading and checking phase times in
-autoprocessing system of seismic wave data", Zisin 1985).
+one before, in the band where hits are louder than the noise. Those that sound alike are hits
+(`likeness`), the others are not. Its onset is where the variance changes, by Akaike's criterion
+(Maeda, "A method for reading and checking phase times in autoprocessing system of seismic wave
+data", Zisin 1985), and is told better by the shape that all hits have (`alignment`).
 """
 
 from __future__ import annotations
@@ -14,11 +15,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
+from scipy.linalg import solve_toeplitz
 from scipy.ndimage import maximum_filter1d
+from scipy.special import gammainccinv, ndtri
 
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
+from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
+from bouncing_disk_ros.measured.filters import filtered, highest, spectra
+from bouncing_disk_ros.measured.likeness import UNEVEN, alike
 
 Array = NDArray[np.float64]
 SUFFIXES = {
@@ -53,6 +58,10 @@ _ONSET = 0.01
 _RISE = 2
 """Times in which a hit rises: its onset is so close before its peak. Tried: 1 loses onsets, 2 to 5
 differ little; far from the peak a change of the noise can be taken for the onset."""
+_EARLIER = 0.75
+"""Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
+_ORDER = 32
+"""Samples that a prediction of the noise looks back."""
 _CURVE = 4000
 """Points of the curve for pictures."""
 
@@ -62,7 +71,8 @@ class ImpactSound:
     """Hits of a sound. Times in s from the begin of the file.
 
     `times` and `errors` (one standard deviation) of the hits, `levels`: peak over the sound before,
-    dB. `rejected`: times of what came after louder hits at the same delay each time (echoes).
+    dB. All times have one common delay. `rejected`: times of what came after louder hits at the
+    same delay each time (echoes). `unlike`: times of sudden sounds that do not sound like the hits.
     `band`: where the hits are louder than the noise, Hz. `rate`: samples per s. `curve`: times and
     levels (dB of the loudest) of the sound in its band, two rows.
     """
@@ -72,6 +82,7 @@ class ImpactSound:
     errors: Array
     levels: Array
     rejected: Array
+    unlike: Array
     band: tuple[float, float]
     rate: float
     curve: Array
@@ -103,14 +114,15 @@ def _samples(path: Path) -> tuple[Array, float, float]:
         raise InputError("recording", str(path), "a file")
     try:
         with soundfile.SoundFile(path) as sound:
-            if not 0 < sound.frames * sound.channels <= MOST_SAMPLES:
+            if sound.frames * sound.channels > MOST_SAMPLES:
                 hint = f"Cut it: ffmpeg -i {path.name} -t 60 part.wav"
-                allowed = f"1 to {MOST_SAMPLES} samples"
+                allowed = f"up to {MOST_SAMPLES} samples"
                 raise InputError("recording", f"{sound.frames} x {sound.channels}", allowed, hint)
             rate, kind = float(sound.samplerate), str(sound.subtype)
             samples: Any = sound.read(dtype="float64", always_2d=True)
     except (soundfile.LibsndfileError, OSError) as error:
-        hint = f"Convert it: ffmpeg -i {path.name} {path.stem}.wav ({error})"
+        name = "converted.wav" if path.suffix == ".wav" else f"{path.stem}.wav"
+        hint = f"Convert it: ffmpeg -i {path.name} {name} ({error})"
         raise InputError("recording", path.name, "a WAV, FLAC, OGG or MP3 file", hint) from None
     if not np.isfinite(samples).all():
         raise InputError("recording", path.name, "samples that are finite numbers")
@@ -124,17 +136,24 @@ def _samples(path: Path) -> tuple[Array, float, float]:
 def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound | None:
     """The hits of one channel; None where nothing stands out."""
     samples = samples - samples.mean()
+    samples = _whitened(samples, rate, max(least, _DEEPEST * float(np.abs(samples).max())))
     floor = max(least, _DEEPEST * float(np.abs(samples).max()))
     found = _band(samples, rate, floor)
-    if found is None:
-        return None
-    low, high, loudest = found
-    filtered = _filtered(samples, rate, low, high, 3)
-    width = min(high, 0.5 * rate) - low
-    energies = _Energies(filtered, rate, width, loudest, floor)
-    peaks, ratios = energies.hits()
+    for _ in range(2):  # in the band of all that is loud, then in the band of the hits
+        if found is None:
+            return None
+        low, high, loudest = found
+        inside = filtered(samples, rate, low, high, 3)
+        energies = _Energies(inside, rate, min(high, 0.5 * rate) - low, loudest, floor)
+        peaks, ratios = energies.hits()
+        is_kind = alike(samples, peaks, rate, floor)
+        if not is_kind.any():
+            return None
+        found = _band(samples, rate, floor, peaks[is_kind])
+    unlike, peaks, ratios = peaks[~is_kind] / rate, peaks[is_kind], ratios[is_kind]
     is_hit = without_echoes(peaks, energies.short, energies.near, energies.noise, rate)
-    wide = _filtered(samples, rate, 0.5 * low, 2.0 * high, 2)
+    # in its own band a hit rises slowly, and a loud one leaves the noise earlier than a weak one
+    wide = filtered(samples, rate, 0.5 * low, 2.0 * high, 2)
     # as many samples are independent as the wider band has degrees of freedom
     part = min(1.0, 2.0 * (2.0 * high - 0.5 * low) / rate)
     previous = np.concatenate([[0], peaks[:-1]])[is_hit]
@@ -142,30 +161,52 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         _onset(wide, earlier, peak, energies, part)
         for earlier, peak in zip(previous, peaks[is_hit], strict=True)
     ]
-    times, errors = np.array(hits).reshape(-1, 2).T / rate
-    levels = 10.0 * np.log10(ratios[is_hit])
-    curve = _curve(energies.short, rate)
-    return ImpactSound(name, times, errors, levels, peaks[~is_hit] / rate, (low, high), rate, curve)
+    onsets, errors, noises = np.array(hits).reshape(-1, 3).T
+    if len(onsets) >= FEWEST:
+        onsets, errors = aligned(wide**2, onsets, noises + floor**2, rate, energies.window)
+    return ImpactSound(
+        name, onsets / rate, errors / rate, 10.0 * np.log10(ratios[is_hit]),
+        peaks[~is_hit] / rate, unlike, (low, high), rate, _curve(energies.short, rate),
+    )  # fmt: skip
 
 
-def _band(samples: Array, rate: float, floor: float) -> tuple[float, float, float] | None:
+def _whitened(samples: Array, rate: float, floor: float) -> Array:
+    """The samples after a filter that makes their noise white: that of its linear prediction.
+
+    Nothing comes before a hit, because the filter looks back only.
+    """
+    _, power = spectra(samples, rate, _FRAMES)
+    noise = np.quantile(power, _LOW, axis=1) + 2.0 * floor**2 / rate
+    noise = np.maximum(noise, UNEVEN * np.median(noise))
+    lags = np.fft.irfft(noise)[: _ORDER + 1]
+    weights = solve_toeplitz(lags[:-1], lags[1:])
+    return np.convolve(samples, np.append(1.0, -weights))[: len(samples)]
+
+
+def _band(
+    samples: Array, rate: float, floor: float, hits: NDArray[np.intp] | None = None
+) -> tuple[float, float, float] | None:
     """Ends of the band of the hits, and the frequency where they are clearest, Hz.
 
     The noise of each frequency is told by a low quantile over the frames, the hits by the mean
     logarithm over the frames that are louder than noise gets. A frequency belongs to the band
     where that mean is higher than the one of noise gets.
     """
-    size = min(2 ** max(5, round(np.log2(rate / _FRAMES))), len(samples) // 4)
-    at, _, power = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    at, power = spectra(samples, rate, _FRAMES)
+    size = 2 * len(power) - 2  # of a frame; they overlap by half
     at, power = at[1:], power[1:] + 2.0 * floor**2 / rate
     over = power / (np.quantile(power, _LOW, axis=1) / -np.log1p(-_LOW))[:, None]
     count, frames = over.shape
-    loud = over.mean(axis=0) > stats.gamma.isf(_FALSE / frames, count / 2, scale=2 / count)
+    loud = over.mean(axis=0) > gammainccinv(count / 2, _FALSE / frames) * 2 / count
+    if hits is not None:  # the frames in whose middle half they begin
+        loud = np.zeros(frames, bool)
+        places = np.round((hits - 0.5 * size) / (size // 2) + 0.25).astype(int)
+        loud[np.clip(places, 0, frames - 1)] = True
     if not loud.any():
         return None
     clear = np.log(over[:, loud]).mean(axis=1)
     spread = np.pi / np.sqrt(6.0 * loud.sum())  # of a mean log of exponential variables
-    least = stats.norm.isf(_FALSE / count) * spread - np.euler_gamma
+    least = -ndtri(_FALSE / count) * spread - np.euler_gamma
     best = int(np.argmax(clear))
     inside = clear > max(least, clear[best] + np.log(_SKIRT))
     inside[best] = True
@@ -173,19 +214,6 @@ def _band(samples: Array, rate: float, floor: float) -> tuple[float, float, floa
     last = best + int(np.argmin(np.append(inside[best:], False))) - 1
     step = float(at[1] - at[0])
     return max(float(at[first]) - step, 0.5 * step), float(at[last]) + step, float(at[best])
-
-
-def _filtered(samples: Array, rate: float, low: float, high: float, order: int) -> Array:
-    """The samples in the band; filtered forwards only, so that nothing comes before a hit.
-
-    An onset is told from a band that is an octave wider on both sides, with less steep ends: in
-    its own band a hit rises slowly, and a loud hit leaves the noise earlier than a weak one.
-    """
-    if high > 0.45 * rate:
-        sections = signal.butter(2 * order, low, "highpass", fs=rate, output="sos")
-    else:
-        sections = signal.butter(order, (low, high), "bandpass", fs=rate, output="sos")
-    return np.asarray(signal.sosfilt(sections, samples))
 
 
 class _Energies:
@@ -201,13 +229,13 @@ class _Energies:
         count = len(filtered)
         rounding = floor**2 * min(2.0 * width / rate, 1.0)  # its part in the band
         self.total = np.concatenate([[0.0], np.cumsum(filtered**2 + rounding)])
-        window = min(max(round(rate / width), 1), count // 4)
+        self.window = window = min(max(round(rate / width), 1), count // 4)
         self.short = (self.total[window:] - self.total[:-window]) / window
         chance = _FALSE * rate / (width * count)
-        degrees = next(n for n in range(8, 4000) if stats.f.isf(chance, 2, n) < _RATIO)
+        degrees = next(n for n in range(8, 4000) if _least_ratio(chance, n) < _RATIO)
         longest = max(0.5 * degrees / width, _SHORTEST, 2.0 / loudest)
         self.long = min(int(longest * rate) + 1, count // 4)
-        self.least = float(stats.f.isf(chance, 2, 2.0 * width * self.long / rate))
+        self.least = _least_ratio(chance, 2.0 * width * self.long / rate)
         hum = min(max(round(_HUM * rate), 1), count // 4)
         means = (self.total[hum:] - self.total[:-hum]) / hum
         quiet = float(np.quantile(self.short, _LOW)) / -float(np.log1p(-_LOW))
@@ -224,7 +252,7 @@ class _Energies:
         before = np.maximum(before, self.noise)
         ahead = maximum_filter1d(self.short, half, origin=-(half // 2))
         ratio = ahead / before
-        at, _ = signal.find_peaks(ratio, height=self.least, distance=half)
+        at = highest(ratio, self.least, half)
         peaks: list[tuple[int, float]] = []
         for i in at:
             peak = int(i + np.argmax(self.short[i : i + half + 1]))
@@ -236,10 +264,15 @@ class _Energies:
         return rows[:, 0].astype(np.intp), rows[:, 1]
 
 
+def _least_ratio(chance: float, degrees: float) -> float:
+    """Ratio of two variances that chance exceeds so often: the first has two degrees of freedom."""
+    return 0.5 * degrees * float(chance ** (-2.0 / degrees) - 1.0)
+
+
 def _onset(
     filtered: Array, previous: int, peak: int, energies: _Energies, part: float
-) -> tuple[float, float]:
-    """Onset of a hit and its error, in samples.
+) -> tuple[float, float, float]:
+    """Onset of a hit and its error, in samples, and the mean energy before it.
 
     Two Gaussian variances, one before and one after; the mean and the spread of the onset under
     the weights of Akaike's criterion. `previous`: peak before it, which is no noise. `part`: of
@@ -257,7 +290,9 @@ def _onset(
     weights = np.exp(-0.5 * (cost - cost.min()))
     weights /= weights.sum()
     mean = float(weights @ before)
-    return first + mean, float(np.sqrt(weights @ (before - mean) ** 2 + 1.0 / 12.0))
+    error = float(np.sqrt(weights @ (before - mean) ** 2 + 1.0 / 12.0))
+    earlier = max(int(_EARLIER * mean), 1)
+    return first + mean, error, float(sums[earlier - 1]) / earlier
 
 
 def _curve(short: Array, rate: float) -> Array:

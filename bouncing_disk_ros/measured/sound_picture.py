@@ -17,6 +17,7 @@ def sound_panel(sound: ImpactSound, rejected: ArrayLike = ()) -> Panel:
     for name, times, colour in (
         ("hits", sound.times[~out], 0),
         ("echoes", sound.rejected, 1),
+        ("unlike the hits", sound.unlike, 3),
         ("hits that no flight reaches", sound.times[out], 5),
     ):
         if len(times):
@@ -37,10 +38,11 @@ def sound_lines(sound: ImpactSound) -> list[str]:
     """What was heard, in words."""
     low, high = 1e6 * sound.errors.min(), 1e6 * sound.errors.max()
     lines = [f"{counted(len(sound.times), 'hit')}, errors {low:.0f} to {high:.0f} µs"]
-    if len(sound.rejected):
-        times = ", ".join(f"{t:.4f}" for t in sound.rejected[:5])
-        more = " ..." if len(sound.rejected) > 5 else ""
-        lines.append(f"{len(sound.rejected)} rejected as echoes, at {times}{more} s")
+    for times, why in ((sound.rejected, "as echoes"), (sound.unlike, "because unlike the hits")):
+        if len(times):
+            shown = ", ".join(f"{t:.4f}" for t in times[:5])
+            more = " ..." if len(times) > 5 else ""
+            lines.append(f"{len(times)} rejected {why}, at {shown}{more} s")
     return lines
 
 

@@ -13,9 +13,11 @@ import pytest
 from bouncing_disk_ros import InputError, fit_impacts, impact_times
 from bouncing_disk_ros.measured import fit_impacts as fit_executable
 from bouncing_disk_ros.measured import impact_times as executable
+from bouncing_disk_ros.measured.filters import filtered, highest, spectra
 from bouncing_disk_ros.measured.sound import ImpactSound
 from support.coverage import in_soak
 from support.impact_sounds import Array, Sound, drop_times, random_drop, sound_of
+from support.recorded_drops import random_recording, voice
 from support.struck_plates import random_plate
 
 soundfile = pytest.importorskip("soundfile")
@@ -49,7 +51,8 @@ def deviations(found: Array, true: Array) -> Array:
         (random_drop, range(20), 0.01, 0.01),
         *in_soak(
             (random_drop, range(1000, 1400), 0.01, 0.01),
-            (random_plate, range(1000, 1200), 0.03, 1.0),  # voices and walls are heard as hits
+            (random_plate, range(1000, 1200), 0.06, 0.02),
+            (random_recording, range(1000, 1100), 0.1, 0.1),  # bumps alone can be alike
         ),
     ],
 )
@@ -95,6 +98,17 @@ def test_hits_are_found_with_their_true_times(
         assert inside >= 0.95 * (count - missed)
 
 
+def test_weak_hits_may_be_less_alike_by_their_noise(tmp_path: Path) -> None:
+    """Of 14 impacts in loud noise the weakest found have peaks of 8 dB; nothing else is found."""
+    count = 0
+    for seed in (3, 4):
+        sound = drop(seed, noise=0.05)
+        found = heard(tmp_path, sound)
+        assert np.abs(found.times[:, None] - sound.times).min(axis=1).max() < NEAR
+        count += len(found.times)
+    assert count >= 19
+
+
 @pytest.mark.parametrize(
     ("name", "options"),
     [
@@ -109,20 +123,22 @@ def test_hits_are_found_with_their_true_times(
 def test_every_format_gives_the_same_hits(
     tmp_path: Path, name: str, options: dict[str, str]
 ) -> None:
-    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.5 ms."""
+    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.8 ms."""
     sound = drop()
     found = heard(tmp_path, sound, name, **options)
     away = deviations(found.times, sound.times)
     assert len(found.times) == len(sound.times)
     lossy = name in ("a.ogg", "a.mp3")  # their noise comes before a hit, too
-    assert np.ptp(away) < (5e-4 if lossy else 1e-4)
+    assert np.ptp(away) < (8e-4 if lossy else 1e-4)
 
 
 def test_the_clearest_channel_counts_and_a_cut_file_has_its_part(tmp_path: Path) -> None:
     sound = drop()
     noise = 0.01 * np.random.default_rng(1).standard_normal(len(sound.samples))
-    both = np.column_stack([noise, 0.5 * sound.samples])
     file = tmp_path / "stereo.wav"
+    soundfile.write(file, np.column_stack([0.5 * sound.samples, np.zeros(len(noise))]), 48000)
+    assert len(impact_times(file).times) == len(sound.times)
+    both = np.column_stack([noise, 0.5 * sound.samples])
     soundfile.write(file, both, 48000)
     found = impact_times(file)
     assert deviations(found.times, sound.times) == pytest.approx(0.0, abs=1e-4)
@@ -150,6 +166,19 @@ def test_echoes_are_rejected_but_no_weak_impact_of_a_settled_orbit(tmp_path: Pat
     assert len(heard(tmp_path, whole).times) == 40
 
 
+def test_a_voice_before_a_drop_is_unlike_its_hits(tmp_path: Path) -> None:
+    """As loud as the first impact, with bursts: no hit is found in it, all impacts after it."""
+    sound = drop()
+    rng = np.random.default_rng(5)
+    spoken = 0.5 * voice(rng, 96000, sound.rate)
+    samples = np.concatenate([spoken + 3e-3 * rng.standard_normal(96000), sound.samples])
+    found = heard(tmp_path, Sound(samples, sound.rate, sound.times + 2.0, sound.decibels))
+    assert found.times == pytest.approx(sound.times + 2.0, abs=2e-4)
+    assert (found.unlike < 2.0).sum() > 3
+    fit = fit_impacts(tmp_path / "drop.wav")
+    assert fit["restitution"].low < 0.8 < fit["restitution"].high
+
+
 def test_a_sound_is_fitted_with_the_errors_of_its_hits(tmp_path: Path) -> None:
     """True ε 0.8 in its interval, picture and page with the sound, from the executables."""
     file = tmp_path / "drop.wav"
@@ -167,12 +196,47 @@ def test_a_sound_is_fitted_with_the_errors_of_its_hits(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("rate", "low", "high", "order"),
+    [
+        (48000.0, 500.0, 4000.0, 3),
+        (48000.0, 50.0, 150.0, 2),
+        (48000.0, 3000.0, 23000.0, 2),
+        (8000.0, 60.0, 3700.0, 3),
+    ],
+)
+def test_filters_and_spectra_are_those_of_scipy(
+    rate: float, low: float, high: float, order: int
+) -> None:
+    """Butterworth's filter, also after near silence; powers; maxima, also of equal values."""
+    signal = pytest.importorskip("scipy.signal")
+    rng = np.random.default_rng(0)
+    samples = rng.standard_normal(30000) * np.repeat([1e-4, 1.0], 15000)
+    if high > 0.45 * rate:
+        sections = signal.butter(2 * order, low, "highpass", fs=rate, output="sos")
+    else:
+        sections = signal.butter(order, (low, high), "bandpass", fs=rate, output="sos")
+    expected = signal.sosfilt(sections, samples)
+    assert filtered(samples, rate, low, high, order) == pytest.approx(expected, abs=1e-12)
+    at, power = spectra(samples, rate, 128.0)
+    size = 2 * len(at) - 2
+    places, _, powers = signal.spectrogram(samples, rate, nperseg=size, noverlap=size // 2)
+    assert at == pytest.approx(places)
+    assert power[1:-1] == pytest.approx(powers[1:-1])
+    steps = np.repeat(np.round(samples, 12), 3)
+    maxima, _ = signal.find_peaks(steps, height=0.5, distance=50)
+    assert np.array_equal(highest(steps, 0.5, 50), maxima)
+
+
+@pytest.mark.parametrize(
     ("name", "content", "message"),
     [
         ("a.m4a", b"\0\0\0\x20ftypM4A ", r"ffmpeg -i a\.m4a a\.wav"),
         ("a.wav", b"time\n0.1\n0.5\n0.9\n", "a WAV, FLAC, OGG or MP3 file"),
         ("a.wav", b"", "a WAV, FLAC, OGG or MP3 file"),
-        ("silent.wav", np.zeros(48000), "No hits stand out"),
+        ("a.wav", b"RIFF\x24\0\0\0WAVEfmt ", r"ffmpeg -i a\.wav converted\.wav"),
+        ("empty.wav", np.zeros(0), "too short"),
+        ("silent.wav", np.zeros((48000, 2)), "No hits stand out"),
+        ("hum.wav", np.sin(0.1 * np.arange(96000)), "No hits stand out"),
         ("noise.wav", 0.1 * np.random.default_rng(0).standard_normal(96000), "No hits stand out"),
         ("short.wav", np.ones(100), "too short"),
         ("nan.wav", np.full(48000, np.nan), "finite"),
