@@ -1,4 +1,11 @@
-"""The colours of all figures: Okabe and Ito's, which colour-blind people can distinguish."""
+"""The colours of all figures: Okabe and Ito's, which colour-blind people can distinguish.
+
+Ticks, labels and files of the figures are in `figure_style`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
 
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, YELLOW, PURPLE, GREY, BLACK = "#56B4E9", "#F0E442", "#CC79A7", "#999999", "#000000"
@@ -7,6 +14,15 @@ DISK, PLATFORM, THEORY = BLUE, ORANGE, VERMILION
 """The same in every figure and on the page."""
 INK = "#444444"
 """Of values that belong to no attractor, beside attractors in their colours."""
-UNRESOLVED = "#777777"
-REST, CONTACT = "#f3ead8", "#d9d9d9"
-"""Areas of a map: a disk at rest, and an attractor with contact. White is the 0 of a scale."""
+REST_AREA, CONTACT_AREA, UNRESOLVED_AREA = "#f3ead8", "#d9d9d9", "#777777"
+"""Areas of a map: a disk at rest, an attractor with contact, no decision. White is the 0 of a
+scale."""
+_ATTRACTORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
+"""The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
+
+
+def attractor_colors(names: Sequence[str]) -> list[str]:
+    """One colour for each attractor: light for rest and chattering, strong for the others."""
+    strong = iter(_ATTRACTORS * (1 + len(names) // len(_ATTRACTORS)))
+    plain = {"rest": REST_AREA, "chattering": CONTACT_AREA}
+    return [plain.get(name.split()[0]) or next(strong) for name in names]

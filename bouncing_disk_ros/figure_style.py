@@ -1,4 +1,7 @@
-"""What matplotlib figures share: an empty figure, angles written as parts of π."""
+"""What matplotlib figures share: an empty figure, its file, the frame of a map, ticks and labels.
+
+The colours are in `colours`, the texts of numbers, angles and units in `units`.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import GREY
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.units import INDEXED, number_text, shown_unit
+from bouncing_disk_ros.units import INDEXED, decimal_in_pi, in_pi, number_text, shown_unit
 
 FEWEST_TICKS = 3
 _MOST_TICKS = 9
@@ -132,27 +135,6 @@ def name_lines(axes: Any, ends: Sequence[tuple[float, float, str]]) -> None:
 _NAME_SIZE = 8
 _HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
 """A hyphen before a number, where it means a minus; in period-1 it does not."""
-
-
-def decimal_in_pi(value: float) -> str:
-    """A number of rad/π in decimals, for ticks of which some are no simple part: 0.35π, 0.5π."""
-    return "0" if abs(value) < 1e-12 else f"{value:.6g}π".replace("-", "−")
-
-
-def in_pi(value: float, _position: object = None) -> str:
-    """A number of rad/π as a tick says it: −π/2, 0, π, and where that is no simple part 0.35π."""
-    for whole in (1, 2, 4, 8):
-        n = value * whole
-        if abs(n - round(n)) < 1e-9:
-            break
-    else:
-        return decimal_in_pi(value)
-    n = round(n)
-    if n == 0:
-        return "0"
-    sign, size = ("−" if n < 0 else ""), abs(n)
-    top = "π" if size == 1 else f"{size}π"
-    return f"{sign}{top}" if whole == 1 else f"{sign}{top}/{whole}"
 
 
 def mark_turns(axis: Any) -> None:

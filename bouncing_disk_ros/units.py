@@ -29,6 +29,27 @@ def number_text(value: float, digits: int = 4) -> str:
     return f"{factor}·10{raised}".replace("−1·", "−") if factor != "1" else f"10{raised}"
 
 
+def decimal_in_pi(value: float) -> str:
+    """A number of rad/π in decimals, for ticks of which some are no simple part: 0.35π, 0.5π."""
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}π".replace("-", "−")
+
+
+def in_pi(value: float, _position: object = None) -> str:
+    """A number of rad/π as a tick says it: −π/2, 0, π, and where that is no simple part 0.35π."""
+    for whole in (1, 2, 4, 8):
+        n = value * whole
+        if abs(n - round(n)) < 1e-9:
+            break
+    else:
+        return decimal_in_pi(value)
+    n = round(n)
+    if n == 0:
+        return "0"
+    sign, size = ("−" if n < 0 else ""), abs(n)
+    top = "π" if size == 1 else f"{size}π"
+    return f"{sign}{top}" if whole == 1 else f"{sign}{top}/{whole}"
+
+
 def shown_unit(unit: str, largest: float) -> tuple[float, str]:
     """A unit in which numbers up to a largest one (SI) are 1 or more: its size, its name.
 

@@ -5,7 +5,7 @@ A bag is a rosbag2 folder of .mcap files; see docs/recording.md.
 
 from pathlib import Path
 
-from bouncing_disk_ros.bag.chunk_writer import Options
+from bouncing_disk_ros.bag.mcap_file import Options
 from bouncing_disk_ros.bag.metadata import FORMAT_VERSION, OfferedQos
 from bouncing_disk_ros.bag.reader import Bag, Message, Topic
 from bouncing_disk_ros.bag.records import Watch, nothing

@@ -21,7 +21,7 @@ from mcap.records import Metadata as MetadataRecord
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Definitions, Inner
-from bouncing_disk_ros.bag.chunk_writer import RecordStream
+from bouncing_disk_ros.bag.mcap_file import RecordStream
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     NOTE,

@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros.bag import metadata
-from bouncing_disk_ros.bag.chunk_writer import McapFile, Options
+from bouncing_disk_ros.bag.mcap_file import McapFile, Options
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     FORMAT_VERSION,

@@ -1,4 +1,4 @@
-"""The files of the reference cases: how they are written, and read again.
+"""The files of the reference cases: how they are written, read again, and listed for a user.
 
 A case has a JSON file (parameters, inputs, what its columns mean) and a CSV file of events. Bounds
 are decimals, rounded outward; parameters are float64, in decimals and in hex.

@@ -2,7 +2,9 @@
 
 Floats go through Python's shortest round-trip form, so JSON keeps them exactly. A checkpoint may
 come from a damaged or foreign file: a type, shape, size or range that does not fit raises
-ValueError with one line, before any kernel sees the number.
+ValueError with one line, before any kernel sees the number. Three keys keep old names: `kicks` are
+impulses, `held` in a simulation are unreported rows, `books` is the energy ledger. The offset
+trajectories come last.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ These need an ε that is the same in all impacts, and change with the law by han
 
 - sums over a chatter: `chatter.chatter_duration`, `chatter_sums`, `chatter_rotation`,
   `chatter_scale`, `chatter_friction`, `chatter_verdict`, `braked_chatter`,
-  `contact_rows.stopped_tail` and `resolve_event._end_chatter_rotation`;
+  `friction.stopped_tail` and `resolve_event._end_chatter_rotation`;
   `juggling.kernels.flights._collide` ends its chatters so;
 - derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;

@@ -10,14 +10,6 @@ from bouncing_disk_ros.core.chatter import (
     chatter_sums,
     first_of_chatter,
 )
-from bouncing_disk_ros.core.contact_rows import (
-    STOPPED_TAIL,
-    chatter_drag,
-    enter,
-    row_bit,
-    sign_of,
-    stopped_tail,
-)
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_brake_loss,
@@ -26,6 +18,14 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
+from bouncing_disk_ros.core.friction import (
+    STOPPED_TAIL,
+    chatter_drag,
+    enter,
+    row_bit,
+    sign_of,
+    stopped_tail,
+)
 from bouncing_disk_ros.core.impact_law import axial_push, friction_change, rebound, speed_after
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
@@ -240,7 +240,7 @@ def _still(
 
 @kernel
 def _enter_once(state: Record) -> None:
-    """At one instant events enter each row of `contact_rows` once, or the run ends: FAULT."""
+    """At one instant events enter a row of `friction`'s table once, or the run ends: FAULT."""
     row = row_bit(state)
     if state.rows_entered & row != 0:
         state.event = FAULT

@@ -106,10 +106,6 @@ class GateAnswers:
         self._out.publish(self._answered)
 
 
-# ------------------------------------------------------------------------------------------------
-# The node of `juggle`: impacts in, offset trajectories out, and a status that is latched.
-
-
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.colours import BLACK, REST, UNRESOLVED, VERMILION
+from bouncing_disk_ros.colours import BLACK, REST_AREA, UNRESOLVED_AREA, VERMILION
 from bouncing_disk_ros.figure_style import (
     MOST_PIXELS,
     mark_in_pi,
@@ -22,7 +22,7 @@ from bouncing_disk_ros.figure_style import (
 from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
-COLORS = {-1: UNRESOLVED, 0: REST, 1: REST, 2: VERMILION}
+COLORS = {-1: UNRESOLVED_AREA, 0: REST_AREA, 1: REST_AREA, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""
 WORDS = {0: "never captured", 2: "captured, then lost"}
 SOONEST, LATEST = 1.0, 50.0

@@ -1,4 +1,4 @@
-"""Orbits by name, as controllers aim at them: the period-1 orbit and the periodic attractors."""
+"""Orbits by name, as controllers aim at them, and the rotation of the disk on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mean speed that friction brings the disk to on an attractor of the next-collision map.
+"""The mean speed that friction brings the disk to on an attractor, and the best phase lag.
 
 The speed after one repetition of the axial part does not fall as the speed before it grows, and
 grows no faster: friction alone changes it. So the change in one repetition falls as the speed

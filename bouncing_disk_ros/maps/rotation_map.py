@@ -23,9 +23,9 @@ from bouncing_disk_ros.core.chatter import (
     chatter_verdict,
 )
 from bouncing_disk_ros.core.contact import load, slide
-from bouncing_disk_ros.core.contact_rows import sign_of, what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.friction import sign_of, what_holds
 from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking

@@ -1,4 +1,4 @@
-"""From SI units to the dimensionless ones of the next-collision map: Γ, Γ_T and the scale of w_A.
+"""From SI units to those of the next-collision map (Γ, Γ_T, scale of w_A); the period-1 orbit.
 
 Source: Liu, Friend, Yeo, "The behavior of bouncing disks and pizza tossing" (EPL 2009), with
 g + P/m in place of g under a preload P.

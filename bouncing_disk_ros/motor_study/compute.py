@@ -117,10 +117,6 @@ def stall(loads: Floats, speed: Floats, limit: float) -> float:
     return math.nan
 
 
-# ------------------------------------------------------------------------------------------------
-# The study `motor`: speed, powers and losses of an ultrasonic motor over two of its parameters.
-
-
 AXES = (
     "load_torque", "brake_torque", "preload", "axial_amplitude", "angular_amplitude", "frequency",
     "phase_lag", "restitution", "friction",

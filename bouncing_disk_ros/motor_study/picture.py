@@ -1,4 +1,4 @@
-"""The picture of a motor over two of its parameters: speed, efficiency, power, kind of motion."""
+"""The pictures of a motor: over two of its parameters, and its speed over its torque."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED, VERMILION
+from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED_AREA, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.figure_style import (
     MOST_PIXELS,
@@ -30,7 +30,7 @@ from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.units import with_prefix
 
 KIND_COLORS: Mapping[int, str] = {
-    -1: UNRESOLVED, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,
+    -1: UNRESOLVED_AREA, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,
 }  # fmt: skip
 """Numbers of the study's field `kind` -> colour."""
 _IN_ORDER = sorted(KIND_COLORS)

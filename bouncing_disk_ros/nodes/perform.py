@@ -9,7 +9,7 @@ from functools import partial
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.startup import Start
-from bouncing_disk_ros.run.presets import read_yaml
+from bouncing_disk_ros.run.presets import read_yaml_file
 
 _ABOUT = """Publish a programme of platform motions on platform/command as one message, wait until
 the platform has followed it, and end."""
@@ -28,7 +28,7 @@ OPTIONS = {spec.name: spec for spec in _SPECS}
 def programme_lines() -> str:
     """The programmes of the package with what they do, by their files alone."""
     files = sorted((share_directory() / "config" / "programmes").glob("*.yaml"))
-    texts = [read_yaml("programme", file.stem, file)["description"] for file in files]
+    texts = [read_yaml_file("programme", file.stem, file)["description"] for file in files]
     rows = [(file.stem, " ".join(text.split())) for file, text in zip(files, texts, strict=True)]
     width = max((len(name) for name, _ in rows), default=0)
     return "programmes:\n" + "\n".join(f"  {name:{width}}  {text}" for name, text in rows)

@@ -137,11 +137,11 @@ class BagProver:
 
 def _last_ns(run: Run, reached_ns: int) -> int:
     """The last instant that a topic shows."""
-    from bouncing_disk_ros.run.replay_check import checked_rows
+    from bouncing_disk_ros.run.replay_check import comparable_rows
 
     last = max(reached_ns, run.end_ns)
     for rows in run.rows:
-        times = checked_rows(rows)["time"][-1:]
+        times = comparable_rows(rows)["time"][-1:]
         if len(times) and math.isfinite(times[0]):
             last = max(last, math.floor(float(times[0]) * NS))
     return last

@@ -1,4 +1,4 @@
-"""Proof that a function is positive on an interval, by adaptive subdivision.
+"""Proof that a function is positive on an interval, by adaptive subdivision; its first zero.
 
 On a piece [a, b] the values and slopes at both ends are known as balls, and value, slope and second
 derivative as balls over all of it. What follows from these is sought in turn: the value itself, a

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Energy
-from bouncing_disk_ros.report.run_record import Health
+from bouncing_disk_ros.report.run_record import HealthReport
 from bouncing_disk_ros.report.section import single_impacts
 from bouncing_disk_ros.report.spans import INSTANT, Spans, known
 
@@ -66,7 +66,7 @@ class _Mark(NamedTuple):
     energy: Energy
 
 
-def check_ledger(rows: Rows, health: Sequence[Health], spans: Spans) -> LedgerCheck | None:
+def check_ledger(rows: Rows, health: Sequence[HealthReport], spans: Spans) -> LedgerCheck | None:
     """Compare over the longest stretch at the end without a reset or a change of parameters.
 
     Both ends are instants at which the ledger is known, and so is which rows are before them: the
@@ -84,7 +84,9 @@ def check_ledger(rows: Rows, health: Sequence[Health], spans: Spans) -> LedgerCh
     return None
 
 
-def _up_to(end: _Mark, rows: Rows, before: Sequence[Health], spans: Spans) -> LedgerCheck | None:
+def _up_to(
+    end: _Mark, rows: Rows, before: Sequence[HealthReport], spans: Spans
+) -> LedgerCheck | None:
     """The longest comparison that ends at a mark."""
     disk = next((one.disk for one in reversed(spans.segments) if one.begin <= end.time), None)
     since = spans.unchanged_since(end.time)
@@ -99,7 +101,7 @@ def _up_to(end: _Mark, rows: Rows, before: Sequence[Health], spans: Spans) -> Le
     return None if begin is None else _compared(rows, disk, begin, end)
 
 
-def _mark(report: Health, rows: Rows) -> _Mark | None:
+def _mark(report: HealthReport, rows: Rows) -> _Mark | None:
     """The report as a mark; None where the next row is not at hand, or a chatter is under way."""
     assert report.energy is not None
     if report.rows >= 0:

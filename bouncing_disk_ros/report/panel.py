@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.colours import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
+from bouncing_disk_ros.units import in_pi
 
 SEED = 20090  # any; fixed so that a report can be made again
 Column = NDArray[np.float64]
@@ -22,7 +23,7 @@ Limits = tuple[float, float] | None
 """The ends of an axis; None: where its data end."""
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
 PHASE_TICKS = [k * math.pi / 2.0 for k in range(5)]
-PHASE_TEXTS = ["0", "π/2", "π", "3π/2", "2π"]
+PHASE_TEXTS = [in_pi(0.5 * k) for k in range(5)]
 _LEAST_RANGE = 1e-6
 """Values that differ by less than this part of their size are drawn as equal."""
 _FEW, _SOME = 200, 1000

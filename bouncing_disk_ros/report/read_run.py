@@ -26,12 +26,12 @@ from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
-    Health,
+    HealthReport,
     RunRecord,
     State,
 )
 from bouncing_disk_ros.report.run_record_builder import Count, Parsed, RunRecordBuilder
-from bouncing_disk_ros.report.run_report import Source, TopicCount
+from bouncing_disk_ros.report.run_report import RecordSource, TopicCount
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 
@@ -388,7 +388,7 @@ class BagRun:
         self._record = RunRecord(UNKNOWN_DISK)
         self._record.states = EveryNth[State](MOST_SAMPLES)
         self._record.speeds = EveryNth[tuple[float, float]](MOST_SAMPLES)
-        self._record.health = EveryNth[Health](limits.EVENTS)
+        self._record.health = EveryNth[HealthReport](limits.EVENTS)
         self._record.motions = Newest[Any](limits.EVENTS)
         self._record.changes = Newest[Any](limits.EVENTS)
         self._record.disks = Newest[Any](limits.EVENTS)
@@ -492,11 +492,11 @@ class BagRun:
 
     # --- what it was ------------------------------------------------------------------------------
     @property
-    def source(self) -> Source:
+    def source(self) -> RecordSource:
         """Where the record comes from."""
         bag, found = self._bag, sorted(self._names)
         damage = [*bag.remarks, self._stopped] if self._stopped else bag.remarks
-        return Source(
+        return RecordSource(
             str(bag.path), self.namespace, max(1, self._kept_run), max(1, self._order.run),
             bag.notes.get("version", ""),
             tuple(

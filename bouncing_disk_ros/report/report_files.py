@@ -1,4 +1,7 @@
-"""The files of a report: their names, and the mark by which a report knows its own files."""
+"""The files of a report: their names, and the mark by which a report knows its own files.
+
+Nothing of others is overwritten.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,6 @@ from pathlib import Path
 from bouncing_disk_ros.errors import InputError
 
 MARK = "bouncing_disk_ros bag_report"
-
-
-# ------------------------------------------------------------------------------------------------
-# Where a report goes: names of its files; nothing of others is overwritten.
 
 
 FORMATS = ("html", "png", "pdf", "svg")

@@ -34,7 +34,7 @@ from bouncing_disk_ros.report.panel import (
 )
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.rotor_speed import Speeds, Transient, TransientKind, flown
-from bouncing_disk_ros.report.run_record import Health
+from bouncing_disk_ros.report.run_record import HealthReport
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.report.spans import RESET, Segment, known
@@ -87,14 +87,14 @@ def time_range(report: Report) -> tuple[float, float]:
     return report.begin - margin, report.end + margin
 
 
-def rows_before(rows: NDArray[np.void], health: Health) -> int:
+def rows_before(rows: NDArray[np.void], health: HealthReport) -> int:
     """How many of some rows came before a report: by its count of them, else by its time."""
     if health.rows >= 0:
         return int(np.searchsorted(rows["index"], health.rows))
     return int(np.searchsorted(rows["time"], health.simulated, side="right"))
 
 
-def _resets_before(report: Report, health: list[Health]) -> NDArray[np.intp]:
+def _resets_before(report: Report, health: list[HealthReport]) -> NDArray[np.intp]:
     """How many resets each report comes after: those known, and those that a falling loss shows."""
     times = np.array([row.simulated for row in health])
     resets = [change.time for change in report.spans.changes if change.what == RESET]

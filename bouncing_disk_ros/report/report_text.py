@@ -1,4 +1,4 @@
-"""A report in words: its tables, for the terminal and for the page."""
+"""A report in words: its tables, for the terminal and for the page, and the terminal's lines."""
 
 from __future__ import annotations
 

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import mark_turns, new_figure, typeset
+from bouncing_disk_ros.figure_style import mark_in_pi, mark_turns, new_figure, typeset
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.report.panel import with_gaps
 from bouncing_disk_ros.report.run_record import RunRecord
@@ -168,8 +167,7 @@ def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
         axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=typeset(label))
         axes.legend(loc="upper right", fontsize=9)
     axes.set_ylim(0.0, math.tau)
-    axes.yaxis.set_major_locator(FixedLocator([k * math.pi / 2 for k in range(5)]))
-    axes.yaxis.set_major_formatter(FixedFormatter(["0", "π/2", "π", "3π/2", "2π"]))
+    mark_in_pi(axes.yaxis, 0.5, math.pi)
     axes.set_xlim(_span(record))
     axes.set_title("Forcing phase of each impact", **SETTINGS)
     axes.set_xlabel("simulated time t (s)")

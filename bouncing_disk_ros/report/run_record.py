@@ -28,7 +28,7 @@ class State(NamedTuple):
     angle: float = math.nan  # of the disk, unwrapped, rad
 
 
-class Health(NamedTuple):
+class HealthReport(NamedTuple):
     """One report of /diagnostics."""
 
     stamp: float  # s of the wall clock
@@ -62,7 +62,7 @@ class RunRecord:
     states: list[State] = field(default_factory=list)
     speeds: list[tuple[float, float]] = field(default_factory=list)  # time, mean rad/s before it
     motions: list[MotionInForce] = field(default_factory=list)
-    health: list[Health] = field(default_factory=list)
+    health: list[HealthReport] = field(default_factory=list)
     chunks: list[NDArray[np.void]] = field(default_factory=list)
     lost: int = 0  # rows of impacts
     lacking: tuple[str, ...] = ()  # fields of impacts that messages of another version lack: nan

@@ -22,7 +22,7 @@ from bouncing_disk_ros.report.record_validation import (
     checked_numbers,
     checked_rows,
 )
-from bouncing_disk_ros.report.run_record import Change, Health, RunRecord, State
+from bouncing_disk_ros.report.run_record import Change, HealthReport, RunRecord, State
 from bouncing_disk_ros.ros.from_messages import (
     impacts_from_msg,
     lacking_fields,
@@ -48,7 +48,7 @@ _REPORTED = (
     ("real time", "lateness max (s)"),
     ("energy", "residual / throughput"),
 )
-"""Task and key of the fields of `Health` between its stamp and `running`."""
+"""Task and key of the fields of `HealthReport` between its stamp and `running`."""
 
 
 class Count(NamedTuple):
@@ -350,7 +350,7 @@ class RunRecordBuilder(TopicReader):
         self.record.health.append(parsed.value)
 
 
-def _health_of(msg: Any, prefix: str) -> Health | None:
+def _health_of(msg: Any, prefix: str) -> HealthReport | None:
     """The report of the simulator in a message; None: there is none."""
     tasks, words = {}, ""
     for status in msg.status:
@@ -361,7 +361,9 @@ def _health_of(msg: Any, prefix: str) -> Health | None:
     return _health(time_to_ns(msg.header.stamp) / NS, tasks, words)
 
 
-def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) -> Health | None:
+def _health(
+    stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str
+) -> HealthReport | None:
     """The report that tasks of /diagnostics are; None: of another node, or not running yet."""
     try:
         clock, energy, inputs = tasks["real time"], tasks["energy"], tasks.get("inputs", {})
@@ -377,7 +379,7 @@ def _health(stamp: float, tasks: Mapping[str, Mapping[str, str]], words: str) ->
         return None
     asked = clock.get("real_time_factor asked", "")[:_SHOWN]
     simulated, p50, p99, largest, residual = reported
-    return Health(
+    return HealthReport(
         stamp, simulated, p50, p99, largest, residual, words.startswith("running"), behind,
         *counts, asked if asked.isprintable() else "?", Energy(*ledger), rows,
     )  # fmt: skip

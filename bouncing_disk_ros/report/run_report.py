@@ -1,7 +1,7 @@
 """The report on a recorded run: segments, orbits, speeds, transients, estimates, energy, real time.
 
-`report_of` makes a `Report` of a `RunRecord`. Before it `Speeds`, the received rotor speeds with
-their transients, rise times and means.
+`report_of` makes a `Report` of a `RunRecord`. The rotor speeds (transients, rise times, means) are
+those of `rotor_speed`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from bouncing_disk_ros.report.rotor_speed import (
     tail_begin,
     transient_of,
 )
-from bouncing_disk_ros.report.run_record import Health, RunRecord
+from bouncing_disk_ros.report.run_record import HealthReport, RunRecord
 from bouncing_disk_ros.report.spans import (
     Segment,
     Spans,
@@ -68,7 +68,7 @@ class TopicCount(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Source:
+class RecordSource:
     """Where a record comes from, and what is known of the recording."""
 
     name: str
@@ -138,7 +138,7 @@ class Report:
     """A run; figures show segment `shown` (its place in `segments`)."""
 
     record: RunRecord
-    source: Source
+    source: RecordSource
     rows: Rows  # all, in the order of their index
     spans: Spans
     segments: tuple[SegmentReport, ...]
@@ -179,7 +179,7 @@ class Report:
         return self.chosen.segment.of(self.rows) if self.chosen else self.rows[:0]
 
 
-def report_of(record: RunRecord, source: Source, choice: str = LONGEST) -> Report:
+def report_of(record: RunRecord, source: RecordSource, choice: str = LONGEST) -> Report:
     """Work out a report. `choice`: longest (the most impacts), last, or a number from 1.
 
     Raises InputError for a choice that is none, and for impacts whose times fall.
@@ -310,7 +310,9 @@ def _alike(first: Disk, second: Disk) -> bool:
     return first == second or not (known(first) or known(second))
 
 
-def _real_time(health: list[Health], clock_set: Sequence[float], spans: Spans) -> RealTime | None:
+def _real_time(
+    health: list[HealthReport], clock_set: Sequence[float], spans: Spans
+) -> RealTime | None:
     if not health:
         return None
     return RealTime(
@@ -328,7 +330,7 @@ def _real_time(health: list[Health], clock_set: Sequence[float], spans: Spans) -
     )
 
 
-def _paces(health: list[Health], clock_set: Column, spans: Spans) -> Iterator[Pace]:
+def _paces(health: list[HealthReport], clock_set: Column, spans: Spans) -> Iterator[Pace]:
     """Each real-time factor that was asked for, over the reports between which it stayed.
 
     That nothing paused the run between two of them only its inputs tell.

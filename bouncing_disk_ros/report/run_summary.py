@@ -9,7 +9,7 @@ import numpy as np
 
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
 from bouncing_disk_ros.report.orbit import Orbit, orbit_of
-from bouncing_disk_ros.report.run_record import SETTLED_SECONDS, Health, RunRecord
+from bouncing_disk_ros.report.run_record import SETTLED_SECONDS, HealthReport, RunRecord
 from bouncing_disk_ros.units import NS
 
 
@@ -67,7 +67,7 @@ def summary_of(record: RunRecord) -> Summary:
     )
 
 
-def _factor(health: list[Health]) -> float:
+def _factor(health: list[HealthReport]) -> float:
     if len(health) < 2 or health[-1].stamp <= health[0].stamp:
         return math.nan
     simulated = health[-1].simulated - health[0].simulated

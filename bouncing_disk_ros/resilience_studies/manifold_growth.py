@@ -1,4 +1,4 @@
-"""Stable and unstable manifolds of saddles of the next-collision map, cut at grazes.
+"""Stable and unstable manifolds of saddles of the next-collision map, and the share they enclose.
 
 A branch of a manifold is one function of one number: with x(p) = saddle + δ Λᵖ v along the
 eigenvector v for p in [0, 1), it is G^k(x(p)) at σ = k + p, where G is the map over one repetition

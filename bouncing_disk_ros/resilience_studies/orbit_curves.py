@@ -1,5 +1,8 @@
 """Curves of periodic orbits in (Γ, ε), by smooth equations of their impact times.
 
+In this order: the equations, the systems of branches and of curves, pseudo-arclength continuation,
+and the curves of folds, period doublings and grazes.
+
 Between two impacts the flight is fixed by their times alone, for the gap is 0 at both; so an orbit
 of n impacts in k periods is n times with n equations, the impact law v⁺ = (1 + ε)ṡ − ε v⁻ at each.
 Unlike the map these equations have no first root to search for: they stay smooth where a flight is

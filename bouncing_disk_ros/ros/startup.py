@@ -1,7 +1,7 @@
 """The begin of an executable, before its slow imports: signals, surroundings, command line.
 
 `Start` is made first of all in a `main`. Loads neither rclpy nor numba: --help and a wrong argument
-are answered at once. Before it what turns given options into values.
+are answered at once. Before it `option_values` turns given options into values.
 """
 
 from __future__ import annotations
@@ -49,10 +49,6 @@ def check_figure_file(option: str, file: Path) -> None:
         raise InputError(option, str(file), allowed, closest(file.suffix, endings))
 
 
-# ------------------------------------------------------------------------------------------------
-# The options of an executable from what its command line gives, with ROS or without.
-
-
 def option_values(given: Mapping[str, object], table: Mapping[str, Spec]) -> dict[str, Value]:
     """The values of a table's options; unknown names and wrong values are InputErrors.
 
@@ -63,12 +59,6 @@ def option_values(given: Mapping[str, object], table: Mapping[str, Spec]) -> dic
             hint = closest(name, table) or "--help lists the parameters."
             raise InputError("parameter", name, ", ".join(table), hint)
     return {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
-
-
-# ------------------------------------------------------------------------------------------------
-# How an executable begins, before its slow imports: signals, surroundings, command line.
-#
-# Loads neither rclpy nor numba: --help and a wrong argument are answered at once.
 
 
 class Start:

@@ -1,6 +1,6 @@
 """The control of one run: its clock, pause, step, reset, set, and its work in slices. Without ROS.
 
-The simulator's node and the page without ROS drive it, and say by an `Outlet` where results go.
+The simulator's node and the page without ROS drive it, and say by a `RunOutlet` where results go.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def inactive(name: str, field: str, state: str) -> InputError:
     return InputError(field, f"an input while {state}", "inputs while the node is active", hint)
 
 
-class Outlet(Sink, Protocol):
+class RunOutlet(Sink, Protocol):
     """Where the results of a run go."""
 
     times: TimeMap  # the line in force, set by the run
@@ -75,7 +75,7 @@ class RunControl:
         self,
         name: str,
         values: Mapping[str, Value],
-        outlet: Outlet,
+        outlet: RunOutlet,
         *,
         gates: Gates | None = None,
         refuse: Callable[[InputError], None] = lambda _: None,

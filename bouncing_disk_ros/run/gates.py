@@ -1,9 +1,10 @@
 """The protocol of a lockstep: gates at which simulated time stands until controllers have answered.
 
-Each controller answers a gate by its number and how many inputs it has published since its last
-answer. When all have answered and exactly so many inputs have come, the gate is closed: the inputs
-are applied in an order that does not depend on when they came. `State` lists what time can wait
-for; docs/closed_loops.md has the same table with what ends each. Knows neither ROS nor a clock.
+While a gate is open, simulated time stands; once it is closed, time goes on. Each controller
+answers a gate by its number and how many inputs it has published since its last answer. When all
+have answered and exactly so many inputs have come, the gate is closed: the inputs are applied in an
+order that does not depend on when they came. `State` lists what time can wait for;
+docs/closed_loops.md has the same table with what ends each. Knows neither ROS nor a clock.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ class Voices:
 
 
 class Gates:
-    """Counts gates, and keeps the answers and inputs of the one that is open."""
+    """Counts gates; keeps the answers and inputs of the one that is open: meanwhile time stands."""
 
     def __init__(
         self, controllers: Iterable[int], timeout_ns: int, publishers: Callable[[], int] = int

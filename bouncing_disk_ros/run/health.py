@@ -42,10 +42,6 @@ class Pending(NamedTuple):
 NOTHING_PENDING = Pending()
 
 
-# ------------------------------------------------------------------------------------------------
-# How the run is doing: counts and clocks in, a short report out, once a second.
-
-
 LAG_WARN = 0.1
 LAG_ERROR = 1.0
 """Simulated time behind its due time, in seconds of the wall clock: WARN and ERROR."""

@@ -1,4 +1,4 @@
-"""YAML files that a name or a path stands for: presets and programmes."""
+"""YAML files that a name or a path stands for, and the presets of parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bouncing_disk_ros import limits, parameters
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.parsing import read_yaml as parsed
+from bouncing_disk_ros.parsing import read_yaml
 from bouncing_disk_ros.regular_file import read_text
 
 
@@ -30,14 +30,14 @@ def named_file(
     return path
 
 
-def read_yaml(field: str, name: str, path: Path) -> Any:
+def read_yaml_file(field: str, name: str, path: Path) -> Any:
     """The content of the file that `name` stands for. InputError where it cannot be read."""
     try:
         text = read_text(field, path, limits.YAML)
     except InputError as error:
         raise InputError(field, name, "a readable YAML file", error.hint or error.line) from None
     try:
-        return parsed(field, text)
+        return read_yaml(field, text)
     except InputError as error:
         raise InputError(field, str(path), error.allowed, error.hint) from None
 
@@ -65,7 +65,7 @@ def load_preset(name: str) -> dict[str, Value]:
     >>> load_preset("pizza_multiple_toss")["axial_amplitude"]
     """
     path = named_file("preset", name, _folder, preset_names)
-    content = read_yaml("preset", name, path)
+    content = read_yaml_file("preset", name, path)
     try:
         values = content[PRESET_KEY]["ros__parameters"]
         if not isinstance(values, dict):

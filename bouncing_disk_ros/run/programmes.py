@@ -34,7 +34,7 @@ from bouncing_disk_ros.run.command_validation import (
     ProgrammeRequest,
     accept_programme,
 )
-from bouncing_disk_ros.run.presets import named_file, read_yaml
+from bouncing_disk_ros.run.presets import named_file, read_yaml_file
 from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
 from bouncing_disk_ros.run.trajectory_validation import (
     TrajectoryRequest,
@@ -99,7 +99,7 @@ def load_programme(name: str) -> Programme:
     >>> load_programme("first_toss_to_period_1").description
     """
     path = named_file("programme", name, programmes_directory, programme_names)
-    content = read_yaml("programme", name, path)
+    content = read_yaml_file("programme", name, path)
     try:
         return parse_programme(path.stem, content)
     except InputError as error:

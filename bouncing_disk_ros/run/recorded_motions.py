@@ -1,4 +1,4 @@
-"""The platform's motions of a run from its record of inputs: every one, however short."""
+"""Motions of the platform and offset trajectories of a run, from its record of inputs."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def other_fields(rows: Rows) -> tuple[str, ...]:
     return tuple(name for name in {**ours, **theirs} if theirs.get(name) != ours.get(name))
 
 
-def checked_rows(rows: Rows) -> Rows:
+def comparable_rows(rows: Rows) -> Rows:
     """The same rows; InputError when they lack a field that comparing needs."""
     if missing := {*IMPACT_REQUIRED} & {*other_fields(rows)}:
         given = ", ".join(rows.dtype.names or ())
@@ -166,7 +166,7 @@ class RecordedRows:
             self._batch = next(self._batches, None)
             if self._batch is None:
                 break
-            checked_rows(self._batch)
+            comparable_rows(self._batch)
             self._tally.other_fields = other_fields(self._batch) or self._tally.other_fields
         return self._batch
 
@@ -325,8 +325,8 @@ class _Run:
         elif self.found.gaps:
             self.found.gaps[-1] = self.found.gaps[-1]._replace(until_ns=simulation.time_ns)
         self.found.end_ns = simulation.time_ns
-        held = record["state"]["held"]
-        self._recorded.begin(int(held[0]["index"]) if held else simulation.rows_total)
+        unreported = record["state"]["held"]  # so named in snapshots
+        self._recorded.begin(int(unreported[0]["index"]) if unreported else simulation.rows_total)
 
     def _advance(self, simulation: Simulation, until_ns: int, until_row: int | None = None) -> None:
         """Replay up to an instant (or until a row is there) and compare."""

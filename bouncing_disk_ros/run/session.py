@@ -1,4 +1,4 @@
-"""A session: one simulation, its parameters, whether it is held, and the record of its inputs.
+"""A session: one simulation, its parameters, whether it is paused, and the record of its inputs.
 
 An input acts once all that is due at its instant is resolved. That takes no time worth mentioning,
 but where a nanosecond holds more impacts than one slice of work can resolve: there the input waits.
@@ -101,7 +101,7 @@ class Session:
 
     @property
     def input_ns(self) -> int:
-        """The instant at which an input without a stamp acts: held, or the next unsimulated one."""
+        """The instant at which an input without a stamp acts, ns: the next one unless paused."""
         return self.time_ns if self.paused else self.time_ns + 1
 
     @property

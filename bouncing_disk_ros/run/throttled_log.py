@@ -1,4 +1,4 @@
-"""A log with at most one line a second for each reason, and a count of the rest."""
+"""Logs with at most one line a second for each reason: of any lines, and of refused inputs."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def run_study(
     _compile(definition, stop)
     work = StudyWork(definition, values, given)
     stop.running = True
-    return work.present(Outlet(stop))
+    return work.present(StudyOutlet(stop))
 
 
 def _run_as_node(study: StudyDefinition, start: Start) -> int:
@@ -132,7 +132,7 @@ def _run_as_node(study: StudyDefinition, start: Start) -> int:
     return run_node(study.name, start.ros, StudyNode, StudyNode.present, start.stop)
 
 
-class Outlet:
+class StudyOutlet:
     """Where a study tells how it goes, beside the terminal; this one, without ROS: nowhere."""
 
     def __init__(self, stop: Stop) -> None:
@@ -216,7 +216,7 @@ class StudyWork:
         return True
 
     # --- computing --------------------------------------------------------------------------------
-    def present(self, outlet: Outlet) -> int:
+    def present(self, outlet: StudyOutlet) -> int:
         """Compute, show, keep; the exit code."""
         print(f"{self._name}: result in {self._folder}", flush=True)
         worker = threading.Thread(target=self._compute, args=(outlet.stop,), daemon=True)
@@ -294,7 +294,7 @@ class StudyWork:
         self._progress = progress
 
     # --- the result -------------------------------------------------------------------------------
-    def _show(self, result: xr.Dataset, outlet: Outlet) -> None:
+    def _show(self, result: xr.Dataset, outlet: StudyOutlet) -> None:
         from bouncing_disk_ros.study.store import RESULT, export, export_tables
 
         print("\n".join(self._definition.lines(result)), flush=True)
@@ -320,7 +320,7 @@ def _default_folder(name: str, values: object) -> str:
 
 
 # --- with ROS -------------------------------------------------------------------------------------
-class Topics(Outlet):
+class Topics(StudyOutlet):
     """The latched topics of a study; callbacks run while it waits. `image`: its field, or ""."""
 
     def __init__(self, node: Node, stop: Stop, image: str) -> None:

@@ -1,6 +1,6 @@
 """What a control does to a run: the command of ROS that a user would send, as data.
 
-`lines(action, names)` are the command lines; a link to a run (`run_history.RunLink`) sends actions.
+`lines(action, names)` are the command lines; a link to a run (`run_link.RunLink`) sends actions.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Sequel:
     actions: Sequence[Action] = field(default_factory=tuple)
 
 
-def number_text(value: float) -> str:
+def yaml_number(value: float) -> str:
     """A number as YAML reads it back: the shortest that is the same double."""
     if math.isinf(value) or math.isnan(value):
         return {math.inf: ".inf", -math.inf: "-.inf"}.get(value, ".nan")
@@ -107,7 +107,7 @@ def value_text(value: Value) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
-        return number_text(value)
+        return yaml_number(value)
     return str(value)
 
 
@@ -148,10 +148,10 @@ def _published(names: Names, topic: str, kind: str, content: str) -> str:
 def _move_line(action: Move, names: Names) -> str:
     if len(action.values) == 1:
         ((name, value),) = action.values.items()
-        content = f"{{data: {number_text(value)}}}"
+        content = f"{{data: {yaml_number(value)}}}"
         return _published(names, f"platform/{name}", "std_msgs/msg/Float64", content)
     joints = ", ".join(action.values)
-    positions = ", ".join(map(number_text, action.values.values()))
+    positions = ", ".join(map(yaml_number, action.values.values()))
     content = f"{{joint_names: [{joints}], points: [{{positions: [{positions}]}}]}}"
     kind = "trajectory_msgs/msg/JointTrajectory"
     return _published(names, "platform/command", kind, content)
@@ -160,9 +160,9 @@ def _move_line(action: Move, names: Names) -> str:
 def _impulse_line(action: Impulse, names: Names) -> str:
     parts = []
     if action.axial != 0.0 or action.angular == 0.0:
-        parts.append(f"force: {{z: {number_text(action.axial)}}}")
+        parts.append(f"force: {{z: {yaml_number(action.axial)}}}")
     if action.angular != 0.0:
-        parts.append(f"torque: {{z: {number_text(action.angular)}}}")
+        parts.append(f"torque: {{z: {yaml_number(action.angular)}}}")
     content = f"{{wrench: {{{', '.join(parts)}}}}}"
     return _published(names, "disk/impulse", "geometry_msgs/msg/WrenchStamped", content)
 
@@ -205,7 +205,7 @@ def lines(action: Action | Sequel, names: Names) -> list[str]:
 def juggle_arguments(action: Juggle) -> list[str]:
     """What follows `--ros-args` on the command line of `juggle`, namespaces left out."""
     given = {"strategy": action.strategy} | {
-        name: number_text(value) for name, value in action.options.items()
+        name: yaml_number(value) for name, value in action.options.items()
     }
     return [word for name, text in given.items() for word in ("-p", f"{name}:={text}")]
 

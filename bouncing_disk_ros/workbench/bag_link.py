@@ -9,7 +9,8 @@ from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
 from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
+from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 KEPT = 500_000
 """Samples held, the last ones: more than an hour at 100 Hz."""

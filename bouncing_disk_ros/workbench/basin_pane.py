@@ -25,9 +25,16 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, DISK, PLATFORM, UNRESOLVED, VERMILION, YELLOW
+from bouncing_disk_ros.colours import (
+    BLACK,
+    DISK,
+    PLATFORM,
+    UNRESOLVED_AREA,
+    VERMILION,
+    YELLOW,
+    attractor_colors,
+)
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
@@ -35,13 +42,11 @@ from bouncing_disk_ros.maps.attractors import (
     Attractors,
     numbered,
 )
-from bouncing_disk_ros.maps.basin_labels import UNRESOLVED as UNDECIDED
-from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
+from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, LabelRule, label_starts
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
-from bouncing_disk_ros.study.basins.picture import colors_of
-from bouncing_disk_ros.units import number_text, shown_unit
+from bouncing_disk_ros.units import in_pi, number_text, shown_unit
 from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
 from bouncing_disk_ros.workbench.page_style import one_column
@@ -117,7 +122,7 @@ def _labels(
     is followed from its beginning, as in the study: in pieces it would have other roundings, and
     where it comes near to contact it might end elsewhere.
     """
-    labels = np.full(len(tau), UNDECIDED, np.int32)
+    labels = np.full(len(tau), UNRESOLVED, np.int32)
     # chaotic attractors are the last: without them all other labels are the same
     others = tuple(one for one in found.found if one.kind is not AttractorKind.CHAOTIC)
     left = np.arange(len(tau))
@@ -125,11 +130,11 @@ def _labels(
         rule = _rule()._replace(cap=impacts)
         early = label_starts(found._replace(found=others), section, tau[left], w[left], rule)
         labels[left] = early.label
-        left = left[early.label == UNDECIDED]
+        left = left[early.label == UNRESOLVED]
         states = _iterated(section, tau[left], w[left], impacts)
         for label, region in regions.items():
             labels[left[region.hold(*states)]] = label
-        left = left[labels[left] == UNDECIDED]
+        left = left[labels[left] == UNRESOLVED]
     labels[left] = label_starts(found, section, tau[left], w[left], _rule()).label
     return labels
 
@@ -226,10 +231,10 @@ class MapFigure:
             y_axis_label="relative velocity before it w_A (πg/ω)",
         )  # fmt: skip
         self.figure.toolbar.logo = None
-        self.figure.background_fill_color = UNRESOLVED
+        self.figure.background_fill_color = UNRESOLVED_AREA
         self.figure.grid.visible = False
         self._labels = ColumnDataSource(data={"image": [], "x": [], "y": [], "dw": [], "dh": []})
-        self._mapper = LinearColorMapper(palette=[UNRESOLVED], low=-0.5, high=0.5)
+        self._mapper = LinearColorMapper(palette=[UNRESOLVED_AREA], low=-0.5, high=0.5)
         self._points = ColumnDataSource(data={name: [] for name in _POINTS})
         self._names = ColumnDataSource(data={"x": [], "y": [], "text": []})
         self._impacts = ColumnDataSource(data={"x": [], "y": []})
@@ -267,7 +272,7 @@ class MapFigure:
         """Draw the labels of a window and the attractors in it."""
         window = view.window
         self._mapper.update(
-            palette=[UNRESOLVED, *colors_of(list(view.names))], low=-0.5,
+            palette=[UNRESOLVED_AREA, *attractor_colors(view.names)], low=-0.5,
             high=len(view.names) + 0.5,
         )  # fmt: skip
         self._labels.data = {
@@ -383,7 +388,7 @@ def into(phases: np.ndarray, window: Window) -> np.ndarray:
 def legend(view: View) -> str:
     """The colours with what they stand for and their share of the window, as HTML."""
     names = [*map(described, view.attractors, view.names), "unresolved"]
-    colors = [*colors_of(list(view.names)), UNRESOLVED]
+    colors = [*attractor_colors(view.names), UNRESOLVED_AREA]
     rows = []
     for name, color, share in zip(names, colors, view.shares, strict=True):
         if name == "unresolved" and share == 0.0:

@@ -26,16 +26,15 @@ from bokeh.plotting import figure
 from matplotlib.colors import Colormap, to_hex
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, GREEN, REST
+from bouncing_disk_ros.colours import BLACK, GREEN, REST_AREA
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.parameters import AXIAL_FORCING, DEFAULTS, TABLE
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
-from bouncing_disk_ros.units import number_text, with_prefix
+from bouncing_disk_ros.units import in_pi, number_text, with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_at
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
 from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
@@ -190,7 +189,7 @@ class BifurcationPane(ComputedPane):
             ticker=FixedTicker(ticks=[0.25 * math.pi * k for k in range(9)]),
             major_label_overrides={0.25 * math.pi * k: in_pi(0.25 * k) for k in range(9)},
         )
-        plot.add_layout(BoxAnnotation(right=REST_FORCING, fill_color=REST, level="image"))
+        plot.add_layout(BoxAnnotation(right=REST_FORCING, fill_color=REST_AREA, level="image"))
         for source, ink in zip(self._images, (INK, CONTACT_INK), strict=True):
             mapper = LinearColorMapper(
                 palette=_palette(ink), low=-3.0, high=0.0, nan_color="rgba(0, 0, 0, 0)"

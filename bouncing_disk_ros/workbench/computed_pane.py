@@ -76,10 +76,6 @@ def on_next_tick(document: Any, callback: Callable[[], None]) -> None:
         document.add_next_tick_callback(callback)
 
 
-# ------------------------------------------------------------------------------------------------
-# A pane of the page whose figure threads compute: what panes of maps have in common.
-
-
 class ComputedPane(ABC):
     """Asks for its figure once after any number of changes of ranges, width or parameters.
 

@@ -1,4 +1,4 @@
-"""The hands of the page: the table of sliders, juggling, and the pane of controls."""
+"""The controls of the page: the table of sliders, the juggling pane, and the pane of controls."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ from bouncing_disk_ros.workbench.actions import (
     typed_value,
 )
 from bouncing_disk_ros.workbench.page_style import BAD, GOOD, USUAL, one_column
-from bouncing_disk_ros.workbench.run_history import Notice, RunLink, numbers
+from bouncing_disk_ros.workbench.run_history import Notice, numbers
+from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 FORCING = AXIAL_FORCING.name

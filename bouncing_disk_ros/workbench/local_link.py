@@ -41,7 +41,8 @@ from bouncing_disk_ros.workbench.actions import (
     Set,
     StopJuggling,
 )
-from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory, RunLink
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.workbench.local_juggling import LocalJuggling

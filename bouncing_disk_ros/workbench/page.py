@@ -21,9 +21,10 @@ from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.page_style import BAD, TEMPLATE, THEME, one_column
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
-from bouncing_disk_ros.workbench.run_history import RunLink, numbers
+from bouncing_disk_ros.workbench.run_history import numbers
+from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
-from bouncing_disk_ros.workbench.scene_pane import ScenePane
+from bouncing_disk_ros.workbench.scene_buttons import SceneButtons
 
 TITLE = "Bouncing disk workbench"
 FRAME_MS = 33
@@ -84,11 +85,11 @@ class Page:
         self._asked = dict(asked or {})
         self.run = RunPane(link.history)
         self.player = PlayerPane(link) if link.is_recorded else None
-        self.scenes: ScenePane | None = None
+        self.scenes: SceneButtons | None = None
         self.controls: PlayerPane | ControlPane
         if self.player is None:
             self.controls = ControlPane(link)
-            self.scenes = ScenePane(document, link, self.controls)
+            self.scenes = SceneButtons(document, link, self.controls)
         else:
             self.controls = self.player
         self._status = Div(text="", sizing_mode="stretch_width", name="status")

@@ -32,7 +32,7 @@ from bouncing_disk_ros.workbench.page_guard import (
     BoundedServer,
     GuardedApplication,
 )
-from bouncing_disk_ros.workbench.run_history import RunLink
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 LOCAL = ("localhost", "127.0.0.1")
 PATH = "/"

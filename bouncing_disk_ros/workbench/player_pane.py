@@ -13,7 +13,8 @@ from bokeh.models import Button, Div, RadioButtonGroup, Slider
 from bouncing_disk_ros.units import with_prefix
 from bouncing_disk_ros.workbench.actions import Action, Sequel
 from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, MOTION_CONTROLS
-from bouncing_disk_ros.workbench.run_history import RunLink, numbers
+from bouncing_disk_ros.workbench.run_history import numbers
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 WIDTH = 320
 SPEEDS = (0.02, 0.1, 0.5, 1.0, 5.0)

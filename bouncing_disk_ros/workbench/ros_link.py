@@ -45,7 +45,8 @@ from bouncing_disk_ros.workbench.actions import (
     lines,
 )
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
+from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 TOPIC = "juggle/status"
 FACTOR = "real_time_factor"

@@ -1,6 +1,7 @@
-"""A run as the pages see it: `RunHistory` keeps its rows and what was in force when.
+"""What is known of a run, shared by all pages: samples, impacts, speeds, motions, parameters.
 
-After it `RunView`, the frames for one page, and `RunLink`, what a page asks of a run.
+One writer (a thread that hears the topics, a simulation of its own, a bag) and any number of
+readers; each call holds the lock for some microseconds. Times are simulated seconds.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ import bisect
 import math
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -22,62 +22,7 @@ from bouncing_disk_ros.core.model import ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
-from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
-
-
-class RowBuffer:
-    """A table of rows of one dtype whose field `time` never falls; holds the newest `keep`.
-
-    Appending costs the same however many rows are held: half of the space is moved at a time.
-    """
-
-    def __init__(self, dtype: Any, keep: int) -> None:
-        self._rows = np.zeros(2 * keep, dtype)
-        self._keep, self._first, self._end = keep, 0, 0
-
-    def __len__(self) -> int:
-        return self._end - self._first
-
-    @property
-    def rows(self) -> NDArray[np.void]:
-        """All rows held, a view: copy what shall stay."""
-        return self._rows[self._first : self._end]
-
-    def append(self, rows: NDArray[np.void]) -> None:
-        """Add rows at the end; the oldest fall out."""
-        rows = rows[-self._keep :]
-        if self._end + len(rows) > len(self._rows):
-            kept = self.rows[-self._keep :].copy()
-            self._first, self._end = 0, len(kept)
-            self._rows[: len(kept)] = kept
-            if self._end + len(rows) > len(self._rows):
-                raise AssertionError("more rows than the space for them")
-        self._rows[self._end : self._end + len(rows)] = rows
-        self._end += len(rows)
-        self._first = max(self._first, self._end - self._keep)
-
-    def clear(self) -> None:
-        """Forget all rows."""
-        self._first = self._end = 0
-
-    def between(self, after: float, until: float, most: int) -> NDArray[np.void]:
-        """A copy of the rows with after < time <= until: the last `most` of them."""
-        times = self.rows["time"]
-        low, high = np.searchsorted(times, [after, until], side="right")
-        return self.rows[max(low, high - most) : high].copy()
-
-    def last(self, until: float) -> np.void | None:
-        """The newest row with time <= until; None where there is none."""
-        place = int(np.searchsorted(self.rows["time"], until, side="right"))
-        return self.rows[place - 1].copy() if place else None
-
-
-# ------------------------------------------------------------------------------------------------
-# What is known of a run, shared by all pages: samples, impacts, speeds, motions, parameters.
-#
-# One writer (a thread that hears the topics, a simulation of its own, a bag) and any number of
-# readers; each call holds the lock for some microseconds. Times are simulated seconds.
-
+from bouncing_disk_ros.workbench.row_buffer import RowBuffer
 
 _SAMPLE_FIELDS = (
     "time", "disk_position", "platform_position", "disk_angle", "platform_angle",
@@ -133,7 +78,7 @@ class Timeline(Generic[T]):
 
 
 class RunHistory:
-    """The newest rows of a run and what was in force when. See the module for the lock.
+    """The newest rows of a run and what was in force when. The module says who may call it.
 
     `epoch` grows when a new run begins, whose times start again.
     """
@@ -312,90 +257,6 @@ class RunHistory:
             return [notice for notice in self.notices if notice.number > number]
 
 
-# ------------------------------------------------------------------------------------------------
-# What one page shows of a run, frame by frame: only what is new since the frame before.
-
-
-PATH_SECONDS = 4.0
-"""So much of the path is shown, in seconds of simulated time."""
-SPEED_SECONDS = 30.0
-MOST_SAMPLES = 2000
-"""Rows sent in one frame, at most: after a pause the newest of what has gathered."""
-MOST_POINTS = 2000
-
-
-class Frame(NamedTuple):
-    """What to add to the figures, and what to forget before."""
-
-    time: float  # s, simulated
-    clear: bool  # path and speeds begin anew
-    clear_section: bool
-    samples: NDArray[np.void]
-    points: NDArray[np.void]
-    speeds: NDArray[np.void]
-    sample_gaps: NDArray[np.intp]  # rows before which samples are missing
-    speed_gaps: NDArray[np.intp]
-    pose: np.void | None  # the newest sample
-    values: dict[str, Value]  # the parameters in force
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing has to be drawn."""
-        rows = len(self.samples) + len(self.points) + len(self.speeds)
-        return rows == 0 and not self.clear and not self.clear_section
-
-
-class RunView:
-    """Reads a history for one page. `path_seconds`: how much of the path is shown."""
-
-    def __init__(self, history: RunHistory, path_seconds: float = PATH_SECONDS) -> None:
-        self._history, self.path_seconds = history, path_seconds
-        self._epoch = -1
-        self._seen = {"samples": -math.inf, "points": -math.inf, "speeds": -math.inf}
-        self._until = -math.inf
-        self._section_since = -math.inf
-
-    def restart(self) -> None:
-        """Let the next frame begin anew."""
-        self._epoch = -1
-
-    def frame(self, until: float = math.inf) -> Frame:
-        """What is new up to a time; a time before that of the last frame begins anew."""
-        history = self._history
-        with history.lock:
-            clear = history.epoch != self._epoch or until < self._until
-            self._epoch, self._until = history.epoch, until
-            end = min(until, history.latest)
-            if clear:
-                self._seen = {
-                    "samples": end - self.path_seconds,
-                    "points": -math.inf,
-                    "speeds": end - SPEED_SECONDS,
-                }
-            since = history.changes.since(until)
-            clear_section = clear or since != self._section_since
-            if clear_section:
-                self._section_since = since
-                self._seen["points"] = math.nextafter(since, -math.inf)  # an impact at once counts
-            pose = history.samples.last(until)
-            seen = dict(self._seen) if not clear else {}
-            samples = self._new("samples", until, MOST_SAMPLES)
-            points = self._new("points", until, MOST_POINTS)
-            speeds = self._new("speeds", until, MOST_SAMPLES)
-            return Frame(
-                end, clear, clear_section, samples, points, speeds,
-                history.gaps(samples["time"], seen.get("samples"), "state_rate"),
-                history.gaps(speeds["time"], seen.get("speeds"), "rotor_speed_rate"),
-                pose, history.values_at(until),
-            )  # fmt: skip
-
-    def _new(self, name: str, until: float, most: int) -> NDArray[np.void]:
-        rows: NDArray[np.void] = getattr(self._history, name).between(self._seen[name], until, most)
-        if len(rows):
-            self._seen[name] = float(rows["time"][-1])
-        return rows
-
-
 def numbers(values: Mapping[str, Value]) -> dict[str, float]:
     """The values that are numbers, as floats."""
     return {
@@ -403,32 +264,3 @@ def numbers(values: Mapping[str, Value]) -> dict[str, float]:
         for name, value in values.items()
         if isinstance(value, (int, float)) and not isinstance(value, bool)
     }
-
-
-# ------------------------------------------------------------------------------------------------
-# The link of the pages to a run: what it is, whatever is behind it.
-
-
-class RunLink(ABC):
-    """One for all pages. Its history fills by itself; `send` returns at once.
-
-    What comes of an action is seen in the history: rows, or a notice with the node's own line.
-    """
-
-    history: RunHistory
-    names = Names()
-    """How the simulator is called."""
-    source = ""
-    """What is shown, in a few words: a simulator, a bag."""
-    is_recorded = False
-    """Whether the run is over: it has a time slider and takes no commands."""
-
-    @abstractmethod
-    def send(self, action: Action | Sequel) -> None:
-        """Send an action, after those that were sent before."""
-
-    def tick(self) -> None:  # noqa: B027 (most have nothing to look after)
-        """Called in the loop of the pages a few times a second."""
-
-    def close(self) -> None:  # noqa: B027
-        """End what was started."""

@@ -23,18 +23,10 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.units import number_text, shown_unit
+from bouncing_disk_ros.units import in_pi, number_text, shown_unit
 from bouncing_disk_ros.workbench.page_style import one_column
-from bouncing_disk_ros.workbench.run_history import (
-    PATH_SECONDS,
-    SAMPLE_DTYPE,
-    SPEED_DTYPE,
-    SPEED_SECONDS,
-    Frame,
-    RunHistory,
-    RunView,
-    numbers,
-)
+from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, SPEED_DTYPE, RunHistory, numbers
+from bouncing_disk_ros.workbench.run_view import PATH_SECONDS, SPEED_SECONDS, Frame, RunView
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -156,7 +148,7 @@ def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
         )
     )  # fmt: skip
     section.xaxis.ticker = FixedTicker(ticks=[0, 0.5, 1, 1.5, 2])
-    section.xaxis.major_label_overrides = {0: "0", 0.5: "π/2", 1: "π", 1.5: "3π/2", 2: "2π"}
+    section.xaxis.major_label_overrides = {0.5 * k: in_pi(0.5 * k) for k in range(5)}
     points = ColumnDataSource({"phase": [], "velocity": []}, name="section")
     theory = ColumnDataSource({"phase": [], "velocity": []}, name="theory")
     section.scatter("phase", "velocity", source=theory, marker="cross", size=16, color=THEORY,

@@ -14,7 +14,7 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.workbench.run_history import RunLink
+    from bouncing_disk_ros.workbench.run_link import RunLink
 
 NAME = "workbench"
 _ABOUT = """Serve a page on which a run is seen and touched: platform and disk, path, rotor speed

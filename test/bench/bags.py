@@ -25,7 +25,7 @@ from std_msgs.msg import Float64MultiArray
 
 from bench.table import Aim, Row, row
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.chunk_writer import COMPRESSIONS
+from bouncing_disk_ros.bag.mcap_file import COMPRESSIONS
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.conversions import impacts_to_msg

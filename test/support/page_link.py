@@ -8,7 +8,8 @@ from bokeh.document import Document
 from bokeh.events import ButtonClick
 
 from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
-from bouncing_disk_ros.workbench.run_history import RunHistory, RunLink
+from bouncing_disk_ros.workbench.run_history import RunHistory
+from bouncing_disk_ros.workbench.run_link import RunLink
 
 
 class ListLink(RunLink):

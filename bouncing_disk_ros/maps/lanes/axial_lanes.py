@@ -97,8 +97,8 @@ def iterate_axial(
 
     tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
     forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed
-    chatters with contact (CONTACTS) and of rests (RESTS) are added to it. All arrays are
-    C-contiguous; nothing is checked.
+    chatters with contact (COUNT_CONTACTS) and of rests (COUNT_RESTS) are added to it. All arrays
+    are C-contiguous; nothing is checked.
     """
 
     def work(part: slice) -> None:

@@ -1,9 +1,9 @@
-"""The flights of all lanes, without a branch: launch, search, refine, land (see `lane_table`).
+"""The flights of all lanes of `lane_table`: launch, search, refine, land; and their scheduler.
 
-Loops of a few dozen instructions: the processor works on several turns of such a loop at once. All
-that a loop reads is read before the first choice, and choices are selections (`chosen`, `&`, `|`):
-of `if`, `and` and `or` the compiler makes loads and stores under masks, which processors without
-AVX-512 have to do lane by lane.
+Loops without branches, of a few dozen instructions: the processor works on several turns at once.
+All that a loop reads is read before the first choice, and choices are selections (`chosen`, `&`,
+`|`): of `if`, `and` and `or` the compiler makes loads and stores under masks, which processors
+without AVX-512 have to do lane by lane.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def _beyond_end(z: Scratch) -> None:
 def launch_lanes(z: Scratch) -> int:
     """Where the platform and the disk are at the last impact, and a first safe delay.
 
-    Returns how many lanes have ASK set, be it by others or here: where a chatter may be complete.
+    Returns how many lanes have NEEDS_SCALAR set, by others or here: a chatter may be complete.
     """
     _leave_platform(z)
     _beyond_end(z)

@@ -1,4 +1,4 @@
-"""The demonstration's node, and what it watches."""
+"""The node of `demo`, and what it watches: simulator, performer and recorder."""
 
 from __future__ import annotations
 

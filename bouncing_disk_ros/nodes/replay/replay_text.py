@@ -1,4 +1,4 @@
-"""What a replay found, and how two runs compare, as lines for people."""
+"""What a replay found, and how two runs compare, as lines for people and as a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of basins of attraction (paper, Fig. 4)."""
+"""The pictures of basins of attraction (paper, Fig. 4) and of the mean speeds of their starts."""
 
 from __future__ import annotations
 
@@ -13,22 +13,15 @@ from matplotlib.patches import Patch
 
 from bouncing_disk_ros.colours import (
     BLACK,
-    BLUE,
-    CONTACT,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    REST,
-    SKY,
-    UNRESOLVED,
+    CONTACT_AREA,
+    REST_AREA,
+    UNRESOLVED_AREA,
     VERMILION,
-    YELLOW,
+    attractor_colors,
 )
 from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame, typeset
 from bouncing_disk_ros.maps.label_maps import downsample
 
-OTHERS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
-"""The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 POINTS = "impacts on the attractors"
 CONTACT_POINTS = "impacts on the attractor with contact"
 
@@ -60,11 +53,11 @@ def title_of(result: xr.Dataset) -> str:
 def draw_labels(axes: Any, result: xr.Dataset) -> None:
     """Labels as colours, the points of each attractor, and a legend with the shares."""
     names = [str(name) for name in result["attractor_name"].values]
-    colors = colors_of(names)
+    colors = attractor_colors(names)
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     axes.imshow(
         downsample(result["label"], MOST_PIXELS),
-        cmap=ListedColormap([UNRESOLVED, *colors]),
+        cmap=ListedColormap([UNRESOLVED_AREA, *colors]),
         norm=norm,
         **frame(result),
     )
@@ -79,24 +72,17 @@ def draw_labels(axes: Any, result: xr.Dataset) -> None:
     unresolved = float(result["unresolved_fraction"])
     if unresolved > 0.0:
         text = f"unresolved: {100 * unresolved:.2f} %"
-        handles.append(Patch(facecolor=UNRESOLVED, edgecolor=BLACK, linewidth=0.5, label=text))
+        handles.append(Patch(facecolor=UNRESOLVED_AREA, edgecolor=BLACK, linewidth=0.5, label=text))
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2,
                 fontsize=9, frameon=False)  # fmt: skip
     label_axes(axes, result)
-
-
-def colors_of(names: list[str]) -> list[str]:
-    """One colour for each attractor: light for rest and chattering, strong for the others."""
-    strong = iter(OTHERS * (1 + len(names) // len(OTHERS)))
-    plain = {"rest": REST, "chattering": CONTACT}
-    return [plain.get(name.split()[0]) or next(strong) for name in names]
 
 
 def _draw_points(axes: Any, result: xr.Dataset, i: int, color: str) -> None:
     owner = result["point_attractor"].values == i
     phases = result["point_forcing_phase"].values[owner] / math.pi
     speeds = result["point_velocity"].values[owner]
-    light = color in (REST, CONTACT)
+    light = color in (REST_AREA, CONTACT_AREA)
     style: dict[str, Any] = {
         "color": VERMILION if light else "white",
         "markeredgecolor": BLACK,
@@ -128,13 +114,13 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     cycles = downsample(result["time"], MOST_PIXELS) / math.tau
     known = np.isfinite(cycles)
     top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
-    axes.set_facecolor(UNRESOLVED)
+    axes.set_facecolor(UNRESOLVED_AREA)
     drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **frame(result))
     figure.colorbar(drawn, ax=axes, label="time until it is clear (periods 2π/ω)", extend="max")
     axes.set_title("Time until it is clear where a start goes", fontsize=10)
     if not known.all():
         text = "no time: on a chaotic attractor, or unresolved"
-        grey = Patch(facecolor=UNRESOLVED, edgecolor=BLACK, linewidth=0.5, label=text)
+        grey = Patch(facecolor=UNRESOLVED_AREA, edgecolor=BLACK, linewidth=0.5, label=text)
         axes.legend(handles=[grey], loc="upper center", bbox_to_anchor=(0.5, -0.14), fontsize=9,
                     frameon=False)  # fmt: skip
     label_axes(axes, result)
@@ -180,7 +166,7 @@ def start_speeds_picture(result: xr.Dataset) -> Figure:
         if place >= len(speeds):
             axes.set_visible(False)
             continue
-        axes.set_facecolor(UNRESOLVED)
+        axes.set_facecolor(UNRESOLVED_AREA)
         drawn = axes.imshow(speeds[place], cmap="RdBu_r", vmin=-top, vmax=top, **frame(result))
         before = float(result["angular_velocity"].values[place])
         axes.set_title(rf"from $\dot\alpha$ = {before:g} $\omega\Phi$".replace("-", "−"))

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.colours import (
     BLACK,
     BLUE,
-    CONTACT,
+    CONTACT_AREA,
     GREEN,
     ORANGE,
     PURPLE,
-    REST,
+    REST_AREA,
     SKY,
-    UNRESOLVED,
+    UNRESOLVED_AREA,
     VERMILION,
     YELLOW,
 )
@@ -40,7 +40,7 @@ PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PUR
 OTHER = "#8c510a"
 _CLASSES = ["rest", "with contact", *(f"period {n}" for n in PERIODS), "other period", "chaotic",
             "unresolved"]  # fmt: skip
-_COLORS = [REST, CONTACT, *PERIODS.values(), OTHER, BLACK, UNRESOLVED]
+_COLORS = [REST_AREA, CONTACT_AREA, *PERIODS.values(), OTHER, BLACK, UNRESOLVED_AREA]
 _QUANTILE = 0.99
 """So many of the exponents lie within the colour scale."""
 
@@ -69,12 +69,12 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     speed = downsample(result["mean_speed"], MOST_PIXELS)
     known = np.isfinite(speed)
     top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
-    axes.set_facecolor(REST)
+    axes.set_facecolor(REST_AREA)
     shown = np.ma.masked_where(~known, speed)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-top, vmax=top, **_frame(result))
     figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
     if not known.all():
-        handle = Patch(facecolor=REST, edgecolor=BLACK, linewidth=0.5, label="rest")
+        handle = Patch(facecolor=REST_AREA, edgecolor=BLACK, linewidth=0.5, label="rest")
         axes.legend(handles=[handle], loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=9,
                     frameon=False)  # fmt: skip
     axes.set_title("Mean speed of the disk", fontsize=10)
@@ -123,15 +123,15 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     top = float(np.quantile(np.abs(exponent[finite]), _QUANTILE)) if finite.any() else 1.0
     ground = np.where(np.isneginf(exponent), 1.0, 0.0)
     frame = _frame(result)
-    axes.imshow(ground, cmap=ListedColormap([REST, CONTACT]), vmin=0.0, vmax=1.0, **frame)
+    axes.imshow(ground, cmap=ListedColormap([REST_AREA, CONTACT_AREA]), vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~finite, exponent)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
     figure.colorbar(drawn, ax=axes, label="Lyapunov exponent λ per impact", extend="both")
     handles = [
         Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=name)
         for color, name, there in (
-            (CONTACT, "with contact: −∞", np.isneginf(exponent).any()),
-            (REST, "rest", np.isnan(exponent).any()),
+            (CONTACT_AREA, "with contact: −∞", np.isneginf(exponent).any()),
+            (REST_AREA, "rest", np.isnan(exponent).any()),
         )
         if there
     ]

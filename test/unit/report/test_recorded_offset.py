@@ -19,7 +19,7 @@ from bouncing_disk_ros.report.recorded_offset import axial_offset
 from bouncing_disk_ros.report.report_panels import height_panel
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
 from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
-from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
@@ -69,7 +69,7 @@ class Recorded:
 
     @property
     def report(self) -> Report:
-        return report_of(self.record, Source("a"))
+        return report_of(self.record, RecordSource("a"))
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ def test_without_inputs_an_offset_makes_restitution_unknown(recorded: Recorded) 
     record = RunRecord(UNKNOWN_DISK, chunks=[recorded.record.rows])
     record.motions.append(recorded.record.motions[0])
     RunRecordBuilder(record).handlers["platform/offset"](None)
-    found = report_of(record, Source("a")).restitution
+    found = report_of(record, RecordSource("a")).restitution
     assert math.isnan(found.value)
     assert found.note == (
         "not identifiable: the platform's offset trajectories (disk/inputs) are not in this bag"

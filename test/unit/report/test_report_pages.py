@@ -22,7 +22,7 @@ from bouncing_disk_ros.report.report_html import MOST_POINTS, report_html
 from bouncing_disk_ros.report.report_page import report_page, save_page
 from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
-from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
 from support import pinned_results
 from support.figure_boxes import flaws
 from support.recorded import period_one_bag
@@ -137,7 +137,7 @@ ALL = (*WANTED, "/diagnostics")
 
 
 def test_a_report_on_nothing_says_what_is_absent() -> None:
-    page = Page(report_html(report_of(RunRecord(UNKNOWN_DISK), Source("empty", missing=ALL))))
+    page = Page(report_html(report_of(RunRecord(UNKNOWN_DISK), RecordSource("empty", missing=ALL))))
     assert page.plots == []
     assert page.words.count("not in this bag") >= len(PANELS)
 
@@ -149,7 +149,7 @@ def figure(report: Report) -> Figure:
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_figures_are_marked_as_ours(kind: str, tmp_path: Path) -> None:
-    empty = report_page(report_of(RunRecord(UNKNOWN_DISK), Source("empty")))
+    empty = report_page(report_of(RunRecord(UNKNOWN_DISK), RecordSource("empty")))
     save_page(empty, tmp_path / f"page.{kind}")
     data = (tmp_path / f"page.{kind}").read_bytes()
     assert MARK.encode() in data

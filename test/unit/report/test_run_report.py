@@ -19,11 +19,11 @@ from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
     Change,
-    Health,
+    HealthReport,
     RunRecord,
     State,
 )
-from bouncing_disk_ros.report.run_report import Report, Source, report_of
+from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
 from bouncing_disk_ros.report.spans import time_decimals
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
@@ -63,7 +63,7 @@ def heard(session: Session, until: float, record: RunRecord | None = None) -> Ru
         if tick % 10 == 5:  # impacts of period 1 are at multiples of 1/3 s
             energy = simulation.energy()
             record.health.append(
-                Health(1000.0 + now, now, 1e-4, 2e-4, 3e-4, 1e-16, behind=0.01, asked="1",
+                HealthReport(1000.0 + now, now, 1e-4, 2e-4, 3e-4, 1e-16, behind=0.01, asked="1",
                        energy=energy)
             )  # fmt: skip
         record.chunks += session.take_rows()
@@ -73,7 +73,7 @@ def heard(session: Session, until: float, record: RunRecord | None = None) -> Ru
 @pytest.fixture(scope="module")
 def settled() -> Report:
     """The period-1 orbit with a friction that slips at first."""
-    return report_of(heard(session_of(friction=0.02), 40.0), Source("a"))
+    return report_of(heard(session_of(friction=0.02), 40.0), RecordSource("a"))
 
 
 def test_orbit_speed_and_estimates_are_those_of_the_run(settled: Report) -> None:
@@ -117,7 +117,7 @@ def test_rows_of_chatters_are_left_out_of_the_books() -> None:
     """At Γ = 0.4, from rest: chatters every cycle; their rows are counted, not guessed."""
     session = session_of(axial_amplitude=0.4 * math.pi * 10.0 / (6.0 * math.pi) ** 2,
                          initial_with_platform=True, initial_axial_velocity=0.0)  # fmt: skip
-    report = report_of(heard(session, 10.0), Source("a"))
+    report = report_of(heard(session, 10.0), RecordSource("a"))
     check = report.ledger
     assert check is not None
     assert check.summed > 5
@@ -138,15 +138,15 @@ def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:
     motion = session.simulation.latest_target
     session.command([(21 * NS, motion._replace(axial_amplitude=0.045))])
     heard(session, 30.0, record)
-    report = report_of(record, Source("a"))
+    report = report_of(record, RecordSource("a"))
     assert [part.segment.motion for part in report.segments] == [
         motion, motion._replace(axial_amplitude=0.045)
     ]  # fmt: skip
     assert report.shown == 0
-    assert report_of(record, Source("a"), "last").shown == 1
-    assert report_of(record, Source("a"), "2").shown_rows["time"].min() >= 21.0
+    assert report_of(record, RecordSource("a"), "last").shown == 1
+    assert report_of(record, RecordSource("a"), "2").shown_rows["time"].min() >= 21.0
     with pytest.raises(InputError, match="segment: got '3', allowed: longest, last, or a number"):
-        report_of(record, Source("a"), "3")
+        report_of(record, RecordSource("a"), "3")
     # both segments have the same disk: the estimate is from all impacts but those of the fade
     assert report.restitution.impacts == sum(part.rows for part in report.segments)
     text = "\n".join(lines(report))
@@ -163,14 +163,14 @@ def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:
     ],
 )  # fmt: skip
 def test_a_speed_that_takes_no_time_has_no_rate(values: dict[str, Value], said: str) -> None:
-    report = report_of(heard(session_of(**values), 10.0), Source("a"))
+    report = report_of(heard(session_of(**values), 10.0), RecordSource("a"))
     assert words(report)["transient"].startswith(said)
 
 
 def test_chaos_is_named_with_its_exponent() -> None:
     """Γ = 0.55 is in the chaotic band (bifurcations end at 0.5426)."""
     amplitude = 0.55 * math.pi * 10.0 / (6.0 * math.pi) ** 2
-    report = report_of(heard(session_of(axial_amplitude=amplitude), 300.0), Source("a"))
+    report = report_of(heard(session_of(axial_amplitude=amplitude), 300.0), RecordSource("a"))
     said = words(report)
     assert said["orbit found"].startswith("chaotic, from ")
     value, unit = said["Lyapunov exponent"].split()[:2]
@@ -182,7 +182,7 @@ def test_only_rows_of_impacts() -> None:
     record = heard(session_of(), 10.0)
     bare = RunRecord(UNKNOWN_DISK, chunks=record.chunks)
     report = report_of(
-        bare, Source("a", missing=("disk/inputs", "/diagnostics", "platform/motion"))
+        bare, RecordSource("a", missing=("disk/inputs", "/diagnostics", "platform/motion"))
     )
     (part,) = report.segments
     assert part.orbit is not None
@@ -200,8 +200,10 @@ def test_a_pause_is_no_slow_simulation() -> None:
     record = RunRecord(UNKNOWN_DISK, known=[(0.0, math.inf)])
     for stamp, simulated, running in ((0, 0, True), (1, 1, True), (2, 1, False), (9, 1, False),
                                       (10, 2, True), (11, 3, True)):  # fmt: skip
-        record.health.append(Health(stamp, simulated, 1e-4, 1e-3, 1e-2, 1e-16, running=running))
-    real = report_of(record, Source("a")).real_time
+        record.health.append(
+            HealthReport(stamp, simulated, 1e-4, 1e-3, 1e-2, 1e-16, running=running)
+        )
+    real = report_of(record, RecordSource("a")).real_time
     assert real is not None
     assert [pace.reached for pace in real.paces] == [1.0]
     assert real.lateness == (1e-4, 1e-3, 1e-2)
@@ -220,7 +222,7 @@ def test_thinned_series_say_so(settled: Report) -> None:
 def test_many_segments_are_listed_in_part() -> None:
     record = heard(session_of(), 10.0)
     record.changes += [Change(0.2 * number, "impulse") for number in range(1, 50)]
-    report = report_of(record, Source("a"))
+    report = report_of(record, RecordSource("a"))
     assert len(report.segments) == 50
     assert "(30 earlier segments not listed)" in "\n".join(lines(report))
 

@@ -9,7 +9,7 @@ import pytest
 
 from bouncing_disk_ros.core.model import MotionInForce
 from bouncing_disk_ros.report.run_record import (
-    Health,
+    HealthReport,
     RunRecord,
 )
 from bouncing_disk_ros.report.run_summary import last_orbit, lines, summary_of
@@ -26,8 +26,8 @@ def a_run() -> RunRecord:
     motion = motion_of(result.parameters)
     record.motions.append(MotionInForce(0, 0, motion, motion, 0, 0.0))
     record.health += [
-        Health(100.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-16),
-        Health(108.0, 9.0, 3e-5, 2e-4, 5e-4, 2e-16),
+        HealthReport(100.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-16),
+        HealthReport(108.0, 9.0, 3e-5, 2e-4, 5e-4, 2e-16),
     ]
     record.inputs = 1
     return record

@@ -12,7 +12,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, Phase
 from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.report.run_report import Source, report_of
+from bouncing_disk_ros.report.run_report import RecordSource, report_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
@@ -66,7 +66,7 @@ def test_the_programme_ends_in_period_1_and_at_rest_however_late_it_begins() -> 
 
 
 def test_the_report_tells_rise_and_stop_times() -> None:
-    report = report_of(record_of(0.036, 40_000.0), Source("a"), "last")
+    report = report_of(record_of(0.036, 40_000.0), RecordSource("a"), "last")
     rises = [part.rise for part in report.segments]
     start, stop = rises[-2], rises[-1]
     assert start is not None
@@ -95,7 +95,7 @@ def test_the_report_tells_rise_and_stop_times() -> None:
 def test_a_report_that_ends_within_the_stop_tells_speed_rest_and_the_cut() -> None:
     """The speed at the end leaves the run-up out; a stop that is cut has no times."""
     record = record_of(0.0311, 40_000.0)  # 0.4 ms after the stop began
-    running = report_of(record, Source("a", is_cut=True, is_cut_off=True))
+    running = report_of(record, RecordSource("a", is_cut=True, is_cut_off=True))
     part = running.chosen
     assert part is not None
     motion, disk = part.segment.motion, part.segment.disk

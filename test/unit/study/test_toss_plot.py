@@ -10,7 +10,6 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.figure_style import in_pi
 from bouncing_disk_ros.maps.tosses import Extreme, ridge, toss, toss_paths, toss_trajectory
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
@@ -18,6 +17,7 @@ from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_map.compute import TossMap
 from bouncing_disk_ros.study.toss_map.picture import maps_figure
 from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title, trajectories_figure
+from bouncing_disk_ros.units import in_pi
 
 ANGLES = (math.pi / 8, math.pi / 4, 3 * math.pi / 8, math.pi / 2)
 FASTEST = Extreme("airborne_speed", 0.0, 0.2456 * math.pi, 27.18, 0.99, 0.344)

@@ -25,7 +25,7 @@ from bouncing_disk_ros.workbench.actions import (
     Set,
     StopJuggling,
     lines,
-    number_text,
+    yaml_number,
 )
 
 NAMES = Names("/left/bouncing_disk", "/left")
@@ -41,13 +41,13 @@ def read(action: Action) -> tuple[list[str], Any]:
 
 @pytest.mark.parametrize("value", [0.039, TINY, LARGE, 4e-5, -0.7366240020191286, 1e22, 0.0])
 def test_numbers_keep_their_bits(value: float) -> None:
-    assert yaml.safe_load(number_text(value)) == value
+    assert yaml.safe_load(yaml_number(value)) == value
 
 
 def test_what_is_not_finite_is_written_as_yaml_has_it() -> None:
     """So that it reaches the node, which refuses it."""
-    assert yaml.safe_load(number_text(math.inf)) == math.inf
-    assert math.isnan(yaml.safe_load(number_text(math.nan)))
+    assert yaml.safe_load(yaml_number(math.inf)) == math.inf
+    assert math.isnan(yaml.safe_load(yaml_number(math.nan)))
 
 
 def test_a_value_of_the_motion() -> None:

@@ -12,10 +12,10 @@ import pytest
 from bokeh.events import MouseMove, Tap
 from bokeh.models import Div
 
+from bouncing_disk_ros.colours import attractor_colors
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.simulate import simulate
-from bouncing_disk_ros.study.basins.picture import colors_of
 from bouncing_disk_ros.workbench import basin_pane
 from bouncing_disk_ros.workbench.basin_pane import BasinPane, share_text, view
 from bouncing_disk_ros.workbench.start_plane import PATH_PERIODS, SAMPLES, Window, whole_window
@@ -91,7 +91,7 @@ def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> N
     assert expected is not None
     np.testing.assert_array_equal(shown(opened), expected.labels)
     mapper = opened.pane._map._mapper
-    assert mapper.palette[1:] == colors_of(["chattering (1 cycle)", "period-1"])
+    assert mapper.palette[1:] == attractor_colors(["chattering (1 cycle)", "period-1"])
     assert (mapper.low, mapper.high) == (-0.5, 2.5)  # a colour to each of −1, 0 and 1, plus 1
     assert re.search(r"period-1, multiplier 0.5: 34.\d\d % in this window", opened.texts)
     assert f"{FULL} × {FULL} starts" in opened.texts

@@ -14,14 +14,9 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, Motio
 from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.run_history import (
-    KEPT_CHANGES,
-    SAMPLE_DTYPE,
-    RowBuffer,
-    RunHistory,
-    RunView,
-    Timeline,
-)
+from bouncing_disk_ros.workbench.row_buffer import RowBuffer
+from bouncing_disk_ros.workbench.run_history import KEPT_CHANGES, SAMPLE_DTYPE, RunHistory, Timeline
+from bouncing_disk_ros.workbench.run_view import RunView
 
 STILL, FAST = Motion(0.0, 0.0, 3.0, 0.0), Motion(0.1, 0.5, 4.0, 0.2)
 DTYPE = np.dtype([("time", "f8")])

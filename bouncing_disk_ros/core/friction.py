@@ -1,8 +1,9 @@
-"""Friction and a dry brake on the disk's shaft: the torques that hold, by signs of w_T and α̇.
+"""Friction, and a dry brake on the disk's shaft: their torques, by the signs of w_T and α̇.
 
 The brake gives −T_B sgn α̇, and at α̇ = 0 whatever within ±T_B keeps the disk at rest. First comes
-what it does in flight and in the tail of a chatter, then the table for a disk in contact. Between
-its events the brake is a constant torque: `drag` stands for the brake and the load.
+what it does in flight and in the tail of a chatter, then the table for a disk in contact: whether
+it slides, sticks, or is held by the brake. Between its events the brake is a constant torque:
+`drag` stands for the brake and the load.
 """
 
 from __future__ import annotations

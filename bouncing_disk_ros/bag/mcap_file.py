@@ -1,7 +1,7 @@
-"""Chunks of one .mcap file as they are written, by the mcap library, and the index at its end.
+"""One .mcap file that is being written: its chunks, its index, its end, and the `Options`.
 
-The library keeps an index too, but only in its writer. With this one a file can be closed in order
-after a failed write, and recovery can index the records that it copies.
+The mcap library makes the bytes. It keeps an index too, but only in its writer. With this one a
+file can be closed in order after a failed write, and recovery can index the records that it copies.
 """
 
 from __future__ import annotations

@@ -16,14 +16,14 @@ from bokeh.models import Button, Div
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.page_style import GOOD
-from bouncing_disk_ros.workbench.run_history import RunLink
+from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.scene_table import SCENES, Scene, shown_number
 
 _ANSWERS: dict[str, str] = {}
 """Numbers that were computed already, for all pages."""
 
 
-class ScenePane:
+class SceneButtons:
     """The scenes of one page."""
 
     def __init__(self, document: Document, link: RunLink, controls: ControlPane) -> None:
