@@ -122,6 +122,7 @@ class Node:
     slopes: Array
     factor: Array
     weight: float = 1.0
+    log: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -262,14 +263,14 @@ class Profiles:
         spread = self._spread(start)
         if self.model.scatter is not None:
             return [self._approached(self.model.scatter, spread, start)]
-        most = 1.0 / spread if self.data.is_absolute else _LARGEST_RATIO
-        low, high = 0.0, math.log1p(most)
         count, state, times = _NODES, start, self.data.times
+        low, high = 0.0, self._highest(spread, start)
+        last = high
         for _ in range(_ZOOMS):
             places = np.linspace(high, low, count)
             nodes = []
             for x in places:
-                nodes.append(self.fit(spread * math.expm1(x), state, times, free))
+                nodes.append(self.fit(spread * self._ratio(x), state, times, free))
                 if nodes[-1].squares < _FAILED:
                     state, times = nodes[-1].p, nodes[-1].times
             logs = np.array([self._log_weight(node) for node in nodes])
@@ -282,7 +283,28 @@ class Profiles:
                 break
             low, high = places[min(held[-1] + 1, count - 1)], places[max(held[0] - 1, 0)]
             count = 2 * _LEAST_NODES
-        return self._weighed([nodes[i] for i in held], logs[held] - logs[best])
+        weights = np.full(count, (high - low) / (count - 1))
+        weights[[0, -1]] *= 0.5
+        if high == last and not self.data.is_absolute:
+            weights[0] += last
+        weights *= np.exp(logs - logs[best])
+        weights /= weights[held].sum()
+        return [replace(nodes[i], weight=float(weights[i]), log=float(logs[i])) for i in held]
+
+    def _ratio(self, place: float) -> float:
+        """ρ/s at a place where the weights are uniform."""
+        return math.expm1(place) if self.data.is_absolute else math.tan(place)
+
+    def _highest(self, spread: float, start: Array) -> float:
+        """The last place: scatter of 1, or errors of times that are the least ones."""
+        if self.data.is_absolute:
+            return math.log1p(1.0 / spread)
+        node = self.fit(_LARGEST_RATIO * spread, start, self.data.times, self.model.free)
+        most = _LARGEST_RATIO
+        if node.squares < _FAILED and self.data.floor > 0.0:
+            scatter = node.rho * math.sqrt(node.squares / max(self.degrees, 1))
+            most = min(most, max(scatter / (self.data.floor * spread), 1.0))
+        return math.atan(most)
 
     def _approached(self, rho: float, spread: float, start: Array) -> Node:
         """The fit at one ratio, by way of larger ones: with them the likelihood has fewer tops.
@@ -391,13 +413,17 @@ class Profiles:
     # --- estimates -------------------------------------------------------------------------------
     @property
     def best(self) -> Node:
-        """The node of most weight."""
-        return max(self.nodes, key=lambda node: node.weight)
+        """The node of the likeliest ratio."""
+        return max(self.nodes, key=lambda node: node.log)
 
-    @property
+    @cached_property
     def estimate(self) -> Array:
-        """Parameters, averaged over the ratios."""
-        return np.asarray(sum(node.weight * node.p for node in self.nodes))
+        """Parameters, averaged over the ratios: each counts by its weight and its precision."""
+        free, found = list(self.model.free), self.best.p.copy()
+        precisions = [node.weight * np.linalg.inv(self.covariance(node)) for node in self.nodes]
+        pulls = sum(h @ node.p[free] for h, node in zip(precisions, self.nodes, strict=True))
+        found[free] = np.linalg.solve(np.sum(precisions, axis=0), pulls)
+        return found
 
     def deviation(self, index: int) -> float:
         """Standard deviation of a free parameter, by the curvature at the top."""
