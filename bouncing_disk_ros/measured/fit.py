@@ -52,7 +52,6 @@ _LEAST_KEPT = 0.5
 """A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
-_ROUNDS = 4
 _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forcing_phase",
           FREQUENCY: "frequency"}  # fmt: skip
 
@@ -300,22 +299,22 @@ class _Known:
         """Data without false hits and with missed impacts, their fit, and the false hits.
 
         On a vibrating platform the fit says which hits are false, and these change the fit, until
-        nothing changes. Where no chain of flights holds most of the hits, all of them stay.
+        a chain comes again. That ends: hits have finitely many chains. Where no chain of flights
+        holds most of the hits, all of them stay.
         """
         times = recording.times
         if self.fall_time and self.frequency:
             raise InputError("fall_time", self.fall_time, "0 with a frequency")
-        found = self._first_chain(recording, errors)
-        for _ in range(_ROUNDS):
+        found, seen = self._first_chain(recording, errors), list[Chain]()
+        while not any(found.is_like(one) for one in seen):
             chain = found
+            seen.append(chain)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
             is_whole = len(chain.kept) == len(times) and not len(chain.missed)
             if self.frequency == 0.0 or is_whole:
                 break
             found = self._chain(times, [profiles.estimate])
-            if found.is_like(chain):
-                break
         return data, profiles, np.delete(times, chain.kept)
 
     def _first_chain(self, recording: Recording, errors: Array | None) -> Chain:
@@ -323,14 +322,12 @@ class _Known:
         times = recording.times
         if self.frequency == 0.0:
             return self._chain(times, [])
-        chain = self._chain(times, self._starts(times)[:2])
-        for _ in range(_ROUNDS):
-            data = self._data(recording, errors, chain)
+        found, seen = self._chain(times, self._starts(times)[:2]), list[Chain]()
+        while not any(found.is_like(one) for one in seen):
+            seen.append(found)
+            data = self._data(recording, errors, found)
             found = self._chain(times, self._starts(data.times, data.kinds != VOID)[:2])
-            if found.is_like(chain):
-                break
-            chain = found
-        return chain
+        return found
 
     def _chain(self, times: Array, tried: list[Array]) -> Chain:
         heard = _heard(times, self.dead_time)

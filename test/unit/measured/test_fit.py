@@ -298,6 +298,24 @@ def test_intervals_on_a_settled_orbit_cover() -> None:
     assert held >= 32
 
 
+def test_scatter_that_is_fitted_does_not_shorten_the_interval_of_a_settled_orbit() -> None:
+    """Two of the experiments in which scatter explained the noise as well, at other ε.
+
+    There is none: the interval also holds what every ratio holds that the data do not refute.
+    """
+    times, phases = vibrating(np.random.default_rng(3), 160, 40, 0.45, 0.5, skip=200)
+    rng = np.random.default_rng(11)
+    for number in range(25):
+        seen = times[number] + 1e-5 * rng.standard_normal(40)
+        reference = (phases[number] + 1e-3 * rng.standard_normal(), 1e-3)
+        if number not in (17, 24):
+            continue
+        data = Data(seen, np.full(40, 1e-6), np.zeros(40, bool), False, 1e-6)
+        start = first_values(seen, OMEGA, GRAVITY, reference[0])[0]
+        profiles = Profiles(data, Model((0, 1, 2), GRAVITY, None, reference), start)
+        assert 0.025 < profiles.confidence(0)(0.5) < 0.975
+
+
 def test_a_phase_reference_leaves_the_scatter_open() -> None:
     """Settled period 1: its variance, in units of fitted errors, counts in the likelihood of ρ.
 
@@ -638,11 +656,11 @@ def test_the_impacts_to_come_hold_where_another_law_is_told(law: dict[str, float
 
 
 def test_times_of_a_text_need_no_library_of_sounds() -> None:
-    """scipy.signal takes 0.7 s; the fit loads it where it is given a sound."""
+    """scipy.signal takes 0.7 s: it is loaded for a sound. SciPy's optimisers take 0.2 s: never."""
     code = "import sys; from bouncing_disk_ros.measured import fit, picture; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "scipy.optimize" in done.stdout.split()
-    assert "scipy.signal" not in done.stdout.split()
+    assert "scipy.linalg" in done.stdout.split()
+    assert not {"scipy.optimize", "scipy.signal"} & set(done.stdout.split())
 
 
 def test_lines_before_the_names_are_left_out(tmp_path: Path) -> None:
