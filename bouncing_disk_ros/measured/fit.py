@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
-from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.estimate import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
@@ -52,6 +52,11 @@ _LEAST_KEPT = 0.5
 """A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
+_REFUTED = 0.01
+"""Probability of the residuals below which no preset is written, of true models one in a hundred.
+
+Long recordings of real plates refute every model a little. So below 5 % this is said, no more.
+"""
 _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forcing_phase",
           FREQUENCY: "frequency"}  # fmt: skip
 
@@ -129,7 +134,8 @@ class ImpactFit:
     def preset(self) -> dict[str, Value]:
         """Parameters of the simulator.
 
-        InputError where the data do not tell them, or tell a law that it does not have.
+        InputError where the data do not tell them, or tell a law that it does not have, or where
+        `probability` is below 1 %: the residuals refute the model.
         """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
@@ -139,6 +145,10 @@ class ImpactFit:
             given = f"{law.text}, {law.evidence(self.laws[0])}"
             hint = "The simulator has no such law. `laws` has its parameters."
             raise InputError("preset", given, "a constant restitution", hint)
+        if self.probability < _REFUTED:
+            given = f"residuals that have the probability {self.probability:.2g}"
+            hint = "The model does not hold: no contact, spin or other motion is in it."
+            raise InputError("preset", given, f"a probability of at least {_REFUTED}", hint)
         values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
                   "gravity": self.gravity, "preload": 0.0}  # fmt: skip
         if self.frequency > 0.0:
@@ -154,7 +164,8 @@ class ImpactFit:
     def write_preset(self, file: str | Path) -> None:
         """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""
         content = yaml.safe_dump({PRESET_KEY: {"ros__parameters": self.preset}}, sort_keys=False)
-        text = f"# fitted by fit_impacts to {one_line(self.name)}\n{content}"
+        doubt = "\n# the model does not hold" if self.probability < 1.0 - LEVEL else ""
+        text = f"# fitted by fit_impacts to {one_line(self.name)}{doubt}\n{content}"
         replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
 
 

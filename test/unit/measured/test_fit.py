@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -370,6 +371,20 @@ def test_a_sequence_is_split_where_chatter_ends_in_contact() -> None:
     assert fit["restitution"].high - fit["restitution"].low < 2e-3
     assert np.isnan(fit.flights[fit.contacts]).all()
     assert fit.probability > 0.05
+
+
+def test_residuals_that_refute_the_model_leave_no_preset(tmp_path: Path) -> None:
+    """Γ = 0.82, ε = 0.5: short runs between contacts gave 0.31; a doubt below 5 %."""
+    run = simulate(2.0, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.003)
+    fit = fit_impacts(run.impacts["time"][run.impacts["count"] == 1][:20], frequency=20.0)
+    assert fit.probability < 0.05
+    for probability, doubts in ((math.nan, 0), (0.06, 0), (0.04, 1), (0.01, 1)):
+        replace(fit, probability=probability).write_preset(tmp_path / "fit.yaml")
+        text = (tmp_path / "fit.yaml").read_text()
+        assert text.count("# the model does not hold\n") == doubts
+        assert yaml.safe_load(text)
+    with pytest.raises(InputError, match=r"preset: got 'residuals.*at least 0\.01"):
+        _ = replace(fit, probability=0.0099).preset
 
 
 def test_hits_within_the_dead_time_are_not_taken() -> None:
