@@ -57,7 +57,10 @@ _ANY = 1e100
 """A ratio with which the measured times are as good as any."""
 _NODES, _LEAST_NODES, _ZOOMS, _DROP = 25, 7, 8, 9.0
 _ALONE = 3.0
-"""Weight of scatter alone, in those of all other ratios together: with 1 six impacts cover 93 %."""
+"""Weight of scatter alone, in those of all other ratios together.
+
+Six impacts at rest with 10 µs and 0.3 % scatter: 93.2 % of 235 experiments, and with 1 as well.
+"""
 _FAILED = 1e299
 _RIDGE_STEPS, _NEAR_STEPS, _LOST = 64, 17, 40.0
 """Points along a ridge, those near its top, and the fall of 2 log L where it ends: a part 1e-9."""
