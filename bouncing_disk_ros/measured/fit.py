@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
-from bouncing_disk_ros.measured.estimate import Array, Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.estimate import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
@@ -52,7 +52,11 @@ _LEAST_KEPT = 0.5
 """A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
-_ROUNDS = 4
+_REFUTED = 0.01
+"""Probability of the residuals below which no preset is written, of true models one in a hundred.
+
+Long recordings of real plates refute every model a little. So below 5 % this is said, no more.
+"""
 _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forcing_phase",
           FREQUENCY: "frequency"}  # fmt: skip
 
@@ -130,7 +134,8 @@ class ImpactFit:
     def preset(self) -> dict[str, Value]:
         """Parameters of the simulator.
 
-        InputError where the data do not tell them, or tell a law that it does not have.
+        InputError where the data do not tell them, or tell a law that it does not have, or where
+        `probability` is below 1 %: the residuals refute the model.
         """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
@@ -140,6 +145,10 @@ class ImpactFit:
             given = f"{law.text}, {law.evidence(self.laws[0])}"
             hint = "The simulator has no such law. `laws` has its parameters."
             raise InputError("preset", given, "a constant restitution", hint)
+        if self.probability < _REFUTED:
+            given = f"residuals that have the probability {self.probability:.2g}"
+            hint = "The model does not hold: no contact, spin or other motion is in it."
+            raise InputError("preset", given, f"a probability of at least {_REFUTED}", hint)
         values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
                   "gravity": self.gravity, "preload": 0.0}  # fmt: skip
         if self.frequency > 0.0:
@@ -155,7 +164,8 @@ class ImpactFit:
     def write_preset(self, file: str | Path) -> None:
         """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""
         content = yaml.safe_dump({PRESET_KEY: {"ros__parameters": self.preset}}, sort_keys=False)
-        text = f"# fitted by fit_impacts to {one_line(self.name)}\n{content}"
+        doubt = "\n# the model does not hold" if self.probability < 1.0 - LEVEL else ""
+        text = f"# fitted by fit_impacts to {one_line(self.name)}{doubt}\n{content}"
         replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
 
 
@@ -310,22 +320,22 @@ class _Known:
         """Data without false hits and with missed impacts, their fit, and the false hits.
 
         On a vibrating platform the fit says which hits are false, and these change the fit, until
-        nothing changes. Where no chain of flights holds most of the hits, all of them stay.
+        a chain comes again. That ends: hits have finitely many chains. Where no chain of flights
+        holds most of the hits, all of them stay.
         """
         times = recording.times
         if self.fall_time and self.frequency:
             raise InputError("fall_time", self.fall_time, "0 with a frequency")
-        found = self._first_chain(recording, errors)
-        for _ in range(_ROUNDS):
+        found, seen = self._first_chain(recording, errors), list[Chain]()
+        while not any(found.is_like(one) for one in seen):
             chain = found
+            seen.append(chain)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
             is_whole = len(chain.kept) == len(times) and not len(chain.missed)
             if self.frequency == 0.0 or is_whole:
                 break
             found = self._chain(times, [profiles.estimate])
-            if found.is_like(chain):
-                break
         return data, profiles, np.delete(times, chain.kept)
 
     def _first_chain(self, recording: Recording, errors: Array | None) -> Chain:
@@ -333,14 +343,12 @@ class _Known:
         times = recording.times
         if self.frequency == 0.0:
             return self._chain(times, [])
-        chain = self._chain(times, self._starts(times)[:2])
-        for _ in range(_ROUNDS):
-            data = self._data(recording, errors, chain)
+        found, seen = self._chain(times, self._starts(times)[:2]), list[Chain]()
+        while not any(found.is_like(one) for one in seen):
+            seen.append(found)
+            data = self._data(recording, errors, found)
             found = self._chain(times, self._starts(data.times, data.kinds != VOID)[:2])
-            if found.is_like(chain):
-                break
-            chain = found
-        return chain
+        return found
 
     def _chain(self, times: Array, tried: list[Array]) -> Chain:
         heard = _heard(times, self.dead_time)

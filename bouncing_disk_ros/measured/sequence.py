@@ -108,6 +108,7 @@ class _Search:
         self, times: Array, p: Array, gravity: float, errors: Array, dead_time: float
     ) -> None:
         self.times, self.p, self.g, self.errors, self.dead = times, p, gravity, errors, dead_time
+        self.is_still = not p[AMPLITUDE].any()
         self.platform = self._platform(times[:, None], slice(None))  # (N, G) at all hits
         shape = (len(times), _SKIPPED, _SLOTS, p.shape[1])
         self.costs, self.takeoffs = np.full(shape, np.inf), np.zeros(shape)
@@ -157,7 +158,8 @@ class _Search:
         alive = np.flatnonzero((costs < costs.min(axis=0) + _HOPELESS).any(axis=1))
         if last == j or len(alive) == 0:
             return
-        self._leave(j, last, costs)
+        if not self.is_still:
+            self._leave(j, last, costs)
         takeoff = self.takeoffs[j].reshape(costs.shape)[alive]
         before = np.full(takeoff.shape, self.times[j])
         ours = np.arange(self.p.shape[1])
@@ -226,10 +228,15 @@ class _Search:
 
     def _platform(self, at: float | Array, which: slice) -> tuple[Array, Array]:
         a, w, angle = self.p[AMPLITUDE, which], self.p[FREQUENCY, which], self.p[PHASE, which]
+        if self.is_still:
+            nothing = np.zeros(np.broadcast_shapes(np.shape(at), a.shape))
+            return nothing, nothing
         return a * np.sin(w * at + angle), a * w * np.cos(w * at + angle)
 
     def _height(self, at: Array, which: slice) -> Array:
         """Of the platform."""
+        if self.is_still:
+            return np.zeros(self.p[AMPLITUDE, which].shape)
         return np.asarray(
             self.p[AMPLITUDE, which]
             * np.sin(self.p[FREQUENCY, which] * at + self.p[PHASE, which])
@@ -255,12 +262,11 @@ class _Search:
 
     def _flown(self, at: Array, takeoff: Array, which: slice) -> tuple[Array, Array]:
         """Time of the landing, nan if there is none, and velocity after it."""
-        start = self._height(at, which)
-        a = np.abs(self.p[AMPLITUDE, which])
+        start, a = self._height(at, which), np.abs(self.p[AMPLITUDE, which])
         root = np.sqrt(np.maximum(takeoff**2 + 2.0 * self.g * (start + a), 0.0))
         longest = (takeoff + root) / self.g
         landing = at + longest
-        if a.any():
+        if not self.is_still:
             part = np.linspace(0.0, 1.0, _GRID + 1)[1:].reshape(-1, *(1,) * at.ndim)
 
             def height(since: Array) -> Array:

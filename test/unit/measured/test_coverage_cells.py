@@ -9,6 +9,8 @@ import pytest
 from support.measured_coverage import REST, VIBRATING, Cell, Summary, experiments, summary
 
 LEVEL, MOST_VARIANCE, MOST_BIAS = 0.95, 1.1, 0.1
+MOST_HIDDEN = 2.0
+"""Where errors hide the scatter: it was 2.5 to 6 where all ratios counted alike in the estimate."""
 _MANY, _FEW = 2000, 200
 
 
@@ -17,8 +19,8 @@ def _check(cell: Cell, found: Summary) -> None:
 
     Coverage of a binomial: 93 to 97 % of 2000. More is allowed where the scatter is fitted and
     errors of the times hide it. The mean error in lengths of the interval, 3.92 deviations. The
-    mean square in bounds: of a χ² of one degree, where the scatter is known or can be seen and the
-    errors stay in the linear range (`_is_linear`).
+    mean square in bounds: of a χ² of one degree, where the errors stay in the linear range
+    (`_is_linear`); more is allowed where they hide the scatter.
     """
     slack = 4.0 * math.sqrt(LEVEL * (1.0 - LEVEL) / found.count)
     assert min(found.held) >= LEVEL - slack
@@ -26,8 +28,9 @@ def _check(cell: Cell, found: Summary) -> None:
         assert max(found.held) <= LEVEL + slack
     spread = math.sqrt(max(found.variance, 1.0) / found.count) / 3.92
     assert abs(found.bias) < MOST_BIAS + 4.0 * spread
-    if not _is_hidden(cell) and _is_linear(cell):
-        assert found.variance < MOST_VARIANCE * (1.0 + 4.0 * math.sqrt(2.0 / found.count))
+    most = MOST_HIDDEN if _is_hidden(cell) else MOST_VARIANCE
+    if _is_linear(cell):
+        assert found.variance < most * (1.0 + 4.0 * math.sqrt(2.0 / found.count))
 
 
 def _is_hidden(cell: Cell) -> bool:
@@ -37,12 +40,14 @@ def _is_hidden(cell: Cell) -> bool:
 
 
 def _is_linear(cell: Cell) -> bool:
-    """Not so at 0.1 ms, 0.7 degrees of the platform: some of these cells exceed the bound, and no
-    derivation tells which. docs/measured.md gives their numbers."""
+    """Not so at 0.1 ms, 0.7 degrees of the platform: there the bound of an orbit changes within the
+    errors of its times (docs/measured.md)."""
     return not cell.forcing or cell.error < 1e-4
 
 
-@pytest.mark.parametrize("cell", [REST[0], REST[1], REST[4], REST[12], REST[13], REST[18]], ids=str)
+@pytest.mark.parametrize(
+    "cell", [REST[0], REST[1], REST[4], REST[11], REST[12], REST[13], REST[18]], ids=str
+)
 def test_intervals_at_rest_hold_the_truth(cell: Cell) -> None:
     _check(cell, summary(list(experiments(cell, _FEW))))
 

@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -327,6 +328,24 @@ def test_intervals_on_a_settled_orbit_cover() -> None:
     assert held >= 32
 
 
+def test_scatter_that_is_fitted_does_not_shorten_the_interval_of_a_settled_orbit() -> None:
+    """Two of the experiments in which scatter explained the noise as well, at other ε.
+
+    There is none: the interval also holds what every ratio holds that the data do not refute.
+    """
+    times, phases = vibrating(np.random.default_rng(3), 160, 40, 0.45, 0.5, skip=200)
+    rng = np.random.default_rng(11)
+    for number in range(25):
+        seen = times[number] + 1e-5 * rng.standard_normal(40)
+        reference = (phases[number] + 1e-3 * rng.standard_normal(), 1e-3)
+        if number not in (17, 24):
+            continue
+        data = Data(seen, np.full(40, 1e-6), np.zeros(40, bool), False, 1e-6)
+        start = first_values(seen, OMEGA, GRAVITY, reference[0])[0]
+        profiles = Profiles(data, Model((0, 1, 2), GRAVITY, None, reference), start)
+        assert 0.025 < profiles.confidence(0)(0.5) < 0.975
+
+
 def test_a_phase_reference_leaves_the_scatter_open() -> None:
     """Settled period 1: its variance, in units of fitted errors, counts in the likelihood of ρ.
 
@@ -381,6 +400,20 @@ def test_a_sequence_is_split_where_chatter_ends_in_contact() -> None:
     assert fit["restitution"].high - fit["restitution"].low < 2e-3
     assert np.isnan(fit.flights[fit.contacts]).all()
     assert fit.probability > 0.05
+
+
+def test_residuals_that_refute_the_model_leave_no_preset(tmp_path: Path) -> None:
+    """Γ = 0.82, ε = 0.5: short runs between contacts gave 0.31; a doubt below 5 %."""
+    run = simulate(2.0, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.003)
+    fit = fit_impacts(run.impacts["time"][run.impacts["count"] == 1][:20], frequency=20.0)
+    assert fit.probability < 0.05
+    for probability, doubts in ((math.nan, 0), (0.06, 0), (0.04, 1), (0.01, 1)):
+        replace(fit, probability=probability).write_preset(tmp_path / "fit.yaml")
+        text = (tmp_path / "fit.yaml").read_text()
+        assert text.count("# the model does not hold\n") == doubts
+        assert yaml.safe_load(text)
+    with pytest.raises(InputError, match=r"preset: got 'residuals.*at least 0\.01"):
+        _ = replace(fit, probability=0.0099).preset
 
 
 def test_hits_within_the_dead_time_are_not_taken() -> None:
@@ -667,11 +700,11 @@ def test_the_impacts_to_come_hold_where_another_law_is_told(law: dict[str, float
 
 
 def test_times_of_a_text_need_no_library_of_sounds() -> None:
-    """scipy.signal takes 0.7 s; the fit loads it where it is given a sound."""
+    """scipy.signal takes 0.7 s: it is loaded for a sound. SciPy's optimisers take 0.2 s: never."""
     code = "import sys; from bouncing_disk_ros.measured import fit, picture; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "scipy.optimize" in done.stdout.split()
-    assert "scipy.signal" not in done.stdout.split()
+    assert "scipy.linalg" in done.stdout.split()
+    assert not {"scipy.optimize", "scipy.signal"} & set(done.stdout.split())
 
 
 def test_lines_before_the_names_are_left_out(tmp_path: Path) -> None:
