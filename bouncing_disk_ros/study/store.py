@@ -1,7 +1,6 @@
 """The store of a study: a Zarr group that xarray opens, with a mark for each finished region.
 
-First the checks of a stored result before it is read, then the lock that lets one run at a time
-write to a folder, the store, `open_result` and the export to NetCDF.
+First the checks of a stored result before it is read, then the store and `open_result`.
 
 Each chunk ends with its crc32c. The attribute `digests` of a group holds a SHA-256 of its own
 metadata and of the metadata of each of its arrays.
@@ -9,22 +8,17 @@ metadata and of the metadata of each of its arrays.
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import hashlib
-import importlib.util
 import itertools
 import json
 import math
 import os
 import shutil
 import stat
-import uuid
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,7 +33,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
-from bouncing_disk_ros.regular_file import open_regular, read_text, replaced
+from bouncing_disk_ros.regular_file import open_regular, read_text
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.definition import definition_of
 
@@ -65,8 +59,6 @@ DONE = "region_done"
 RESULT = "result.zarr"
 """The store in the output folder of a study's command."""
 BYTES = "bytes"
-LARGE = 2**25
-"""Arrays of more numbers are exported in parts."""
 REGIONS = "regions"
 """Attribute: the axes that are cut, and the length of a region along each."""
 _UNCHECKED = "made by an earlier version without checksums: damage in it cannot be seen"
@@ -75,9 +67,6 @@ _SHOWN = 5
 _ALL_NEED = "what all parts need"
 _ALL_CHUNKS = {"write_empty_chunks": True}
 _PACKAGE = "bouncing_disk_ros"
-_AS_IT_IS = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-"""Open what stands there itself: no link is followed, no FIFO waited for."""
-_TOKEN_LENGTH = 32
 
 Place = tuple[int, ...]
 
@@ -345,65 +334,6 @@ def _dtype(found: Any) -> str:
     return kind.name
 
 
-# --- the lock ---------------------------------------------------------------------------------
-@contextmanager
-def exclusive_lock(path: Path) -> Iterator[str]:
-    """Hold the folder; InputError where another run, of this process or another one, holds it.
-
-    The lock is on a hidden file beside the folder. The system drops it with the process, whatever
-    ends that. Gives the token that this run writes into the file. (`filelock` follows links there,
-    and leaves its file.)
-    """
-    lock = _lock_of(path)
-    try:
-        lock.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(lock, os.O_CREAT | os.O_RDWR | _AS_IT_IS, 0o666)
-    except OSError as error:
-        allowed = "a folder that can be written"
-        raise InputError("output", str(path), allowed, str(error)) from error
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            status = os.fstat(descriptor)
-            held = status.st_nlink > 0  # else its last holder has just removed it
-        except BlockingIOError:
-            held = False
-        if held and (not stat.S_ISREG(status.st_mode) or status.st_nlink > 1):
-            hint = f"{lock} is none, or a file with another name. Remove it."
-            raise InputError("output", str(path), "a lock that is a regular file", hint)
-        if not held:
-            hint = "Wait for that run to end, or choose another output."
-            raise InputError("output", str(path), "a result that no other run is writing", hint)
-        token = uuid.uuid4().hex
-        try:
-            os.ftruncate(descriptor, 0)
-            os.write(descriptor, token.encode())
-            yield token
-        finally:
-            lock.unlink(missing_ok=True)
-    finally:
-        os.close(descriptor)
-
-
-def token_of(path: str) -> str:
-    """The token of the run that holds a folder, '' where none does or the folder is not seen."""
-    try:
-        descriptor = os.open(_lock_of(Path(path)), os.O_RDONLY | _AS_IT_IS)
-    except OSError:
-        return ""
-    try:
-        return os.read(descriptor, _TOKEN_LENGTH + 1).decode("ascii", "replace")
-    except OSError:  # a folder, a FIFO without data
-        return ""
-    finally:
-        os.close(descriptor)
-
-
-def _lock_of(path: Path) -> Path:
-    return path.with_name(f".{path.name}.lock")
-
-
-# --- the store --------------------------------------------------------------------------------
 class Store:
     """The growing result of one study in a folder; a region is marked after it was written.
 
@@ -697,98 +627,6 @@ def _damage(found: Contents) -> str:
     if os.path.lexists(found.path / CONTEXT) and not _is_whole(found.path / CONTEXT, sealed=True):
         damaged.append(_ALL_NEED)
     return _listed([*damaged, *_in_words(marks, parts)])
-
-
-def require_netcdf() -> None:
-    """Raise InputError where netCDF4 is not installed."""
-    if importlib.util.find_spec("netCDF4") is None:
-        hint = "netCDF4 is not installed; pip install 'bouncing_disk_ros[netcdf]' brings it."
-        raise InputError("netcdf", True, "false here", hint)
-
-
-def export(result: xr.Dataset, path: Path) -> None:
-    """NetCDF file of a result, written to `path`; nested attributes become JSON. Raises OSError.
-
-    Arrays too large for memory are read and written some rows at a time. Raises InputError where
-    netCDF4 is not installed.
-
-    >>> export(open_result("small.zarr"), Path("small.nc"))
-    """
-    require_netcdf()
-    plain = result.drop_vars(DONE, errors="ignore")
-    plain.attrs = {name: _plain(value) for name, value in plain.attrs.items()}
-    large = [str(name) for name, array in plain.data_vars.items() if array.size > LARGE]
-    plain.drop_vars(large).to_netcdf(path, engine="netcdf4")
-    if not large:
-        return
-    import netCDF4
-
-    with netCDF4.Dataset(path, "a") as file:
-        for name in large:
-            _copy(plain[name], file)
-
-
-def export_tables(result: xr.Dataset, folder: Path) -> list[Path]:
-    """Text tables (CSV) of a result, one for each group of arrays with the same axes; their files.
-
-    A table has a row for each point of its axes, whose names the name of the file holds:
-    `result_velocity_forcing_phase.csv`; `result.csv` has the numbers without an axis. Lines with #
-    say unit and meaning of each column. Raises FailedError where a file cannot be written.
-
-    >>> export_tables(open_result("small.zarr"), Path("small"))
-    """
-    plain = result.drop_vars(DONE, errors="ignore")
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for name, array in plain.variables.items():
-        dims = tuple(map(str, array.dims))
-        if name not in plain.coords or dims != (name,):
-            groups.setdefault(dims, []).append(str(name))
-    files = []
-    for dims, names in groups.items():
-        files.append(folder / f"{'_'.join(('result', *dims))}.csv")
-        replaced(files[-1], partial(_write_table, plain[sorted(names)].reset_coords(), dims))
-    return files
-
-
-def _write_table(table: xr.Dataset, dims: Sequence[str], path: Path) -> None:
-    """Some rows of the first axis at a time: an array may be larger than memory."""
-    axes = dims or ("row",)
-    table = table.assign_coords(
-        {axis: np.arange(table.sizes[axis]) for axis in dims if axis not in table}
-    )
-    table = table if dims else table.expand_dims(axes)
-    columns = [*dims, *map(str, table.data_vars)]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        for name in columns:
-            attrs = table[name].attrs
-            meaning = attrs.get("long_name", "number along this axis")
-            file.write(f"# {name} ({attrs.get('units', '1')}): {meaning}\n")
-        file.write(",".join(columns) + "\n")
-        length = table.sizes[axes[0]]
-        rows = max(1, LARGE * length // max(1, math.prod(table.sizes.values())))
-        for begin in range(0, length, rows):
-            part = table.isel({axes[0]: slice(begin, begin + rows)}).to_dataframe(dim_order=axes)
-            part.reset_index()[columns].to_csv(file, index=False, header=False)
-
-
-def _copy(array: xr.DataArray, file: Any) -> None:
-    dims = [str(dim) for dim in array.dims]
-    for dim, length in zip(dims, array.shape, strict=True):
-        if dim not in file.dimensions:
-            file.createDimension(dim, length)
-    kind = array.dtype.newbyteorder("=")
-    fill = math.nan if kind.kind == "f" else False
-    variable = file.createVariable(str(array.name), kind, dims, fill_value=fill)
-    variable.setncatts(array.attrs)
-    rows = max(1, LARGE // max(1, math.prod(array.shape[1:])))
-    for first in range(0, len(array), rows):
-        variable[first : first + rows] = array[first : first + rows].values
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, bool):
-        return int(value)
-    return value if isinstance(value, (int, float, str)) else json.dumps(value)
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

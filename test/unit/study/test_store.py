@@ -11,7 +11,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store import exclusive_lock, token_of
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from reference.cases import FIRST, examples
 from support.coverage import in_soak
 from support.hostile_stores import HOSTILE, attempt, check_hostile, disturb, flip, whole
