@@ -22,6 +22,7 @@ SOME = [
     "FIFO as root", "FIFO beside", "link as root", "link as chunk", "link as store", "no array",
     "no chunk", "empty mark", "not UTF-8", "deep JSON", "deep folders", "digest of a path",
     "other fill", "huge shape", "objects", "other codecs", "other study", "format a text", "bomb",
+    "regions without length", "other key in the root", "other fill, sealed",
 ]  # fmt: skip
 """One of each kind; `make soak` takes all."""
 
