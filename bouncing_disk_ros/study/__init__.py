@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
     from bouncing_disk_ros.study.definition import named
+    from bouncing_disk_ros.study.exports import export, export_tables
     from bouncing_disk_ros.study.runner import Progress, run
-    from bouncing_disk_ros.study.store import export, export_tables, open_result
+    from bouncing_disk_ros.study.store import open_result
 
 _PUBLIC = {
     "computation": "Arrays Axis Field Region Study",
     "runner": "Progress run",
-    "store": "export export_tables open_result",
+    "store": "open_result",
+    "exports": "export export_tables",
     "definition": "named",
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}

@@ -204,7 +204,7 @@ class StudyWork:
 
     def _has_netcdf(self) -> bool:
         """Whether NetCDF can be written: refused where it is asked for and cannot, else told."""
-        from bouncing_disk_ros.study.store import require_netcdf
+        from bouncing_disk_ros.study.exports import require_netcdf
 
         try:
             require_netcdf()
@@ -295,7 +295,8 @@ class StudyWork:
 
     # --- the result -------------------------------------------------------------------------------
     def _show(self, result: xr.Dataset, outlet: StudyOutlet) -> None:
-        from bouncing_disk_ros.study.store import RESULT, export, export_tables
+        from bouncing_disk_ros.study.exports import export, export_tables
+        from bouncing_disk_ros.study.store import RESULT
 
         print("\n".join(self._definition.lines(result)), flush=True)
         figures = self._definition.pictures(self._study, result)

@@ -25,7 +25,8 @@ from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.definition import definition_of, named
-from bouncing_disk_ros.study.store import DONE, RESULT, Store, exclusive_lock, opened, put, token_of
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, opened, put
 
 PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""

@@ -1,7 +1,8 @@
 """The store of a study: a Zarr group that xarray opens, with a mark for each finished region.
 
-First the checks of a stored result before it is read, then the lock that lets one run at a time
-write to a folder, the store, `open_result` and the export to NetCDF.
+First the checks of a stored result before it is read, then the store and `open_result`. Zarr
+validates the metadata. It reads a missing chunk as fill values, and it decompresses as much as a
+chunk says that it holds: so chunks are checked here first.
 
 Each chunk ends with its crc32c. The attribute `digests` of a group holds a SHA-256 of its own
 metadata and of the metadata of each of its arrays.
@@ -9,22 +10,17 @@ metadata and of the metadata of each of its arrays.
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import hashlib
-import importlib.util
 import itertools
 import json
 import math
 import os
 import shutil
 import stat
-import uuid
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,8 +35,8 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
-from bouncing_disk_ros.regular_file import open_regular, read_text, replaced
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.regular_file import open_regular, read_text
+from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study
 from bouncing_disk_ros.study.definition import definition_of
 
 FORMAT = 3
@@ -57,16 +53,12 @@ _HEADER, _CHECKSUM = 16, 4
 _ITSELF = "."
 _METADATA = "zarr.json"
 _DEEPEST = 8
-_FIXED_TEXT = "fixed_length_utf32"
-_WHOLE = "a whole result of a study"
 _REMOVE = "Remove it, or choose another output"
 
 DONE = "region_done"
 RESULT = "result.zarr"
 """The store in the output folder of a study's command."""
 BYTES = "bytes"
-LARGE = 2**25
-"""Arrays of more numbers are exported in parts."""
 REGIONS = "regions"
 """Attribute: the axes that are cut, and the length of a region along each."""
 _UNCHECKED = "made by an earlier version without checksums: damage in it cannot be seen"
@@ -75,9 +67,6 @@ _SHOWN = 5
 _ALL_NEED = "what all parts need"
 _ALL_CHUNKS = {"write_empty_chunks": True}
 _PACKAGE = "bouncing_disk_ros"
-_AS_IT_IS = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-"""Open what stands there itself: no link is followed, no FIFO waited for."""
-_TOKEN_LENGTH = 32
 
 Place = tuple[int, ...]
 
@@ -87,13 +76,13 @@ class Layout(NamedTuple):
 
     shape: tuple[int, ...]
     chunks: tuple[int, ...]
-    dtype: str
+    dtype: np.dtype[Any]
     dims: tuple[str, ...]
 
     @property
     def chunk_bytes(self) -> int:
         """Bytes of the numbers of one chunk."""
-        return np.dtype(self.dtype).itemsize * math.prod(self.chunks)
+        return self.dtype.itemsize * math.prod(self.chunks)
 
     @property
     def grid(self) -> Place:
@@ -150,31 +139,78 @@ class Contents:
         ]
 
 
-def damaged_parts(
-    found: Contents, marks: str, lengths: Mapping[str, int], fields: Sequence[str]
-) -> tuple[list[int], dict[int, list[str]]]:
-    """Regions with a damaged mark; regions marked as done -> their damaged arrays.
+@dataclass(frozen=True)
+class Damage:
+    """What is damaged in a store.
 
-    `marks`: the array with one chunk for each region. `lengths`: the length of a region along each
-    axis that is cut, in the order in which regions are numbered.
+    `marks`: regions with a damaged mark. `parts`: regions marked as done -> their damaged arrays.
     """
+
+    axes: Sequence[str]
+    context: bool
+    marks: Sequence[int]
+    parts: Mapping[int, Sequence[str]]
+
+    @property
+    def words(self) -> str:
+        """What is damaged as one text, '' for nothing."""
+        named = [f"axis {name}" for name in self.axes] + [_ALL_NEED] * self.context
+        named += [f"the mark of part {number}" for number in self.marks]
+        named += [f"part {number} ({', '.join(names)})" for number, names in self.parts.items()]
+        more = f" and {len(named) - _SHOWN} more" if len(named) > _SHOWN else ""
+        return "damaged: " + ", ".join(named[:_SHOWN]) + more if named else ""
+
+
+def damage(found: Contents, regions: Iterable[tuple[str, int]]) -> Damage:
+    """What is damaged; ValueError, LookupError, TypeError or ArithmeticError: no store of a study.
+
+    `regions`: the axes that are cut, in the order in which regions are numbered, and the length of
+    a region along each.
+    """
+    axes = [name for name, layout in found.arrays.items() if layout.dims == (name,)]
+    fields = {name: one for name, one in found.arrays.items() if name not in (*axes, DONE)}
     sizes: dict[str, int] = {}
-    for name in fields:
-        sizes |= zip(found.arrays[name].dims, found.arrays[name].shape, strict=True)
-    counts = [range(-(-sizes[dim] // length)) for dim, length in lengths.items()]
-    bad_marks, parts = [], {}
+    for layout in fields.values():
+        sizes |= zip(layout.dims, layout.shape, strict=True)
+    counts = {dim: len(range(0, sizes[dim], length)) for dim, length in regions}
+    if found.arrays[DONE].grid != (math.prod(counts.values()),):
+        raise ValueError
+    marks, parts = [], {}
     is_sound = functools.cache(found.is_sound)  # a chunk may belong to several regions
-    for number, place in enumerate(itertools.product(*counts)):
-        if not found.file(marks, (number,)).exists():
+    for number, place in enumerate(itertools.product(*map(range, counts.values()))):
+        if not found.file(DONE, (number,)).exists():
             continue
-        if not found.is_sound(marks, (number,)):
-            bad_marks.append(number)
+        if not found.is_sound(DONE, (number,)):
+            marks.append(number)
             continue
-        at = dict(zip(lengths, place, strict=True))
-        chunks = {name: tuple(at.get(dim, 0) for dim in found.arrays[name].dims) for name in fields}
-        if damaged := [name for name in fields if not is_sound(name, chunks[name])]:
+        at = dict(zip(counts, place, strict=True))
+        damaged = [
+            name
+            for name, layout in fields.items()
+            if not is_sound(name, tuple(at.get(dim, 0) for dim in layout.dims))
+        ]
+        if damaged:
             parts[number] = damaged
-    return bad_marks, parts
+    context = found.path / CONTEXT
+    broken = os.path.lexists(context) and not _is_whole(context, sealed=found.has_checksums)
+    return Damage(found.damaged(axes), broken, marks, parts)
+
+
+def _stored_damage(found: Contents) -> Damage:
+    """What is damaged in a store with checksums, which says how it is cut into regions."""
+    try:
+        return damage(found, found.attributes[REGIONS])
+    except (ArithmeticError, LookupError, TypeError, ValueError):
+        raise InputError("path", str(found.path), "a store that run made") from None
+
+
+def _is_whole(path: Path, *, sealed: bool) -> bool:
+    """Whether a group in a store can be read."""
+    try:
+        found = contents("output", path, sealed=sealed)
+    except InputError:
+        return False
+    return not found.damaged(list(found.arrays))
 
 
 def contents(field: str, path: Path, *, sealed: bool | None = None) -> Contents:
@@ -185,39 +221,30 @@ def contents(field: str, path: Path, *, sealed: bool | None = None) -> Contents:
     """
     folders = _folders(field, path)
     root = _metadata(field, path)
-    attributes = root.get("attributes")
-    if root.get("node_type") != "group" or not isinstance(attributes, dict):
-        raise InputError(field, str(path), _WHOLE, f"It holds other data. {_REMOVE}")
-    if sealed is None:
-        identity = attributes.get("identity")
-        if not isinstance(identity, dict):
-            raise InputError(field, str(path), _WHOLE, f"It holds other data. {_REMOVE}")
-        sealed = identity.get("format") != WITHOUT_CHECKSUMS
-    digests = attributes.get(DIGESTS, {})
-    if sealed:
-        names = _checked_names(field, path, digests)
-    else:
-        names = sorted(name for name in folders if (path / name / _METADATA).is_file())
-    if sealed and (more := folders.keys() - {*names, CONTEXT, CONTEXT_DRAFT}):
-        raise InputError(
-            field, str(path), _WHOLE, f"{min(more)!r} in it is no part of one. {_REMOVE}"
-        )
+    try:
+        group = zarr.open_group(str(path), mode="r", zarr_format=3, use_consolidated=False)
+        attributes = group.attrs.asdict()
+        if sealed is None:
+            sealed = attributes["identity"].get("format") != WITHOUT_CHECKSUMS
+    except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
+        raise _unusable(field, path, "It holds other data") from None
+    names = sorted(folders.keys() - {CONTEXT, CONTEXT_DRAFT})
     if len(names) > RESULT_ARRAYS:
         raise InputError(field, str(path), f"a result of at most {RESULT_ARRAYS} arrays")
     found = {name: _metadata(field, path / name) for name in names}
-    if sealed and (changed := _changed(root, found, digests)):
-        hint = f"The metadata of {changed} were damaged or changed. {_REMOVE}"
-        raise InputError(field, str(path), _WHOLE, hint)
-    arrays = {
-        name: _layout(field, path / name, one, sealed)
-        for name, one in found.items()
-        if sealed or one.get("node_type") == "array"
-    }
+    if sealed and (changed := _changed(attributes.get(DIGESTS), _digests(root, found))):
+        why = f"The metadata of {changed} were damaged, changed, added or removed"
+        raise _unusable(field, path, why)
+    arrays = {name: _layout(field, path / name, group, one, sealed) for name, one in found.items()}
     for name, layout in arrays.items():
         if folders[name] > len(layout.shape):  # c/0/1: the last number is the name of a file
-            hint = f"In {name!r} a folder is in the place of a chunk. {_REMOVE}"
-            raise InputError(field, str(path), _WHOLE, hint)
+            raise _unusable(field, path, f"In {name!r} a folder is in the place of a chunk")
     return Contents(path, attributes, arrays, sealed)
+
+
+def _unusable(field: str, path: Path, why: str) -> InputError:
+    allowed = "a whole result of a study"
+    return InputError(field, str(path), allowed, f"{why}. {_REMOVE}")
 
 
 def seal(path: Path) -> dict[str, str]:
@@ -231,179 +258,81 @@ def _digests(root: Mapping[str, Any], arrays: Mapping[str, Any]) -> dict[str, st
     """The digest of the group covers its list of arrays, but no digest."""
     attributes = {**root.get("attributes", {}), DIGESTS: sorted(arrays)}
     nodes = {_ITSELF: {**root, "attributes": attributes}, **arrays}
-    return {name: _digest(name, node) for name, node in nodes.items()}
+    texts = {name: json.dumps([name, node], sort_keys=True) for name, node in nodes.items()}
+    return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
 
 
-def _digest(name: str, metadata: object) -> str:
-    text = json.dumps([name, metadata], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _changed(root: Mapping[str, Any], arrays: Mapping[str, Any], digests: Any) -> str:
-    """The names of nodes whose metadata have another digest."""
-    wanted = _digests(root, arrays)
-    changed = [name for name in wanted if digests.get(name) != wanted[name]]
+def _changed(digests: object, wanted: Mapping[str, str]) -> str:
+    """The names of nodes that have another digest, or only one of the two."""
+    held = digests if isinstance(digests, dict) else {}
+    names = sorted(held.keys() | wanted.keys())
+    changed = [name for name in names if held.get(name) != wanted.get(name)]
     return ", ".join("the result" if name == _ITSELF else name for name in changed)
 
 
-def _checked_names(field: str, path: Path, digests: object) -> list[str]:
-    """The names of arrays in the digests; each is a plain name of a folder."""
-    names = [name for name in digests if name != _ITSELF] if isinstance(digests, dict) else ["/"]
-    if not all(name.isidentifier() for name in names):
-        raise InputError(field, str(path), _WHOLE, f"Its digests are damaged. {_REMOVE}")
-    return names
-
-
-def _folders(field: str, path: Path) -> dict[str, int]:
-    """The folders in a store, and how many folders deep each is.
+def _folders(field: str, path: Path, level: int = 0) -> dict[str, int]:
+    """The folders in a folder of a store, and how many folders deep each is.
 
     InputError where anything in it is neither a folder nor a regular file.
     """
+    if level > _DEEPEST:
+        raise _unusable(field, path, "It is too deep")
     try:
         if not stat.S_ISDIR(path.lstat().st_mode):
-            raise InputError(field, str(path), _WHOLE, "It is a link, or no folder")
-        inside = _entries_checked(field, path)
-        return {folder.name: _depth(field, folder) for folder in inside}
+            raise _unusable(field, path, "It is a link, or no folder")
+        with os.scandir(path) as found:
+            entries = list(found)
     except OSError as error:
+        if level and isinstance(error, FileNotFoundError):
+            return {}  # renamed in between by the run that writes it
         raise InputError(field, str(path), "a folder that can be read", str(error)) from None
-
-
-def _depth(field: str, path: Path, level: int = 1) -> int:
-    """How many folders deep a folder is, 0 without any in it."""
-    if level > _DEEPEST:
-        raise InputError(field, str(path), _WHOLE, f"It is too deep. {_REMOVE}")
-    try:
-        inside = _entries_checked(field, path)
-    except FileNotFoundError:  # renamed in between by the run that writes it
-        return 0
-    return max((1 + _depth(field, folder, level + 1) for folder in inside), default=0)
-
-
-def _entries_checked(field: str, path: Path) -> list[Path]:
-    """The folders in a folder; InputError where it holds anything else but regular files."""
-    with os.scandir(path) as found:
-        entries = list(found)
+    depths = {}
     for entry in entries:
-        if not entry.is_dir(follow_symlinks=False) and not entry.is_file(follow_symlinks=False):
-            hint = f"{entry.name!r} in it is a link, or no file. {_REMOVE}"
-            raise InputError(field, str(path), _WHOLE, hint)
-    return [Path(entry) for entry in entries if entry.is_dir(follow_symlinks=False)]
+        if entry.is_dir(follow_symlinks=False):
+            inside = _folders(field, Path(entry), level + 1)
+            depths[entry.name] = max((1 + depth for depth in inside.values()), default=0)
+        elif not entry.is_file(follow_symlinks=False):
+            raise _unusable(field, path, f"{entry.name!r} in it is a link, or no file")
+    return depths
 
 
 def _metadata(field: str, folder: Path) -> dict[str, Any]:
     """The metadata of an array or a group."""
     if not os.path.lexists(folder / _METADATA):
-        hint = f"It holds other data, or lacks {_METADATA}. {_REMOVE}"
-        raise InputError(field, str(folder), _WHOLE, hint)
+        raise _unusable(field, folder, f"It holds other data, or lacks {_METADATA}")
     text = read_text(field, folder / _METADATA, RESULT_METADATA)
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict) or found.get("zarr_format") != 3:
-        raise InputError(field, str(folder), _WHOLE, f"Its {_METADATA} is damaged. {_REMOVE}")
+        raise _unusable(field, folder, f"Its {_METADATA} is damaged")
     return found
 
 
-def _layout(field: str, folder: Path, metadata: Mapping[str, Any], has_checksums: bool) -> Layout:
+def _layout(
+    field: str, folder: Path, group: zarr.Group, metadata: Mapping[str, Any], has_checksums: bool
+) -> Layout:
     """The layout of an array, InputError where it is none that a study stores."""
     try:
-        shape = _numbers(metadata["shape"], 0)
-        chunks = _numbers(metadata["chunk_grid"]["configuration"]["chunk_shape"], 1)
-        dims = tuple(map(str, metadata.get("dimension_names") or [""] * len(shape)))
-        layout = Layout(shape, chunks, _dtype(metadata["data_type"]), dims)
+        array = group[folder.name]
+        dims = tuple(map(str, metadata.get("dimension_names") or [""] * array.ndim))
+        layout = Layout(array.shape, array.chunks, array.dtype, dims)
         codecs = [codec["name"] for codec in metadata["codecs"]]
         key = metadata["chunk_key_encoding"]
         usual = key["name"] == "default" and key["configuration"]["separator"] == "/"
-        fits = len(shape) == len(chunks) == len(dims) and math.prod(layout.grid) <= RESULT_CHUNKS
-    except (KeyError, TypeError, ValueError):
+        few = len(dims) <= _DEEPEST - 2 and math.prod(layout.grid) <= RESULT_CHUNKS
+        fits = few and usual and layout.dtype.kind in "biufU"
+    except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
         fits = False
-    if not fits or not usual or (has_checksums and codecs != _CODECS):
-        raise InputError(field, str(folder), "an array of a study's result", f"{_REMOVE}.")
+    if not fits or (has_checksums and codecs != _CODECS):
+        raise InputError(field, str(folder), "an array of a study's result", _REMOVE)
     if layout.chunk_bytes > RESULT_CHUNK:
         allowed = f"chunks of at most {RESULT_CHUNK} bytes"
         raise InputError(field, f"{folder}, chunks of {layout.chunk_bytes} bytes", allowed)
     return layout
 
 
-def _numbers(values: object, least: int) -> Place:
-    if not isinstance(values, list) or len(values) > _DEEPEST - 2:
-        raise ValueError
-    if not all(type(value) is int and least <= value < 1 << 48 for value in values):
-        raise ValueError
-    return tuple(values)
-
-
-def _dtype(found: Any) -> str:
-    """The type of numbers, or of texts of one length, in numpy's words."""
-    if isinstance(found, dict) and found["name"] == _FIXED_TEXT:
-        (length,) = _numbers([found["configuration"]["length_bytes"]], 4)
-        return f"<U{length // 4}"
-    kind = np.dtype(found) if isinstance(found, str) else None
-    if kind is None or kind.kind not in "biuf":
-        raise ValueError
-    return kind.name
-
-
-# --- the lock ---------------------------------------------------------------------------------
-@contextmanager
-def exclusive_lock(path: Path) -> Iterator[str]:
-    """Hold the folder; InputError where another run, of this process or another one, holds it.
-
-    The lock is on a hidden file beside the folder. The system drops it with the process, whatever
-    ends that. Gives the token that this run writes into the file. (`filelock` follows links there,
-    and leaves its file.)
-    """
-    lock = _lock_of(path)
-    try:
-        lock.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(lock, os.O_CREAT | os.O_RDWR | _AS_IT_IS, 0o666)
-    except OSError as error:
-        allowed = "a folder that can be written"
-        raise InputError("output", str(path), allowed, str(error)) from error
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            status = os.fstat(descriptor)
-            held = status.st_nlink > 0  # else its last holder has just removed it
-        except BlockingIOError:
-            held = False
-        if held and (not stat.S_ISREG(status.st_mode) or status.st_nlink > 1):
-            hint = f"{lock} is none, or a file with another name. Remove it."
-            raise InputError("output", str(path), "a lock that is a regular file", hint)
-        if not held:
-            hint = "Wait for that run to end, or choose another output."
-            raise InputError("output", str(path), "a result that no other run is writing", hint)
-        token = uuid.uuid4().hex
-        try:
-            os.ftruncate(descriptor, 0)
-            os.write(descriptor, token.encode())
-            yield token
-        finally:
-            lock.unlink(missing_ok=True)
-    finally:
-        os.close(descriptor)
-
-
-def token_of(path: str) -> str:
-    """The token of the run that holds a folder, '' where none does or the folder is not seen."""
-    try:
-        descriptor = os.open(_lock_of(Path(path)), os.O_RDONLY | _AS_IT_IS)
-    except OSError:
-        return ""
-    try:
-        return os.read(descriptor, _TOKEN_LENGTH + 1).decode("ascii", "replace")
-    except OSError:  # a folder, a FIFO without data
-        return ""
-    finally:
-        os.close(descriptor)
-
-
-def _lock_of(path: Path) -> Path:
-    return path.with_name(f".{path.name}.lock")
-
-
-# --- the store --------------------------------------------------------------------------------
 class Store:
     """The growing result of one study in a folder; a region is marked after it was written.
 
@@ -451,18 +380,21 @@ class Store:
         if older:
             self._check_older(found, f"there {_difference(identity, wanted)}. {hint}")
             return zarr.open_group(str(self.path), mode="r+")
-        for name, layout in self._layouts().items():
+        layouts = {name: layout for name, (_, layout) in self._arrays().items()}
+        for name, layout in layouts.items():
             if found.arrays.get(name) != layout:
                 raise InputError("output", str(self.path), f"{wanted_here} with the same arrays",
                                  f"{name} has another shape or type. {hint}")  # fmt: skip
         group = zarr.open_group(str(self.path), mode="r+")
-        if parts := self._repaired(group, found):
-            self.note = f"{self.path}: {parts}; it is computed anew"
+        damaged = damage(replace(found, arrays=layouts), self._study.chunks.items())
+        self._repair(group, damaged)
+        if damaged.words:
+            self.note = f"{self.path}: {damaged.words}; it is computed anew"
         return group
 
     def _check_older(self, found: Contents, hint: str) -> None:
         """InputError where a result of an older revision is not whole."""
-        parts = _damage(found) if found.has_checksums else ""
+        parts = _stored_damage(found).words if found.has_checksums else ""
         done = found.arrays.get(DONE)
         if done and not parts and not all(found.file(DONE, at).exists() for at in done.places()):
             parts = "unfinished"
@@ -476,20 +408,14 @@ class Store:
             same and type(found.get("revision")) is int and found["revision"] < wanted["revision"]
         )
 
-    def _repaired(self, group: zarr.Group, found: Contents) -> str:
-        """Take damaged parts out of the store; what they are, in words."""
-        axes = found.damaged(list(self._study.axes))
-        for name in axes:
+    def _repair(self, group: zarr.Group, damaged: Damage) -> None:
+        """Write damaged axes again, and take what else is damaged out of the store."""
+        for name in damaged.axes:
             _writing(group, name)[...] = self._study.axes[name].values
-        damaged = [f"axis {name}" for name in axes]
-        context = self.path / CONTEXT
-        if os.path.lexists(context) and not _is_whole(context, sealed=found.has_checksums):
-            shutil.rmtree(context)
-            damaged.append(_ALL_NEED)
-        marks, parts = damaged_parts(found, DONE, self._study.chunks, list(self._study.fields))
-        for number in [*marks, *parts]:
+        if damaged.context:
+            shutil.rmtree(self.path / CONTEXT)
+        for number in [*damaged.marks, *damaged.parts]:
             (self.path / DONE / "c" / str(number)).unlink()
-        return _listed([*damaged, *_in_words(marks, parts)])
 
     def _made(self) -> zarr.Group:
         """A new store: made beside its place, so that a half-made one is never found."""
@@ -510,34 +436,33 @@ class Store:
                 **{f"parameter_{name}": value for name, value in study.parameters.items()},
             }
         )
-        layouts = self._layouts()
+        for name, (field, layout) in self._arrays().items():
+            _array(group, name, field, layout)
         for name, axis in study.axes.items():
-            _array(group, name, _axis_field(name, axis), layouts[name])
             _writing(group, name)[...] = axis.values
-        for name, field in study.fields.items():
-            _array(group, name, field, layouts[name])
-        marks = Field(("region",), "uint8", "1", "whether the part is computed", fill=0)
-        _array(group, DONE, marks, layouts[DONE])
         group.attrs[DIGESTS] = seal(draft)
         draft.rename(self.path)
         return zarr.open_group(str(self.path), mode="r+")
 
-    def _layouts(self) -> dict[str, Layout]:
-        """The layout of each array."""
-        study = self._study
-        axes = {name: _axis_field(name, axis) for name, axis in study.axes.items()}
-        found = {name: self._layout(field, {}) for name, field in axes.items()}
-        found |= {name: self._layout(field, study.chunks) for name, field in study.fields.items()}
-        return found | {
-            DONE: Layout((math.prod(study.region_counts()),), (1,), "uint8", ("region",))
-        }
+    def _arrays(self) -> dict[str, tuple[Field, Layout]]:
+        """What each array holds, and its layout."""
+        study, found = self._study, {}
+        for name, axis in study.axes.items():
+            kind = str(axis.values.dtype)
+            field = Field((name,), kind, axis.units, axis.long_name, axis.symbol)
+            found[name] = field, self._layout(field, {})
+        for name, field in study.fields.items():
+            found[name] = field, self._layout(field, study.chunks)
+        marks = Field(("region",), "uint8", "1", "whether the part is computed", fill=0)
+        shape = (math.prod(study.region_counts()),)
+        found[DONE] = marks, Layout(shape, (1,), np.dtype("uint8"), marks.dims)
+        return found
 
     def _layout(self, field: Field, lengths: Mapping[str, int]) -> Layout:
         shape = tuple(self._study.shape[dim] for dim in field.dims)
         pairs = zip(field.dims, shape, strict=True)
         chunks = tuple(max(1, min(lengths.get(dim, size), size)) for dim, size in pairs)
-        kind = np.dtype(field.dtype)
-        return Layout(shape, chunks, kind.str if kind.kind == "U" else kind.name, field.dims)
+        return Layout(shape, chunks, np.dtype(field.dtype), field.dims)
 
     def is_done(self, region: Region) -> bool:
         """Whether this region is in the store."""
@@ -588,10 +513,6 @@ class Store:
         return arrays
 
 
-def _axis_field(name: str, axis: Axis) -> Field:
-    return Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
-
-
 def _array(group: zarr.Group, name: str, field: Field, layout: Layout) -> zarr.Array:
     fill = field.fill if np.dtype(field.dtype).kind == "f" else int(np.nan_to_num(field.fill))
     attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
@@ -629,29 +550,6 @@ def _writing(group: zarr.Group, name: str) -> zarr.Array:
     return group[name].with_config(_ALL_CHUNKS)
 
 
-def _is_whole(path: Path, *, sealed: bool) -> bool:
-    """Whether a group in a store can be read."""
-    try:
-        found = contents("output", path, sealed=sealed)
-    except InputError:
-        return False
-    return not found.damaged(list(found.arrays))
-
-
-def _in_words(marks: Sequence[int], parts: Mapping[int, Sequence[str]]) -> list[str]:
-    """Damaged marks and parts."""
-    named = [f"part {number} ({', '.join(names)})" for number, names in parts.items()]
-    return [*(f"the mark of part {number}" for number in marks), *named]
-
-
-def _listed(damaged: Sequence[str]) -> str:
-    """What is damaged as one text, '' for nothing."""
-    if not damaged:
-        return ""
-    more = f" and {len(damaged) - _SHOWN} more" if len(damaged) > _SHOWN else ""
-    return "damaged: " + ", ".join(damaged[:_SHOWN]) + more
-
-
 def open_result(path: str | Path) -> xr.Dataset:
     """Stored result of a study, complete or not: all is checked now, arrays are read when used.
 
@@ -670,7 +568,7 @@ def open_result(path: str | Path) -> xr.Dataset:
     found = contents("path", store)
     if not found.has_checksums:
         warnings.warn(f"{store} was {_UNCHECKED}", RuntimeWarning, stacklevel=2)
-    elif damaged := _damage(found):
+    elif damaged := _stored_damage(found).words:
         hint = f"{damaged[:1].upper()}{damaged[1:]}. Run the same study there again: it mends them."
         raise InputError("path", str(store), "a whole result of a study", hint)
     return opened(store)
@@ -682,113 +580,6 @@ def opened(path: Path) -> xr.Dataset:
     for name in (DIGESTS, REGIONS):
         result.attrs.pop(name, None)
     return result
-
-
-def _damage(found: Contents) -> str:
-    """What is damaged in a store, in words."""
-    try:
-        lengths = {str(dim): int(length) for dim, length in found.attributes[REGIONS]}
-        axes = [name for name, layout in found.arrays.items() if layout.dims == (name,)]
-        fields = [name for name in found.arrays if name not in (*axes, DONE)]
-        marks, parts = damaged_parts(found, DONE, lengths, fields)
-    except (KeyError, TypeError, ValueError):
-        raise InputError("path", str(found.path), "a store that run made") from None
-    damaged = [f"axis {name}" for name in found.damaged(axes)]
-    if os.path.lexists(found.path / CONTEXT) and not _is_whole(found.path / CONTEXT, sealed=True):
-        damaged.append(_ALL_NEED)
-    return _listed([*damaged, *_in_words(marks, parts)])
-
-
-def require_netcdf() -> None:
-    """Raise InputError where netCDF4 is not installed."""
-    if importlib.util.find_spec("netCDF4") is None:
-        hint = "netCDF4 is not installed; pip install 'bouncing_disk_ros[netcdf]' brings it."
-        raise InputError("netcdf", True, "false here", hint)
-
-
-def export(result: xr.Dataset, path: Path) -> None:
-    """NetCDF file of a result, written to `path`; nested attributes become JSON. Raises OSError.
-
-    Arrays too large for memory are read and written some rows at a time. Raises InputError where
-    netCDF4 is not installed.
-
-    >>> export(open_result("small.zarr"), Path("small.nc"))
-    """
-    require_netcdf()
-    plain = result.drop_vars(DONE, errors="ignore")
-    plain.attrs = {name: _plain(value) for name, value in plain.attrs.items()}
-    large = [str(name) for name, array in plain.data_vars.items() if array.size > LARGE]
-    plain.drop_vars(large).to_netcdf(path, engine="netcdf4")
-    if not large:
-        return
-    import netCDF4
-
-    with netCDF4.Dataset(path, "a") as file:
-        for name in large:
-            _copy(plain[name], file)
-
-
-def export_tables(result: xr.Dataset, folder: Path) -> list[Path]:
-    """Text tables (CSV) of a result, one for each group of arrays with the same axes; their files.
-
-    A table has a row for each point of its axes, whose names the name of the file holds:
-    `result_velocity_forcing_phase.csv`; `result.csv` has the numbers without an axis. Lines with #
-    say unit and meaning of each column. Raises FailedError where a file cannot be written.
-
-    >>> export_tables(open_result("small.zarr"), Path("small"))
-    """
-    plain = result.drop_vars(DONE, errors="ignore")
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for name, array in plain.variables.items():
-        dims = tuple(map(str, array.dims))
-        if name not in plain.coords or dims != (name,):
-            groups.setdefault(dims, []).append(str(name))
-    files = []
-    for dims, names in groups.items():
-        files.append(folder / f"{'_'.join(('result', *dims))}.csv")
-        replaced(files[-1], partial(_write_table, plain[sorted(names)].reset_coords(), dims))
-    return files
-
-
-def _write_table(table: xr.Dataset, dims: Sequence[str], path: Path) -> None:
-    """Some rows of the first axis at a time: an array may be larger than memory."""
-    axes = dims or ("row",)
-    table = table.assign_coords(
-        {axis: np.arange(table.sizes[axis]) for axis in dims if axis not in table}
-    )
-    table = table if dims else table.expand_dims(axes)
-    columns = [*dims, *map(str, table.data_vars)]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        for name in columns:
-            attrs = table[name].attrs
-            meaning = attrs.get("long_name", "number along this axis")
-            file.write(f"# {name} ({attrs.get('units', '1')}): {meaning}\n")
-        file.write(",".join(columns) + "\n")
-        length = table.sizes[axes[0]]
-        rows = max(1, LARGE * length // max(1, math.prod(table.sizes.values())))
-        for begin in range(0, length, rows):
-            part = table.isel({axes[0]: slice(begin, begin + rows)}).to_dataframe(dim_order=axes)
-            part.reset_index()[columns].to_csv(file, index=False, header=False)
-
-
-def _copy(array: xr.DataArray, file: Any) -> None:
-    dims = [str(dim) for dim in array.dims]
-    for dim, length in zip(dims, array.shape, strict=True):
-        if dim not in file.dimensions:
-            file.createDimension(dim, length)
-    kind = array.dtype.newbyteorder("=")
-    fill = math.nan if kind.kind == "f" else False
-    variable = file.createVariable(str(array.name), kind, dims, fill_value=fill)
-    variable.setncatts(array.attrs)
-    rows = max(1, LARGE // max(1, math.prod(array.shape[1:])))
-    for first in range(0, len(array), rows):
-        variable[first : first + rows] = array[first : first + rows].values
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, bool):
-        return int(value)
-    return value if isinstance(value, (int, float, str)) else json.dumps(value)
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

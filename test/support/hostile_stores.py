@@ -21,7 +21,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store import DIGESTS, seal
+from bouncing_disk_ros.study.store import DIGESTS, REGIONS, seal
 from support.studies import Products
 
 Change = Callable[[Path], object]
@@ -125,6 +125,10 @@ def _identity(**values: object) -> Change:
     return _edit("zarr.json", lambda found: found["attributes"]["identity"].update(values))
 
 
+def _regions(lengths: object) -> Change:
+    return _edit("zarr.json", lambda found: found["attributes"].update({REGIONS: lengths}))
+
+
 def _replaced_by(file: str, make: Callable[[Path], object]) -> Change:
     def apply(path: Path) -> None:
         place = path / file
@@ -220,6 +224,12 @@ HOSTILE: dict[str, tuple[Change, str]] = {
     "parameters a list": (_identity(parameters=[]), REFUSED),
     "other format": (_identity(format=9), REFUSED),
     "format a text": (_identity(format="3"), REFUSED),
+    "regions without length": (_regions([["y", 0], ["x", 0]]), ANEW),
+    "many regions": (_regions([["y", 1], ["x", 1]]), ANEW),
+    "regions back to front": (_regions([["y", -2], ["x", -2]]), ANEW),
+    "regions of no axis": (_regions([["z", 1]]), ANEW),
+    "other key in the root": (_edit(ROOT, lambda found: found.update(mine=1)), REFUSED),
+    "other fill, sealed": (_array(fill_value="none"), REFUSED),
     "bomb": (_bomb, ANEW),
 }  # fmt: skip
 """Name -> what is done to a store, and what a run of its study does then."""

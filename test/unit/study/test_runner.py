@@ -22,14 +22,15 @@ from bouncing_disk_ros.study import (
     Study,
     export,
     export_tables,
+    exports,
     open_result,
     run,
-    store,
 )
 from bouncing_disk_ros.study.command import run_study
 from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import FIRST_BATCH, NICENESS, PREFETCH, Pipeline, compute_region
-from bouncing_disk_ros.study.store import Store, exclusive_lock, token_of
+from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Products, Sums
 
 
@@ -165,7 +166,7 @@ def test_export_keeps_units_and_parameters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
 ) -> None:
     """Whole, or in parts of so many numbers."""
-    monkeypatch.setattr(store, "LARGE", large)
+    monkeypatch.setattr(exports, "LARGE", large)
     result = whole(run(Products(VALUES), tmp_path / "r.zarr"))
     export(result, tmp_path / "r.nc")
     with xr.open_dataset(tmp_path / "r.nc", engine="netcdf4") as read:
@@ -181,7 +182,7 @@ def test_export_keeps_units_and_parameters(
 def test_tables_have_a_row_for_each_point_of_their_axes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
 ) -> None:
-    monkeypatch.setattr(store, "LARGE", large)
+    monkeypatch.setattr(exports, "LARGE", large)
     result = whole(run(Products(VALUES), tmp_path / "r.zarr")).assign(total=3.5)
     files = export_tables(result, tmp_path)
     assert [file.name for file in files] == ["result_y_x.csv", "result.csv"]

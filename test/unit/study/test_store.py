@@ -11,7 +11,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store import exclusive_lock, token_of
+from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from reference.cases import FIRST, examples
 from support.coverage import in_soak
 from support.hostile_stores import HOSTILE, attempt, check_hostile, disturb, flip, whole
@@ -22,6 +22,7 @@ SOME = [
     "FIFO as root", "FIFO beside", "link as root", "link as chunk", "link as store", "no array",
     "no chunk", "empty mark", "not UTF-8", "deep JSON", "deep folders", "digest of a path",
     "other fill", "huge shape", "objects", "other codecs", "other study", "format a text", "bomb",
+    "regions without length", "other key in the root", "other fill, sealed",
 ]  # fmt: skip
 """One of each kind; `make soak` takes all."""
 
