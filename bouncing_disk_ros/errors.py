@@ -41,6 +41,10 @@ class InputError(ValueError):
     def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
         return type(self), (self.field, self.given, self.allowed, self._hint)
 
+    def inside(self, whole: str) -> InputError:
+        """The same error of a field that is a part of `whole`."""
+        return InputError(whole + self.field, self.given, self.allowed, self._hint)
+
     @property
     def hint(self) -> str:
         """What to do about it."""

@@ -120,19 +120,20 @@ class Spec:
         angle = angle_of(given) if isinstance(given, str) and self.takes_angle else None
         return given if angle is None else angle
 
-    def checked(self, given: object) -> Value:
-        """The value to use, cast, or InputError."""
+    def checked(self, given: object, field: str = "") -> Value:
+        """The value to use, cast, or InputError; `field` names it, else the parameter's name."""
+        field = field or self.name
         value = self.cast(given)
         if type(value) is not self.type:
             hint = f"It is {_with_article(self.type_name)}, not {_with_article(_type_of(given))}."
-            raise InputError(self.name, given, self.allowed, hint)
+            raise InputError(field, given, self.allowed, hint)
         assert isinstance(value, (bool, int, float, str))
         if isinstance(value, str) and self.words and value not in self.words:
-            raise InputError(self.name, given, self.allowed, closest(value, self.words))
+            raise InputError(field, given, self.allowed, closest(value, self.words))
         if isinstance(value, (bool, str)):
             return value
         if not math.isfinite(value) or self._is_outside(value):
-            raise InputError(self.name, given, self.allowed)
+            raise InputError(field, given, self.allowed)
         return value
 
     def _is_castable(self, given: object) -> bool:

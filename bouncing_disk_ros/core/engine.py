@@ -36,6 +36,7 @@ from bouncing_disk_ros.core.model import (
 from bouncing_disk_ros.core.offset import Segment, hold
 from bouncing_disk_ros.core.offset_record import with_offset
 from bouncing_disk_ros.core.roots import INSTANT
+from bouncing_disk_ros.field_checks import with_names
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 4096  # rows of one call of the stepper: what it writes is copied once
@@ -322,21 +323,21 @@ class Engine:
     @classmethod
     def restore(cls, disk: Disk, report_speed: float, values: Any, segments: Segments) -> Self:
         """Inverse of `snapshot`. What follows from other numbers is computed again."""
-        names = ("state", "motion", "books", "open_row")
-        if not isinstance(values, Mapping) or set(names) - set(values):
-            raise checkpoint.refusal("engine", values, "a mapping with " + ", ".join(names))
+        with_names("engine", values, ("state", "motion", "books", "open_row"))
         engine = cls(disk, report_speed)
-        engine.state = checkpoint.record(_of_old_records(values["state"]), STATE_DTYPE)
+        engine.state = checkpoint.record("state", _of_old_records(values["state"]), STATE_DTYPE)
         checkpoint.check_state(engine.state[0])
         engine.state["sine"], engine.state["cosine"] = sine_and_cosine(engine.clock[1])
         engine.invalidate_next_event()
-        engine.base = checkpoint.record(values["motion"], MOTION_DTYPE)
+        engine.base = checkpoint.record("motion", values["motion"], MOTION_DTYPE)
         checkpoint.check_motion(engine.base[0])
         platform.derive(engine.base)
         engine.segments = segments
         engine._join_motions()
-        engine._ledger = checkpoint.table("books", values["books"], 2, len(LEDGER_FIELDS))
-        engine._open_row = checkpoint.record(values["open_row"], IMPACT_DTYPE)
+        engine._ledger = checkpoint.table(
+            "books", values["books"], ("sums", "rests"), LEDGER_FIELDS
+        )
+        engine._open_row = checkpoint.record("open_row", values["open_row"], IMPACT_DTYPE)
         return engine
 
 

@@ -25,6 +25,8 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.offset import Knot, Offset, Segment
 from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import mapping, number, whole, with_names
 
 _MANY_EVENTS = 1_000_000
 _EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
@@ -382,32 +384,39 @@ class Simulation:
 
     @classmethod
     def restore(cls, snapshot: Mapping[str, Any]) -> Self:
-        """Continue from a snapshot; ValueError, one line, for one that does not fit."""
-        checkpoint.check_format(snapshot)
-        if missing := set(cls._SNAPSHOT) - set(snapshot):
-            raise ValueError(f"checkpoint without {', '.join(sorted(missing))}")
+        """Continue from a snapshot; InputError for one that does not fit."""
+        try:
+            return cls._restored(snapshot)
+        except InputError as error:
+            raise error.inside("checkpoint ") from None
+
+    @classmethod
+    def _restored(cls, snapshot: Mapping[str, Any]) -> Self:
+        if mapping("content", snapshot).get("format") != checkpoint.FORMAT:
+            raise InputError("format", snapshot.get("format"), str(checkpoint.FORMAT))
+        with_names("", snapshot, cls._SNAPSHOT)
         run = cls(
             checkpoint.motion("initial_motion", snapshot["initial_motion"]),
             checkpoint.disk("disk", snapshot["disk"]),
             checkpoint.initial("initial", snapshot["initial"]),
-            chatter_report_speed=checkpoint.number(
-                "chatter_report_speed", snapshot["chatter_report_speed"], low=0.0
+            chatter_report_speed=number(
+                "chatter_report_speed", snapshot["chatter_report_speed"], *checkpoint.POSITIVE
             ),
         )
         run._time_ns = checkpoint.instant("time_ns", snapshot["time_ns"])
-        run._motion_index = checkpoint.whole("motion_index", snapshot["motion_index"], low=0)
+        run._motion_index = whole("motion_index", snapshot["motion_index"], low=0)
         run._start = checkpoint.motion("start", snapshot["start"])
         run._target = checkpoint.motion("target", snapshot["target"])
-        run._pending = checkpoint.items("pending", snapshot["pending"], checkpoint.pending_fade)
-        run._impulses = checkpoint.items("kicks", snapshot["kicks"], checkpoint.queued_impulse)
+        run._pending = checkpoint.made("pending", snapshot["pending"], checkpoint.pending_fade)
+        run._impulses = checkpoint.made("kicks", snapshot["kicks"], checkpoint.queued_impulse)
         checkpoint.in_order("pending", [t for f in run._pending for t in f[:2]])
         checkpoint.in_order("kicks", [run._time_ns, *(impulse.at_ns for impulse in run._impulses)])
-        run._unreported_rows = checkpoint.items(
-            "held", snapshot["held"], lambda _, row: checkpoint.record(row, IMPACT_DTYPE)
+        run._unreported_rows = checkpoint.made(
+            "held", snapshot["held"], lambda name, row: checkpoint.record(name, row, IMPACT_DTYPE)
         )
         run._offset, segments, run._offset_index = checkpoint.offset(snapshot.get("offset"))
         engine = snapshot["engine"]
         run._engine = Engine.restore(run._disk, run._report_speed, engine, segments)
         run._find_offset_boundary()
-        checkpoint.whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
+        whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
         return run

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros import folders
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.executables import PROVE_BAG, loaded
+from bouncing_disk_ros.field_checks import whole
 from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.ros.startup import figure_kinds, run_without_ros, split_arguments
@@ -113,9 +114,8 @@ def read(given: argparse.Namespace) -> Report:
     from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
     from bouncing_disk_ros.report.run_report import report_of
 
-    if given.rows < 1 or given.run < 0:
-        field, value = ("rows", given.rows) if given.rows < 1 else ("run", given.run)
-        raise InputError(field, value, "a whole number > 0")
+    whole("rows", given.rows, 1)
+    whole("run", given.run, 0)
     begin, end = (vars(given)[name] for name in ("from", "to"))
     if begin is not None and end is not None and begin >= end:
         raise InputError("to", end, f"a time after --from, {begin:g} s")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import ExitCode, InputError, MissingLibraryError
+from bouncing_disk_ros.field_checks import whole
 from bouncing_disk_ros.report.read_run import choose, is_there
 from bouncing_disk_ros.report.recorded_runs import IMPACTS, INPUTS, RecordedRuns, Run
 from bouncing_disk_ros.units import NS
@@ -24,9 +25,8 @@ def prove_bag(given: argparse.Namespace) -> int:
     """Prove the events of the runs in a bag and print a summary; DONE where none is refuted."""
     if importlib.util.find_spec("flint") is None:
         raise MissingLibraryError("--prove", "python-flint")
-    if given.every < 1 or given.run < 0:
-        field, value = ("every", given.every) if given.every < 1 else ("run", given.run)
-        raise InputError(field, value, "a whole number > 0")
+    whole("every", given.every, 1)
+    whole("run", given.run, 0)
     from tqdm import tqdm
 
     from bouncing_disk_ros.proof.exact_records import Outcome

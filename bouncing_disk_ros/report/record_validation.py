@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import limits, parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import out_of_range
 
 Rows = NDArray[np.void]
 LARGEST_INDEX = 2.0**53
@@ -64,7 +65,7 @@ def _all(name: str, rows: Rows, good: NDArray[np.bool_], allowed: str) -> None:
 def checked_number(field: str, value: float) -> float:
     """A finite number of a size that means something."""
     if not abs(value) <= limits.LARGEST:
-        raise InputError(field, value, f"a number up to {limits.LARGEST:g}")
+        raise out_of_range(field, value, -limits.LARGEST, limits.LARGEST)
     return value
 
 
@@ -72,10 +73,7 @@ def checked_motion(motion: MotionInForce) -> MotionInForce:
     """A motion in force whose values are those of a platform."""
     for one in (motion.start, motion.target):
         for name, value in zip(Motion._fields, one, strict=True):
-            try:
-                parameters.TABLE[name].checked(float(value))
-            except InputError as error:
-                raise InputError(f"platform/motion {name}", value, error.allowed) from None
+            parameters.TABLE[name].checked(float(value), f"platform/motion {name}")
     if not 0.0 <= motion.forcing_phase <= math.tau:
         raise InputError("platform/motion forcing_phase", motion.forcing_phase, "0 to 2π rad")
     if not 0 <= motion.begin_ns <= motion.end_ns <= LATEST_NS:

@@ -20,8 +20,8 @@ from rclpy.service import Service
 from type_description_interfaces.srv import GetTypeDescription
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import too_many
 from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
-from bouncing_disk_ros.run.command_validation import too_many
 
 Refuse = Callable[[InputError], None]
 """What becomes of the reason: a line on the log, a count."""

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import too_many
 from bouncing_disk_ros.limits import (
     COMMAND_BYTES,
     COMMAND_NAMES,
@@ -24,7 +25,6 @@ from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     PointRequest,
     ProgrammeRequest,
-    too_many,
 )
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import MOTION_NAMES

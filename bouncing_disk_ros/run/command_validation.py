@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.field_checks import too_many
 from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, scaled
@@ -109,11 +110,7 @@ def accept_programme(
 
 def validate_programme(request: ProgrammeRequest) -> Changes:
     """Validate all of a programme that does not depend on when it arrives; sizes first."""
-    if len(request.names) > COMMAND_NAMES:
-        raise too_many(f"{request.field} joint_names", len(request.names), COMMAND_NAMES)
-    if len(request.points) > COMMAND_POINTS:
-        raise too_many(f"{request.field} points", len(request.points), COMMAND_POINTS)
-    _check_names(request)
+    check_names(request.field, request.names, len(request.points), MOTION_NAMES)
     changes = _changes(request)
     _check_increasing(request)
     return changes
@@ -174,23 +171,21 @@ def schedule_impulse(request: ImpulseRequest, instant: Instant) -> tuple[int, fl
     return max(effect, instant.now_ns), request.force[2], request.torque[2]
 
 
-def too_many(field: str, count: int, most: int) -> InputError:
-    """The error of more elements than are accepted."""
-    return InputError(field, f"{count} of them", f"at most {most}")
-
-
-def _check_names(request: ProgrammeRequest) -> None:
-    field = f"{request.field} joint_names"
-    seen: set[str] = set()
-    for name in request.names:
-        if name not in MOTION_NAMES:
-            raise InputError(field, name, "any of " + ", ".join(MOTION_NAMES),
-                             partial(closest, name, MOTION_NAMES))  # fmt: skip
-        if name in seen:
-            raise InputError(field, ", ".join(request.names), "each name once")
-        seen.add(name)
-    if request.points and not request.names:
-        raise InputError(field, "no names", "at least one of " + ", ".join(MOTION_NAMES))
+def check_names(field: str, names: Sequence[str], points: int, known: Sequence[str]) -> None:
+    """Validate the number of points, and names of joints, of which these are `known`."""
+    if len(names) > COMMAND_NAMES:
+        raise too_many(f"{field} joint_names", len(names), COMMAND_NAMES)
+    if points > COMMAND_POINTS:
+        raise too_many(f"{field} points", points, COMMAND_POINTS)
+    field = f"{field} joint_names"
+    for name in names:
+        if name not in known:
+            hint = partial(closest, name, known)
+            raise InputError(field, name, "any of " + ", ".join(known), hint)
+    if len(set(names)) < len(names):
+        raise InputError(field, ", ".join(names), "each name once")
+    if points and not names:
+        raise InputError(field, "no names", "at least one of " + ", ".join(known))
 
 
 def _changes(request: ProgrammeRequest) -> Changes:

@@ -78,8 +78,7 @@ def load_preset(name: str) -> dict[str, Value]:
             raise InputError("preset", values["preset"], "no preset within a preset")
         return parameters.checked({str(key): value for key, value in values.items()})
     except InputError as error:
-        field = f"preset {path.name}, {error.field}"
-        raise InputError(field, error.given, error.allowed, error.hint) from None
+        raise error.inside(f"preset {path.name}, ") from None
 
 
 def _folder() -> Path:

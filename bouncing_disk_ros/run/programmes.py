@@ -27,6 +27,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.core.schedule import plan_fades
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.field_checks import number
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.run.command_validation import (
     Instant,
@@ -103,8 +104,7 @@ def load_programme(name: str) -> Programme:
     try:
         return parse_programme(path.stem, content)
     except InputError as error:
-        field = f"programme {path.name}, {error.field}"
-        raise InputError(field, error.given, error.allowed, error.hint) from None
+        raise error.inside(f"programme {path.name}, ") from None
 
 
 def parse_programme(name: str, content: object, start: Motion = ANY_MOTION) -> Programme:
@@ -166,7 +166,7 @@ def _trajectory(given: object) -> TrajectoryRequest:
 def _align(given: object, start: Motion) -> Align:
     if not isinstance(given, dict) or set(given) != {"time", "forcing_phase"}:
         raise InputError("align", given, "{time: seconds, forcing_phase: rad}")
-    phase = _number("align.forcing_phase", given["forcing_phase"])
+    phase = number("align.forcing_phase", given["forcing_phase"])
     return Align(_time("align.time", given["time"], start), phase)
 
 
@@ -175,22 +175,16 @@ def _known(key: object, keys: tuple[str, ...], field: str) -> None:
         raise InputError(field, key, ", ".join(keys), closest(str(key), keys))
 
 
-def _number(field: str, given: Any) -> float:
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
-        raise InputError(field, given, "a finite number")
-    return float(given)
-
-
 def _value(field: str, given: Any, start: float) -> float:
     """A value of a motion: a number, or a multiple of that at the start."""
     if not isinstance(given, dict):
-        return _number(field, given)
+        return number(field, given)
     if set(given) != {"times"}:
         raise InputError(field, given, "a number or {times: NUMBER}, times that of the start")
     if start == 0.0:
         hint = "Start the programme while the platform moves."
         raise InputError(field, given, "a number where that of the start is 0", hint)
-    return _number(f"{field}.times", given["times"]) * start
+    return number(f"{field}.times", given["times"]) * start
 
 
 def _time(field: str, given: Any, start: Motion) -> int:
@@ -199,9 +193,9 @@ def _time(field: str, given: Any, start: Motion) -> int:
             field, given, "seconds >= 0 or {periods: NUMBER} of the motion at the start"
         )
     if isinstance(given, dict):
-        seconds = _number(f"{field}.periods", given["periods"]) / start.frequency
+        seconds = number(f"{field}.periods", given["periods"]) / start.frequency
     else:
-        seconds = _number(field, given)
+        seconds = number(field, given)
     if not 0.0 <= seconds <= FAR_NS / NS:
         raise InputError(field, given, "seconds >= 0")
     return nanoseconds(seconds)

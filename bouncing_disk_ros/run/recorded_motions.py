@@ -82,8 +82,8 @@ def _of_state(state: Record) -> tuple[MotionInForce, list[Fade], list[Impulse]]:
     from bouncing_disk_ros.core.layout import FADE
 
     start, target = (checkpoint.motion(name, state[name]) for name in ("start", "target"))
-    fades = checkpoint.items("pending", state["pending"], checkpoint.pending_fade)
-    impulses = checkpoint.items("kicks", state["kicks"], checkpoint.queued_impulse)
+    fades = checkpoint.made("pending", state["pending"], checkpoint.pending_fade)
+    impulses = checkpoint.made("kicks", state["kicks"], checkpoint.queued_impulse)
     row = state["engine"]["motion"]
     begin = checkpoint.instant("begin_ns", row["begin_ns"])
     if row["kind"] != FADE:

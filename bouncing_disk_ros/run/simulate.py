@@ -28,8 +28,9 @@ from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import FAR_NS, Grid, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import Grid, TimeMap
 from bouncing_disk_ros.run.trajectory_validation import (
+    instant,
     schedule_trajectory,
     trajectory_of,
     validate_trajectory,
@@ -175,7 +176,7 @@ def simulate(
             raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
         chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
     whole = parameters.complete(chosen)
-    end = _instant("duration", duration)
+    end = instant("duration", duration)
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
     arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
@@ -192,7 +193,7 @@ def simulate(
     for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)
-        session.apply_impulse(_instant("impulses time", seconds), axial, angular)
+        session.apply_impulse(instant("impulses time", seconds), axial, angular)
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
@@ -209,14 +210,6 @@ def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:
         float(whole[name]) for name in ("frequency", "gravity", "preload", "mass")
     )
     return forcing * math.pi * (gravity + preload / mass) / (math.tau * frequency) ** 2
-
-
-def _instant(field: str, given: object) -> int:
-    seconds, latest = plain(given), FAR_NS / NS
-    number = seconds if isinstance(seconds, (int, float)) else -1.0
-    if not isinstance(number, bool) and 0.0 <= number <= latest:
-        return nanoseconds(number)
-    raise InputError(field, given, "a finite number of seconds >= 0")
 
 
 def _listed(field: str, given: object, allowed: str) -> list[Any]:
@@ -255,7 +248,7 @@ def _points(
     accepted: list[tuple[int, Motion]] = []
     for i, (at, values) in enumerate(itertools.starmap(_timed, enumerate(programme))):
         numbers: tuple[Any, ...] = tuple(map(plain, values.values()))
-        point = PointRequest(numbers, _instant(f"programme[{i}] time", at))
+        point = PointRequest(numbers, instant(f"programme[{i}] time", at))
         request = ProgrammeRequest(tuple(values), (point,), field=f"programme[{i}]")
         (((effect, latest)),) = accept_programme(request, arrival, latest)
         if accepted and effect <= accepted[-1][0]:

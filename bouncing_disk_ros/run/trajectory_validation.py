@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros.core.offset import (
@@ -17,10 +17,11 @@ from bouncing_disk_ros.core.offset import (
     OffsetState,
 )
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.field_checks import number, out_of_range
 from bouncing_disk_ros.kernel_cache import compile_offset_kernels
-from bouncing_disk_ros.limits import COMMAND_NAMES, COMMAND_POINTS, KNOTS_AHEAD
+from bouncing_disk_ros.limits import KNOTS_AHEAD
 from bouncing_disk_ros.parameters import TABLE, Value, plain
-from bouncing_disk_ros.run.command_validation import Instant, too_many, too_old
+from bouncing_disk_ros.run.command_validation import Instant, check_names, too_old
 from bouncing_disk_ros.run.time_map import FAR_NS, nanoseconds
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
@@ -66,19 +67,7 @@ class Splice(NamedTuple):
 
 def validate_trajectory(request: TrajectoryRequest) -> None:
     """Validate all that does not depend on when it arrives; sizes first."""
-    field = request.field
-    if len(request.names) > COMMAND_NAMES:
-        raise too_many(f"{field} joint_names", len(request.names), COMMAND_NAMES)
-    if len(request.points) > COMMAND_POINTS:
-        raise too_many(f"{field} points", len(request.points), COMMAND_POINTS)
-    for name in request.names:
-        if name not in OFFSET_JOINTS:
-            hint = partial(closest, name, OFFSET_JOINTS)
-            raise InputError(f"{field} joint_names", name, " and ".join(OFFSET_JOINTS), hint)
-    if len(set(request.names)) < len(request.names):
-        raise InputError(f"{field} joint_names", ", ".join(request.names), "each name once")
-    if request.points and not request.names:
-        raise InputError(f"{field} joint_names", "no names", " or ".join(OFFSET_JOINTS))
+    check_names(request.field, request.names, len(request.points), OFFSET_JOINTS)
     for i, point in enumerate(request.points):
         _check_point(request, i, point)
 
@@ -102,7 +91,7 @@ def _check_point(request: TrajectoryRequest, i: int, point: TrajectoryPoint) -> 
             most = float(TABLE[limit].default)
             if not abs(value) <= most:  # so is nan
                 where = f"{field}.{stated} {name} ({_UNITS[name]}{rate})"
-                raise InputError(where, value, f"a finite number from {-most:g} to {most:g}")
+                raise out_of_range(where, value, -most, most)
     _check_time(request, i, point)
 
 
@@ -302,7 +291,7 @@ def trajectory_of(
             raise InputError(where, values, "as many values for each joint")
         columns = [tuple(column) for column in zip(*stated, strict=True)]
         positions, velocities, accelerations = [*columns, (), (), ()][:_MOST]
-        after = _time(f"{where} time", time)
+        after = instant(f"{where} time", time)
         points.append(TrajectoryPoint(positions, velocities, accelerations, after_ns=after))
     return TrajectoryRequest(names, tuple(points), field=field)
 
@@ -316,9 +305,9 @@ def _numbers(field: str, given: Any) -> list[float]:
     return [float(one) for one in numbers]  # type: ignore[arg-type]
 
 
-def _time(field: str, given: Any) -> int:
-    seconds = plain(given)
-    number = seconds if isinstance(seconds, (int, float)) else -1.0
-    if isinstance(number, bool) or not 0.0 <= number <= FAR_NS / NS:
-        raise InputError(field, given, "seconds >= 0")
-    return nanoseconds(number)
+def instant(field: str, given: object) -> int:
+    """Seconds of simulated time, a number of Python or NumPy, as whole nanoseconds."""
+    try:
+        return nanoseconds(number(field, plain(given), 0.0, FAR_NS / NS))
+    except InputError:
+        raise InputError(field, given, "a finite number of seconds >= 0") from None

@@ -16,9 +16,9 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
     "angles", "animation", "colours", "early_signals", "environment", "errors",
-    "executables", "figure_style", "folders", "help_text", "impact_layout", "kernel_cache",
-    "limits", "parameters", "safe_path", "parsing", "regular_file", "side_window", "sliders",
-    "topics", "units",
+    "executables", "field_checks", "figure_style", "folders", "help_text", "impact_layout",
+    "kernel_cache", "limits", "parameters", "safe_path", "parsing", "regular_file", "side_window",
+    "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
@@ -43,7 +43,7 @@ EXTENSIONS = {
 }
 MAY_IMPORT = {
     **{folder: may | TABLES for folder, may in (BASE | EXTENSIONS).items()},
-    "core": {"core", "kernel_cache", "impact_layout"},  # where compiled functions are kept; a row
+    "core": {"core", "kernel_cache", "impact_layout", "errors", "field_checks"},
     **dict.fromkeys(TABLES, TABLES),
     # what lists public names, to be loaded when they are first used
     "__init__": {*BASE, *EXTENSIONS, *TABLES, "plots"},

@@ -19,6 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from bouncing_disk_ros.errors import InputError, cut
+from bouncing_disk_ros.field_checks import too_many
 from bouncing_disk_ros.folders import PACKAGE, share_directory
 from bouncing_disk_ros.limits import (
     ANSWER_BYTES,
@@ -28,7 +29,6 @@ from bouncing_disk_ros.limits import (
 )
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import read_bytes
-from bouncing_disk_ros.run.command_validation import too_many
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 
 YAML = "text/yaml"

@@ -303,7 +303,7 @@ def edited(path: str, value: Any) -> dict[str, Any]:
     ],
 )
 def test_a_checkpoint_that_does_not_fit_is_refused(path: str, value: Any) -> None:
-    words = "allowed 1" if path == "format" else "checkpoint"
+    words = "allowed: 1" if path == "format" else "checkpoint"
     with pytest.raises(ValueError, match=words) as refused:
         Simulation.restore(edited(path, value))
     assert len(str(refused.value)) < 300
