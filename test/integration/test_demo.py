@@ -100,8 +100,9 @@ def test_an_earlier_bag_is_replaced_and_nothing_else(
 
 
 def test_children_die_with_a_killed_parent(start: Starter) -> None:
-    code = "from bouncing_disk_ros.ros.child import Child; child = Child('echo_impacts'); "
-    parent = start.command([sys.executable, "-c", code + "print('begun', flush=True); input()"])
+    code = "import signal; from bouncing_disk_ros.ros.child import Child; "
+    code += "child = Child('echo_impacts'); print('begun', flush=True); signal.pause()"
+    parent = start.command([sys.executable, "-c", code])
     parent.wait_for("begun")
     children = psutil.Process(parent.pid).children(recursive=True)
     assert len(children) == 1
