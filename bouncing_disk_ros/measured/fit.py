@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
+from bouncing_disk_ros.field_checks import number
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.goodness import probability_of
@@ -210,16 +211,15 @@ def fit_impacts(
 
     >>> fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], time_error=1e-4)["restitution"]
     """
-    for name, value, low in (
-        ("frequency", frequency, 0.0), ("frequency_error", frequency_error, 0.0),
-        ("axial_amplitude", axial_amplitude, 0.0), ("forcing_phase", forcing_phase, -math.inf),
-        ("forcing_phase_error", forcing_phase_error, 0.0), ("delay", delay, -math.inf),
-        ("delay_error", delay_error, 0.0), ("dead_time", dead_time, 0.0),
-        ("gravity", gravity, 0.0), ("height", height, 0.0), ("fall_time", fall_time, 0.0),
-        ("time_error", time_error, 0.0), ("scatter", scatter, -math.inf),
+    for name, value in (
+        ("frequency", frequency), ("frequency_error", frequency_error),
+        ("axial_amplitude", axial_amplitude), ("forcing_phase_error", forcing_phase_error),
+        ("delay_error", delay_error), ("dead_time", dead_time), ("gravity", gravity),
+        ("height", height), ("fall_time", fall_time), ("time_error", time_error),
     ):  # fmt: skip
-        if not (low <= value and math.isfinite(value)):
-            raise InputError(name, value, "a finite number" + " >= 0" * (low == 0.0))
+        number(name, float(value), 0.0)
+    for name, value in (("forcing_phase", forcing_phase), ("delay", delay), ("scatter", scatter)):
+        number(name, float(value))
     recording = recording_of(source, column, namespace)
     if scatter > 0.0 and time_error == 0.0:
         hint = "Give time_error too, or leave the scatter to the fit."
