@@ -39,7 +39,7 @@ setup(
     maintainer=MANIFEST.findtext("maintainer"),
     maintainer_email=MANIFEST.find("maintainer").get("email"),
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed"], "": ["*.pyi"]},
     data_files=data_files(),
     zip_safe=False,
     python_requires=">=3.11",

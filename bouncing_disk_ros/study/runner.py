@@ -1,6 +1,6 @@
 """Run a study: compute the regions that its store does not hold, on any executor.
 
-`run` takes a study or its name. Each study is a function of its name here too.
+`run` takes a study or its name. `study_function` makes the function of a study.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from threading import Semaphore
@@ -22,7 +22,7 @@ import xarray as xr
 from tqdm import tqdm
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.executables import STUDIES
+from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.definition import definition_of, named
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
@@ -99,6 +99,10 @@ def run(
         with tempfile.TemporaryDirectory(prefix=f"{study.name}-") as folder:
             found = _run(study, Path(folder, RESULT), workers, scheduler, note, stopped)
             return None if found is None else found.load()
+
+
+run_study = run
+"""Name of `run` in the package, where `run` is a folder."""
 
 
 def _study_of(study: object, parameters: dict[str, object]) -> Study:
@@ -358,21 +362,9 @@ class StudyFunction(Protocol):
         ...
 
 
-def __getattr__(name: str) -> StudyFunction:
-    """Make the function of a study when it is first used (PEP 562)."""
-    if name not in STUDIES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    function = _function(name)
-    globals()[name] = function
-    return function
-
-
-def __dir__() -> list[str]:
-    """List the functions, made or not."""
-    return sorted({*STUDIES, *globals()})
-
-
-def _function(name: str) -> StudyFunction:
+@cache
+def study_function(name: str) -> StudyFunction:
+    """Function of the study called `name`, with its parameters in the docstring."""
     definition = definition_of(name)
 
     def function(
@@ -388,6 +380,7 @@ def _function(name: str) -> StudyFunction:
         for spec in definition.specs
     ]
     function.__name__ = function.__qualname__ = name
+    function.__module__ = PACKAGE  # which has it by this name
     text = "\n".join([*_ABOUT.splitlines(), "", *lines, ""])
     function.__doc__ = f"{definition.function.strip()}\n{text}"
     return function

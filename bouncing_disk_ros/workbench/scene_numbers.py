@@ -19,7 +19,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_start
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.scales import angular_forcing_of, axial_forcing_of
 from bouncing_disk_ros.run.simulate import simulate
-from bouncing_disk_ros.study.runner import basins, motor
+from bouncing_disk_ros.study.runner import study_function
 from bouncing_disk_ros.workbench.actions import Perform
 from bouncing_disk_ros.workbench.scene_table import SCENES, Scene
 
@@ -83,7 +83,7 @@ def _exponent(scene: Scene) -> float:
 
 def _basins_of(scene: Scene) -> xr.Dataset:
     section = _map_of(scene)
-    return basins(
+    return study_function("basins")(
         axial_forcing=section.axial_forcing, restitution=section.restitution, width=PIXELS,
         height=PIXELS, progress=False,
     )  # fmt: skip
@@ -109,7 +109,7 @@ def _stall_torque(scene: Scene) -> float:
         "friction", "friction_radius", "gyration_radius", "gravity",
     )  # fmt: skip
     preload = float(values["preload"])
-    found = motor(
+    found = study_function("motor")(
         x_count=12, y_axis="preload", y_begin=preload, y_end=preload * (1 + 1e-6), y_count=2,
         progress=False, **{name: values[name] for name in names},
     )  # fmt: skip

@@ -66,9 +66,9 @@ def test_the_wheel_holds_modules_shared_files_entry_points_and_the_version(
     import bouncing_disk_ros
 
     names = wheel.namelist()
-    tree = {str(path.relative_to(ROOT)) for path in (ROOT / "bouncing_disk_ros").rglob("*.py")}
-    found = {name for name in names if name.startswith("bouncing_disk_ros/")}
-    assert found == tree | {"bouncing_disk_ros/py.typed"}
+    files = [path for path in (ROOT / "bouncing_disk_ros").rglob("*.*") if path.is_file()]
+    tree = {str(path.relative_to(ROOT)) for path in files if path.suffix != ".pyc"}
+    assert {name for name in names if name.startswith("bouncing_disk_ros/")} == tree
     share = "share/bouncing_disk_ros/"
     wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
     for folder in ("config", "examples", "launch", "urdf", "rviz"):

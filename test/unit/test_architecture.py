@@ -17,8 +17,8 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 TABLES = {
     "angles", "animation", "colours", "early_signals", "environment", "errors",
     "executables", "field_checks", "figure_style", "folders", "help_text", "impact_layout",
-    "kernel_cache", "limits", "parameters", "safe_path", "parsing", "regular_file", "side_window",
-    "sliders", "topics", "units",
+    "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
+    "safe_path", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
@@ -45,9 +45,8 @@ MAY_IMPORT = {
     **{folder: may | TABLES for folder, may in (BASE | EXTENSIONS).items()},
     "core": {"core", "kernel_cache", "impact_layout", "errors", "field_checks"},
     **dict.fromkeys(TABLES, TABLES),
-    # what lists public names, to be loaded when they are first used
-    "__init__": {*BASE, *EXTENSIONS, *TABLES, "plots"},
-    "plots": {*BASE, *EXTENSIONS, "figure_style"},
+    "__init__": {*TABLES, "study"},
+    "plots": TABLES,
     "testing": {"nodes", "ros", "run", "core"} | TABLES,
     "__main__": TABLES,
 }

@@ -5,16 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
 from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
 from bouncing_disk_ros.ros.startup import Start
-
-if TYPE_CHECKING:
-    from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-
-__all__ = ["SimulatorNode", "main"]
 
 _ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time. It takes
 commands for the platform and publishes the state of the disk, every impact and the rotor
@@ -45,14 +39,6 @@ def main(args: Sequence[str] | None = None) -> int:
 
     make = partial(SimulatorNode, stopping=lambda: stop.asked)
     return run_node("simulator", start.ros, make, spin, stop)
-
-
-def __getattr__(name: str) -> Any:
-    if name == "SimulatorNode":
-        from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-
-        return SimulatorNode
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 if __name__ == "__main__":
