@@ -343,7 +343,7 @@ class BifurcationPane(ComputedPane):
         self._at_cursor.text = html.escape(text)
 
         def find(is_obsolete: IsObsolete) -> None:
-            found = attractors_at(forcing, restitution)
+            found = attractors_at(forcing, restitution).found
             if not is_obsolete():
                 self._deliver(lambda: self._tell(f"{text}. There: {_listed(found)}"))
 

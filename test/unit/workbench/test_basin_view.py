@@ -149,7 +149,7 @@ def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> N
             "axial_forcing": axial_forcing,
         }
     )
-    expected, own = from_arrays(default.context()).found, attractors_at(axial_forcing, 0.5)
+    expected, own = from_arrays(default.context()).found, attractors_at(axial_forcing, 0.5).found
     assert len(own) == len(expected)
     for mine, one in zip(own, expected, strict=True):
         assert mine.kind is one.kind
@@ -158,7 +158,8 @@ def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> N
 
 
 def test_attractors_are_named_in_the_order_of_their_labels() -> None:
-    assert [one.name for one in attractors_at(0.45, 0.5)] == ["chattering (1 cycle)", "period-1"]
+    found = attractors_at(0.45, 0.5).found
+    assert [one.name for one in found] == ["chattering (1 cycle)", "period-1"]
 
 
 def test_a_section_of_the_parameters_in_force() -> None:

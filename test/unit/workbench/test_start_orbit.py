@@ -85,7 +85,7 @@ def test_the_orbit_ends_where_its_label_says() -> None:
     place = 1.0, -1.3
     assert label_of(forcing, 0.5, *place) == "period-1"
     orbit = orbit_of(VALUES, start_at(VALUES, *place))
-    known = attractors_at(forcing, 0.5)[1]
+    known = attractors_at(forcing, 0.5).found[1]
     # near the orbit it comes closer by 0.5 at each of some 50 impacts
     assert orbit.forcing_phase[-1] == pytest.approx(known.forcing_phases[0], abs=1e-9)
     assert orbit.velocity[-1] == pytest.approx(known.velocities[0], abs=1e-9)
