@@ -46,7 +46,6 @@ from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Orbit,
-    Section,
     Start,
     View,
     Window,
@@ -55,6 +54,7 @@ from bouncing_disk_ros.workbench.start_plane import (
     is_distinct,
     orbit_of,
     pixel_centre,
+    place_of,
     points_of,
     section_of,
     start_at,
@@ -66,12 +66,11 @@ COARSE, FULL = 128, 512
 _ROWS = 128
 """Rows labelled between two questions whether the view is still wanted: 20 to 150 ms."""
 _KEPT = 12
-"""Values of Γ and ε whose attractors are kept: a chaotic one has 1 MB."""
+"""Sections whose attractors are kept: a chaotic one has 1 MB."""
 
 
 def view(
-    axial_forcing: float,
-    restitution: float,
+    section: NextCollisionMap,
     window: Window,
     side: int,
     is_obsolete: Callable[[], bool] = lambda: False,
@@ -79,12 +78,12 @@ def view(
     """Labels of side × side starts of a window; None if it becomes obsolete meanwhile.
 
     The labels are those of the study `basins` over this window where that finds the same
-    attractors: here they are looked for once at each Γ and ε, over the whole window, so that a
+    attractors: here they are looked for once for each section, over the whole window, so that a
     label means the same in every zoom. Raises InputError.
     """
-    known, section = attractors_at(axial_forcing, restitution), _map(axial_forcing, restitution)
+    known = attractors_of(section)
     # looking for them takes longer than a coarse view
-    regions = _regions(axial_forcing, restitution) if side > COARSE else {}
+    regions = _regions(section) if side > COARSE else {}
     speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
     labels = np.empty((side, side), np.int32)
     for first in range(0, side, _ROWS):
@@ -98,16 +97,12 @@ def view(
     return View(window, labels, known.found, names, is_distinct(window, side))
 
 
-def label_of(axial_forcing: float, restitution: float, phase: float, velocity: float) -> str:
+def label_of(section: NextCollisionMap, phase: float, velocity: float) -> str:
     """Name of the attractor that one start goes to."""
-    known, section = attractors_at(axial_forcing, restitution), _map(axial_forcing, restitution)
+    known = attractors_of(section)
     start = np.array([phase % math.tau]), np.array([velocity])
     label = int(label_starts(known, section, *start, _rule()).label[0])
     return numbered([one.name for one in known.found])[label] if label >= 0 else NOT_DECIDED
-
-
-def _map(axial_forcing: float, restitution: float) -> NextCollisionMap:
-    return NextCollisionMap(axial_forcing, restitution)
 
 
 def _rule() -> LabelRule:
@@ -116,21 +111,19 @@ def _rule() -> LabelRule:
 
 
 @lru_cache(maxsize=_KEPT)
-def attractors_at(axial_forcing: float, restitution: float) -> Attractors:
-    """The attractors at Γ and ε in the order of labels, looked for once for all sessions and zooms.
+def attractors_of(section: NextCollisionMap) -> Attractors:
+    """The attractors in the order of labels, looked for once for all sessions and zooms.
 
     They are those that the study `basins` finds by default. Raises InputError.
     """
     whole = whole_window()
     width, height = (int(BASINS.options[name].default) for name in ("width", "height"))
-    axes = centres(*whole[:2], width), centres(*whole[2:], height)
-    return window_attractors(_map(axial_forcing, restitution), *axes)
+    return window_attractors(section, centres(*whole[:2], width), centres(*whole[2:], height))
 
 
 @lru_cache(maxsize=_KEPT // 4)
-def _regions(axial_forcing: float, restitution: float) -> Regions:
-    section = _map(axial_forcing, restitution)
-    return absorbing_regions(section, attractors_at(axial_forcing, restitution))
+def _regions(section: NextCollisionMap) -> Regions:
+    return absorbing_regions(section, attractors_of(section))
 
 
 # ------------------------------------------------------------------------------------------------
@@ -380,9 +373,9 @@ class BasinPane(ComputedPane):
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
         super().__init__(self._views, self._orbits)
-        self._section: Section | None = None
+        self._section: NextCollisionMap | None = None
         self._shown: View | None = None
-        self._wanted: tuple[Section, Window] | None = None  # what was asked for last
+        self._wanted: tuple[NextCollisionMap, Window] | None = None  # what was asked for last
         self._orbit: Orbit | None = None
         self._connect()
         left = column(self._map.figure, self._under, self._status, **WIDE)
@@ -425,7 +418,7 @@ class BasinPane(ComputedPane):
             self._wanted = section, window
             self._views.ask(lambda is_obsolete: self._compute(section, window, is_obsolete))
 
-    def _change_section(self, section: Section, values: Mapping[str, float]) -> None:
+    def _change_section(self, section: NextCollisionMap, values: Mapping[str, float]) -> None:
         first = self._section is None
         self._section, self._shown = section, None
         self._map.figure.title.text = (
@@ -445,13 +438,12 @@ class BasinPane(ComputedPane):
         self._legend.text = ""
         self._status.text = _line(f"No basins here: {error}")
 
-    def _compute(self, section: Section, window: Window, is_obsolete: IsObsolete) -> None:
+    def _compute(self, section: NextCollisionMap, window: Window, is_obsolete: IsObsolete) -> None:
         """In the thread of the views: a coarse view first."""
-        at = section.axial_forcing, section.restitution
         begin = time.perf_counter()
         for side in (COARSE, FULL):
             try:
-                found = view(*at, window, side, is_obsolete)
+                found = view(section, window, side, is_obsolete)
             except InputError as error:
                 self._deliver(lambda error=error: self._refuse(error))  # type: ignore[misc]
                 return
@@ -462,7 +454,7 @@ class BasinPane(ComputedPane):
                 lambda found=found, spent=spent: self._show(section, found, spent)  # type: ignore[misc]
             )
 
-    def _show(self, section: Section, found: View, spent: float) -> None:
+    def _show(self, section: NextCollisionMap, found: View, spent: float) -> None:
         if section != self._section:
             return  # of parameters that are no longer in force
         before = self._shown
@@ -483,13 +475,9 @@ class BasinPane(ComputedPane):
         """Say which start is under the pointer, and where it goes."""
         text = " "
         if (shown := self._shown) is not None and _holds(shown.window, event.x, event.y):
-            side = len(shown.labels)
-            w = shown.window
-            across = min(int((event.x - w.phase_begin) / (w.phase_end - w.phase_begin) * side),
-                         side - 1)  # fmt: skip
-            up = min(int((event.y - w.velocity_begin) / (w.velocity_end - w.velocity_begin)
-                         * side), side - 1)  # fmt: skip
-            label = int(shown.labels[up, across])
+            w, side = shown.window, len(shown.labels)
+            row, column = place_of(*w[2:], side, event.y), place_of(*w[:2], side, event.x)
+            label = int(shown.labels[row, column])
             name = shown.names[label] if label >= 0 else "unresolved"
             phase = placed(event.x, 0.5 * (w.phase_end - w.phase_begin))
             velocity = placed(event.y, 0.5 * (w.velocity_end - w.velocity_begin))
@@ -509,19 +497,19 @@ class BasinPane(ComputedPane):
         self._orbits.ask(lambda _: self._follow(values, section, phase, velocity))
 
     def _follow(
-        self, values: Mapping[str, float], section: Section, phase: float, velocity: float
+        self, values: Mapping[str, float], section: NextCollisionMap, phase: float, velocity: float
     ) -> None:
         """In the thread of the orbits."""
         try:
             orbit = orbit_of(values, start_at(values, phase, velocity))
-            name = label_of(section.axial_forcing, section.restitution, *orbit.start[:2])
+            name = label_of(section, *orbit.start[:2])
         except (InputError, FailedError) as error:
             text = _line(str(error))
             self._deliver(lambda: self._message.update(text=text))
             return
         self._deliver(lambda: self._show_orbit(section, orbit, name))
 
-    def _show_orbit(self, section: Section, orbit: Orbit, name: str) -> None:
+    def _show_orbit(self, section: NextCollisionMap, orbit: Orbit, name: str) -> None:
         if section != self._section:
             return
         self._orbit = orbit
